@@ -164,6 +164,15 @@ typedef struct stp_clip {
     stp_dbox box;
 } stp_clip;
 
+/* A plane of the host: a sample is drawn if its centre p has dot(normal, p) >= offset. normal: of
+ * any length but 0; world coordinates. */
+typedef struct stp_plane {
+    stp_dvec3 normal;
+    double offset;
+} stp_plane;
+
+#define STP_PLANES_LIMIT 6
+
 /* What the error rule considers besides the error of the surface: bits of stp_draw_params.terms. A
  * term can only make levels finer, so errors stay within the threshold whatever is set. */
 typedef enum stp_term {
@@ -205,14 +214,18 @@ typedef struct stp_draw_params {
     double contour_step, contour_base;
     /* Heights (z) are drawn so many times as high about exaggerate_about; 0: as they are, else 0.01
      * to 100. Cameras and matrices then belong to the world as drawn (stp_exaggerated); everything
-     * else keeps the model's coordinates: clip box, colour_range, contours, and what is picked. The
-     * error on the screen stays within the threshold. */
+     * else keeps the model's coordinates: clip box, planes, colour_range, contours, and what is
+     * picked. The error on the screen stays within the threshold. */
     double exaggerate, exaggerate_about;
     /* While streaming, level changes fade instead of popping: the share of a change that one frame
      * still keeps from the frame before, in (0, 1). 0: no fading. Soon after the view comes to
      * rest, the picture is free of it. */
     double fade;
     stp_clip clip;
+    /* What lies on the kept side of all of them, and in the clip box, is drawn: by every road and
+     * reconstruction, and nothing else is picked. */
+    stp_plane planes[STP_PLANES_LIMIT];
+    unsigned plane_count;
     uint32_t hidden_classes[8]; /* bit c % 32 of word c / 32: samples of class c are not drawn. A
                                    merged sample has the class of one sample that it stands for */
     /* Silhouettes cover their pixels in part, as far as their discs reach, over what lies behind.
@@ -331,7 +344,8 @@ stp_status stp_renderer_set_models(stp_renderer *renderer, const stp_model *cons
 /* Draws the renderer's own picture, in the size of the view. stats may be NULL. A damaged chunk is
  * not an error: its parent is drawn instead, and stp_renderer_damage reports the damage. Shader
  * programs are compiled for params, and again if the last frame's programs do not fit them. Errors:
- * GL (a shader), IO, LIMIT, OUT_OF_MEMORY; INVALID_ARGUMENT (clip box inverted or not a number;
+ * GL (a shader), IO, LIMIT, OUT_OF_MEMORY; INVALID_ARGUMENT (clip box inverted or not a number; a
+ * plane without a direction or not finite, or more than STP_PLANES_LIMIT;
  * overlay, contours, exaggerate, light, edl or fade out of range). */
 stp_status stp_renderer_draw(stp_renderer *renderer, const stp_view *view,
                              const stp_draw_params *params, stp_draw_stats *stats, stp_error *err);
@@ -384,7 +398,7 @@ typedef struct stp_pick {
     stp_dvec3 normal;        /* of the surface, unit, world axes; turned to the eye if two-sided */
     /* If the picture is exaggerated, position, normal and radius are those of the model; depths are
      * always the picture's. */
-    uint8_t rgb[3];          /* of the surface, unlit, after `colour` and `overlay` */
+    uint8_t rgb[3];    /* of the surface, unlit, after `colour` and `overlay` */
     bool interpolated; /* no sample fell on this pixel, or only one behind the front surface */
     int pyramid_level; /* the level that the pixel comes from; 0: measured */
     /* The nearest sample drawn. chunk is STP_PICK_NO_CHUNK, and only `radius` is known, if the
@@ -408,8 +422,8 @@ stp_status stp_renderer_read_depth(stp_renderer *renderer, float *depth, stp_err
 
 /* Reads the normals of the last picture, which must have been drawn with keep_pixels: three floats
  * a pixel (width * height * 3), bottom row first. Unit vectors in world axes, turned to the viewer
- * where both sides are drawn; the model's own, even if exaggerated; 0 0 0 where empty. Errors: INVALID_ARGUMENT (drawn without
- * keep_pixels), OUT_OF_MEMORY, GL. */
+ * where both sides are drawn; the model's own, even if exaggerated; 0 0 0 where empty. Errors:
+ * INVALID_ARGUMENT (drawn without keep_pixels), OUT_OF_MEMORY, GL. */
 stp_status stp_renderer_read_normals(stp_renderer *renderer, float *xyz, stp_error *err);
 
 /* Copies the last picture to the lower left corner of a framebuffer (0: the window's), as width x

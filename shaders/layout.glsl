@@ -26,18 +26,20 @@ layout(std140, binding = 0) uniform stp_frame {
     vec4 terms;         // error rule: weight of colours, of errors at outlines (1: as elsewhere);
                         // contours: step, the eye's height over a multiple of 5 steps
     vec4 colour_range;  // low end (elevation: relative to the eye), 1 / (high - low); overlay, edl
-    vec4 light;         // xyz: unit vector towards the light in eye space
+    vec4 light;         // xyz: unit vector towards the light in eye space; number of planes
     // x: 1 if orthographic. y: flags of samples whose backs are hidden (0: none) | STP_BACKS_DRAWN.
     // z: 1 if clipped. w: number of openings. All but y have macros, too.
     ivec4 modes;
     vec4 clip_min;      // xyz: of the clip box, relative to the eye
     vec4 clip_max;
+    vec4 planes[6];     // drawn: dot(xyz, place relative to the eye) + w >= 0; STP_PLANES of them
     uvec4 hidden[2];    // bit set of classes that are not drawn
     vec4 openings[128]; // balls that show backs: centre relative to the eye, radius
 } STP_FRAME_BLOCK;
 
 #ifdef STP_FRAME_HELD
 vec4 axis_right, axis_up, axis_back, viewport, centre, quality, terms, colour_range, clip_min, clip_max;
+vec4 planes[6];
 ivec4 modes;
 uvec4 hidden[2];
 #define STP_OPENING(i) frame_block.openings[i] // too many to hold
@@ -54,6 +56,9 @@ void stp_frame_hold()
     colour_range = frame_block.colour_range;
     clip_min = frame_block.clip_min;
     clip_max = frame_block.clip_max;
+#if STP_PLANES
+    planes = frame_block.planes;
+#endif
     modes = frame_block.modes;
     hidden = frame_block.hidden;
 }
@@ -65,7 +70,7 @@ void stp_frame_hold()
 
 // A program is compiled for one variant (runtime/gl/shader.h). STP_ORTHOGRAPHIC, STP_BOX, STP_CLIP,
 // STP_HIDE_CLASSES, STP_OVERLAY, STP_CONTOURS, STP_EXAGGERATED, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0
-// or 1; STP_SHADE, STP_COLOUR and STP_PALETTE are one of the values below. Code that a picture does not need is not
+// or 1; STP_PLANES is the number of planes; STP_SHADE, STP_COLOUR and STP_PALETTE are one of the values below. Code that a picture does not need is not
 // compiled, since software rasterisers run both sides of a branch.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1

@@ -99,8 +99,8 @@ static aspect aspect_of(const stp_gpu_frame *frame, const stp_rule_bound *bound)
     bool orthographic = frame->modes[0] != 0;
     float eye[3], radius = bound->radius * stp_frame_stretch(frame);
     to_eye(frame, bound->centre, eye);
-    float range = is_exaggerated(frame) ? sqrtf(dot3(eye, eye))
-                                        : sqrtf(dot3(bound->centre, bound->centre));
+    float range =
+        is_exaggerated(frame) ? sqrtf(dot3(eye, eye)) : sqrtf(dot3(bound->centre, bound->centre));
     float least = range > 1e-30f ? range : 1e-30f;
     float cos_phi = orthographic ? -dot3(frame->axis_back, bound->cone_axis)
                                  : dot3(bound->centre, bound->cone_axis) / least;
@@ -180,10 +180,15 @@ static bool is_culled(const stp_gpu_frame *frame, const stp_rule_bound *bound)
     return faces_away(frame, &wide) && !seen_through(frame, bound);
 }
 
-/* Whether no centre in the bound can lie in the clip box. Floats may be off in their last bits, so
- * a near bound counts as inside; each sample is tested again. */
+/* Whether no centre in the bound can lie in the clip box and on the kept side of the planes. Floats
+ * may be off in their last bits, so a near bound counts as inside; each sample is tested again. */
 static bool outside_clip(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
+    for (int i = 0; i < (int)frame->light[3]; i++) {
+        const float *plane = frame->planes[i], slack = fabsf(plane[3]) * 1e-6f;
+        if (dot3(plane, bound->centre) + plane[3] < -(bound->radius * 1.00001f + slack))
+            return true;
+    }
     if (frame->modes[2] == 0)
         return false;
     for (int i = 0; i < 3; i++) {
@@ -200,7 +205,8 @@ bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, f
     if (is_culled(frame, bound)) /* first, since this takes half of a closed model */
         return false;
     to_eye(frame, bound->centre, eye);
-    return !outside_frustum(frame, eye, bound->radius * stp_frame_stretch(frame)) && !outside_clip(frame, bound);
+    return !outside_frustum(frame, eye, bound->radius * stp_frame_stretch(frame)) &&
+           !outside_clip(frame, bound);
 }
 
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound)

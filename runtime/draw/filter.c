@@ -7,6 +7,23 @@
 /* Every fifth contour is wider (shaders/shade/contour.glsl). */
 #define CONTOURS_MARKED 5.0
 
+static stp_status check_planes(const stp_draw_params *params, stp_error *err)
+{
+    if (params->plane_count > STP_PLANES_LIMIT)
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "%u planes to clip by: give at most %d",
+                             params->plane_count, STP_PLANES_LIMIT);
+    for (unsigned i = 0; i < params->plane_count; i++) {
+        const stp_plane *p = &params->planes[i];
+        const double length = stp_dvec3_length(p->normal);
+        if (!(length > 0.0) || !isfinite(length) || !isfinite(p->offset))
+            return stp_error_set(err, STP_INVALID_ARGUMENT,
+                                 "plane %u with normal %g,%g,%g and offset %g: give a direction, "
+                                 "all finite",
+                                 i + 1, p->normal.x, p->normal.y, p->normal.z, p->offset);
+    }
+    return STP_OK;
+}
+
 stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)
 {
     const stp_dbox *box = &params->clip.box;
@@ -16,6 +33,9 @@ stp_status stp_filter_check(const stp_draw_params *params, stp_error *err)
             "the clip box from %.9g,%.9g,%.9g to %.9g,%.9g,%.9g is inverted or not "
             "a number: give the least corner first",
             box->min.x, box->min.y, box->min.z, box->max.x, box->max.y, box->max.z);
+    stp_status planes = check_planes(params, err);
+    if (planes != STP_OK)
+        return planes;
     if (!(params->overlay >= 0.0 && params->overlay <= 1.0))
         return stp_error_set(err, STP_INVALID_ARGUMENT, "an overlay of %g is not between 0 and 1",
                              params->overlay);
@@ -62,6 +82,16 @@ static void set_corner(float out[4], stp_dvec3 corner, const stp_dvec3 *eye)
     out[3] = 0.0f;
 }
 
+static void set_plane(float out[4], const stp_plane *plane, const stp_dvec3 *eye)
+{
+    const double length = stp_dvec3_length(plane->normal);
+    const stp_dvec3 n = stp_dvec3_scale(plane->normal, 1.0 / length);
+    out[0] = (float)n.x;
+    out[1] = (float)n.y;
+    out[2] = (float)n.z;
+    out[3] = clamped(stp_dvec3_dot(n, *eye) - plane->offset / length);
+}
+
 /* The light that moves with the camera, in eye space. */
 static vec3s camera_light(stp_shade shade)
 {
@@ -93,6 +123,9 @@ void stp_filter_place(stp_gpu_frame *frame, const stp_draw_params *params, const
         set_corner(frame->clip_min, params->clip.box.min, eye);
         set_corner(frame->clip_max, params->clip.box.max, eye);
     }
+    for (unsigned i = 0; i < params->plane_count; i++)
+        set_plane(frame->planes[i], &params->planes[i], eye);
+    frame->light[3] = (float)params->plane_count;
     memcpy(frame->hidden, params->hidden_classes, sizeof frame->hidden);
     frame->colour_range[2] = (float)params->overlay;
     frame->colour_range[3] = (float)params->edl;

@@ -55,8 +55,8 @@ enum {
 /* std140, binding 0. */
 typedef struct stp_gpu_frame {
     /* xyz: take a place relative to the eye to eye space. They are its axes in the world if nothing
-     * is exaggerated; otherwise z is multiplied. w of the three: direction back to the eye where the
-     * view looks, unit, in the world. */
+     * is exaggerated; otherwise z is multiplied. w of the three: direction back to the eye where
+     * the view looks, unit, in the world. */
     float axis_right[4], axis_up[4], axis_back[4];
     float viewport[4];   /* width, height, f, near depth */
     float centre[4];     /* window coordinates of the camera's axis; how many times as high heights
@@ -67,11 +67,12 @@ typedef struct stp_gpu_frame {
                             eye's height over a multiple of 5 steps */
     /* Low end (elevation: relative to the eye), 1 / (high - low); overlay, eye-dome lighting. */
     float colour_range[4];
-    float light[4]; /* xyz: unit vector towards the light in eye space */
+    float light[4]; /* xyz: unit vector towards the light in eye space; number of planes */
     /* Orthographic; flags of samples whose backs are left out (0: none); clipped; number of
      * openings. */
     int32_t modes[4];
     float clip_min[4], clip_max[4];   /* xyz: of the clip box, relative to the eye */
+    float planes[6][4];               /* drawn: dot(xyz, place relative to the eye) + w >= 0 */
     uint32_t hidden[STP_CLASS_WORDS]; /* bit set of classes that are not drawn */
     /* Balls through which backs are seen nevertheless: centre relative to the eye, radius. */
     float openings[STP_OPENINGS_LIMIT][4];
@@ -105,7 +106,7 @@ typedef struct stp_gpu_chunk {
     uint32_t openings[STP_OPENING_WORDS]; /* through which its patches may be seen */
 } stp_gpu_chunk;
 
-_Static_assert(sizeof(stp_gpu_frame) == 256 + 16 * STP_OPENINGS_LIMIT,
+_Static_assert(sizeof(stp_gpu_frame) == 352 + 16 * STP_OPENINGS_LIMIT,
                "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 48, "STP_CHUNK_TEXELS texels");

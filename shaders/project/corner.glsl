@@ -2,6 +2,9 @@
 // patch.glsl, project.glsl.
 
 flat out uint id; // the sample, and the shape that begins with it
+#if STP_PLANES
+out vec3 place; // relative to the eye; shape.frag asks the planes, since clip distances are few
+#endif
 
 #if STP_CLIP
 out float gl_ClipDistance[6];
@@ -19,6 +22,9 @@ void stp_corner_emit(vec3 from_eye, uint name)
     gl_ClipDistance[3] = high.x;
     gl_ClipDistance[4] = high.y;
     gl_ClipDistance[5] = high.z;
+#endif
+#if STP_PLANES
+    place = from_eye;
 #endif
     id = name;
     EmitVertex();

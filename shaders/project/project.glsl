@@ -40,13 +40,25 @@ bool stp_class_hidden(uint class_id)
 #endif
 }
 
-// Whether a position, relative to the eye in world axes, lies outside the clip box.
+// Whether a position, relative to the eye in world axes, lies behind one of the host's planes.
+bool stp_behind_planes(vec3 from_eye)
+{
+    bool behind = false;
+#if STP_PLANES
+    for (int i = 0; i < STP_PLANES; i++)
+        behind = behind || dot(planes[i].xyz, from_eye) + planes[i].w < 0.0;
+#endif
+    return behind;
+}
+
+// Whether a position lies outside the clip box or behind a plane.
 bool stp_clipped(vec3 from_eye)
 {
 #if STP_CLIP
-    return any(lessThan(from_eye, clip_min.xyz)) || any(greaterThan(from_eye, clip_max.xyz));
+    return any(lessThan(from_eye, clip_min.xyz)) || any(greaterThan(from_eye, clip_max.xyz)) ||
+           stp_behind_planes(from_eye);
 #else
-    return false;
+    return stp_behind_planes(from_eye);
 #endif
 }
 

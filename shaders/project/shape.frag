@@ -4,11 +4,18 @@
 #include "project.glsl"
 
 flat in uint id;
+#if STP_PLANES
+in vec3 place;
+#endif
 
 layout(location = 0) out uint nearest;
 
 void main()
 {
+#if STP_PLANES
+    if (stp_behind_planes(place))
+        discard;
+#endif
     nearest = id;
     gl_FragDepth = stp_depth_apart(gl_FragCoord.z, STP_ORDER_SHAPE);
 }

@@ -10,6 +10,9 @@
 #include "sample_pixel.glsl"
 
 flat in uint id;
+#if STP_PLANES
+in vec3 place; // asked of flat pieces and triangles; segments are asked where their discs are
+#endif
 
 layout(location = 0) out uint nearest;
 
@@ -30,6 +33,10 @@ void main()
     stp_disc disc = stp_disc_of(id, name.y, lattice, gl_FragCoord.xy);
     stp_pixel p = stp_disc_pixel(disc, name, gl_FragCoord.xy);
     float farther = 0.0;
+#if STP_PLANES
+    if ((id & STP_NAME_RIBBON) != STP_NAME_SEGMENT && stp_behind_planes(place))
+        discard;
+#endif
     if ((id & STP_NAME_RIBBON) == STP_NAME_SEGMENT && !stp_segment_seen(disc, p, farther))
         discard;
     nearest = id;

@@ -41,11 +41,14 @@ void stp_rectangle_emit(stp_disc a, stp_disc b, uint name)
     for (int k = 0; k < 4; k++) {
         vec2 aside = vec2(-along.y, along.x) * ((k & 1) == 0 ? -reach : reach);
         vec2 offset = aside + along * (k < 2 ? -reach : reach);
-        vec4 place = stp_clip_position(ends[k >> 1]);
-        gl_Position = vec4(place.xy + 2.0 * offset / viewport.xy * place.w, 0.5 * place.w, place.w); // between the planes
+        vec4 end = stp_clip_position(ends[k >> 1]);
+        gl_Position = vec4(end.xy + 2.0 * offset / viewport.xy * end.w, 0.5 * end.w, end.w); // between the planes
 #if STP_CLIP
         for (int plane = 0; plane < 6; plane++)
             gl_ClipDistance[plane] = 1.0; // what is left is asked for each pixel
+#endif
+#if STP_PLANES
+        place = vec3(0.0); // likewise
 #endif
         id = name;
         EmitVertex();
@@ -54,10 +57,10 @@ void stp_rectangle_emit(stp_disc a, stp_disc b, uint name)
 }
 #endif
 
-// place: in eye space.
-void stp_ribbon_corner(vec3 place, uint name)
+// position: in eye space.
+void stp_ribbon_corner(vec3 position, uint name)
 {
-    stp_corner_emit(stp_from_eye(place), name);
+    stp_corner_emit(stp_from_eye(position), name);
 }
 
 void stp_ribbon_emit(stp_ribbon r, uint name)

@@ -237,6 +237,8 @@ static void triangles_too(void **state)
         stp_view view;
         check_ok(stp_view_create(&view, &camera, &ball, SIZE, SIZE, err));
         const stp_draw_params params = {.exaggerate = k == 0 ? 3.0 : 0.0,
+                                        .planes = {{{0.0, 0.0, 1.0}, -0.2 * z}},
+                                        .plane_count = 1,
                                         .clip = {true, {{-0.8, -2.0, -2.0}, {2.0, 2.0, 2.0}}}};
         gl_fixture_draw(&f, &view, &params, NULL, pictures[k]);
         gl_fixture_close(&f);

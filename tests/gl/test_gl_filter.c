@@ -1,8 +1,9 @@
-/* Tests the clip box and hidden classes: exactly the right samples are drawn, every road draws the
- * same, nothing outside the box is loaded, and wrong boxes are refused. */
+/* Tests the clip box, the host's planes and hidden classes: exactly the right samples are drawn,
+ * every road draws the same, nothing outside the box is loaded, and wrong boxes are refused. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/square_fixture.h"
 #include "tests/support/views.h"
 
 enum { COUNT = 60000, SIZE = 200, PIXELS = SIZE * SIZE };
@@ -156,6 +157,102 @@ static void roads_agree(void **state)
         }
 }
 
+/* The six planes of a box, with normals of some length. */
+static void set_planes(stp_draw_params *params, const stp_dbox *box)
+{
+    params->plane_count = 6;
+    for (int i = 0; i < 3; i++) {
+        const stp_dvec3 axis = {i == 0, i == 1, i == 2};
+        params->planes[2 * i] = (stp_plane){axis, stp_dvec3_dot(axis, box->min)};
+        params->planes[2 * i + 1] =
+            (stp_plane){stp_dvec3_scale(axis, -2.0), -2.0 * stp_dvec3_dot(axis, box->max)};
+    }
+}
+
+/* The host's planes around a box must make the picture that the box makes: by every road and
+ * reconstruction, in both projections. */
+static void planes_as_box(void **state)
+{
+    gl_fixture *f = *state;
+    static uint8_t boxed[4 * PIXELS], planed[4 * PIXELS];
+    for (int reconstruct = 0; reconstruct <= STP_RECONSTRUCT_LAST; reconstruct++)
+        for (int r = reconstruct % ROADS; r < ROADS; r += reconstruct == 0 ? 1 : ROADS) {
+            stp_draw_params params = {
+                .reconstruct = (stp_reconstruct)reconstruct, .lod = roads[r], .clip = upper};
+            stp_view view = view_from(f, 18 + reconstruct);
+            view.orthographic = r % 2 != 0;
+            if (view.orthographic)
+                view.f = 0.4 * SIZE / radius;
+            gl_fixture_draw(f, &view, &params, NULL, boxed);
+            params.clip.enabled = false;
+            set_planes(&params, &upper.box);
+            gl_fixture_draw(f, &view, &params, NULL, planed);
+            assert_true(gl_fixture_covered(boxed, PIXELS) > PIXELS / 50);
+            assert_memory_equal(boxed, planed, sizeof boxed);
+        }
+}
+
+/* Planes cut triangles where the box does: to the pixel, but for rounding. */
+static void planes_cut_triangles(void **state)
+{
+    (void)state;
+    static uint8_t boxed[4 * PIXELS], planed[4 * PIXELS];
+    static const stp_dvec3 corners[4] = {
+        {-1.0, -1.0, 0.0}, {1.0, -1.0, 0.5}, {1.0, 1.0, 1.0}, {-1.0, 1.0, 0.5}};
+    gl_fixture f = {0};
+    stp_prep_stats stats;
+    stp_triangle_set square = square_make(corners);
+    check_ok(prep_shapes_run(NULL, NULL, &square, "square.stipple", 2, NULL, &stats, err));
+    stp_triangle_set_clear(&square);
+    gl_fixture_open(&f, "square.stipple", NULL);
+    for (int splat = 0; splat < 2; splat++) {
+        const stp_view view = view_from(&f, 20);
+        stp_draw_params params = {.reconstruct =
+                                      splat ? STP_RECONSTRUCT_SPLAT : STP_RECONSTRUCT_GAUSS,
+                                  .clip = {true, {{-0.7, -0.5, 0.2}, {0.6, 3.0, 0.9}}}};
+        const stp_dbox box = params.clip.box;
+        size_t apart = 0;
+        gl_fixture_draw(&f, &view, &params, NULL, boxed);
+        params.clip.enabled = false;
+        set_planes(&params, &box);
+        gl_fixture_draw(&f, &view, &params, NULL, planed);
+        for (int i = 0; i < PIXELS; i++)
+            apart += boxed[4 * i + 3] != planed[4 * i + 3];
+        assert_true(gl_fixture_covered(boxed, PIXELS) > 500);
+        print_message("triangles: %zu pixels apart\n", apart);
+        assert_true(apart < 12);
+    }
+    gl_fixture_close(&f);
+}
+
+/* One slanting plane: only what lies on its kept side is picked; and a box as well cuts away more.
+ */
+static void slanting_plane(void **state)
+{
+    gl_fixture *f = *state;
+    static uint8_t rgba[4 * PIXELS], both[4 * PIXELS];
+    const stp_view view = view_from(f, 20);
+    const stp_dvec3 normal = {0.6, 0.0, 0.8};
+    stp_draw_params params = {.planes = {{normal, stp_dvec3_dot(normal, centre)}},
+                              .plane_count = 1};
+    gl_fixture_draw(f, &view, &params, NULL, rgba);
+    size_t hits = 0;
+    for (int i = 0; i < PIXELS; i += 53) {
+        stp_pick pick;
+        check_ok(stp_renderer_pick(f->renderer, i % SIZE, i / SIZE, &pick, err));
+        if (!pick.hit)
+            continue;
+        hits++;
+        assert_true(stp_dvec3_dot(normal, stp_dvec3_sub(pick.position, centre)) > -pick.radius);
+    }
+    assert_true(hits > 20);
+    params.clip = upper;
+    gl_fixture_draw(f, &view, &params, NULL, both);
+    for (int i = 0; i < PIXELS; i++)
+        assert_true(both[4 * i + 3] == 0 || rgba[4 * i + 3] != 0);
+    assert_true(gl_fixture_covered(both, PIXELS) < gl_fixture_covered(rgba, PIXELS));
+}
+
 /* A clipped picture must cover what the picture of the points clipped beforehand covers, except at
  * its edge. */
 static void as_clipped_before(void **state)
@@ -236,6 +333,10 @@ static void refused(void **state)
     const stp_draw_params wrong[] = {
         {.clip = {true, {{0.0, 0.0, NAN}, {1.0, 1.0, 1.0}}}},
         {.clip = {true, {{0.0, 2.0, 0.0}, {1.0, 1.0, 1.0}}}},
+        {.plane_count = 1},
+        {.plane_count = 1, .planes = {{{0.0, 0.0, NAN}, 0.0}}},
+        {.plane_count = 1, .planes = {{{0.0, 0.0, 1.0}, INFINITY}}},
+        {.plane_count = 7},
         {.overlay = 1.5},
         {.overlay = NAN},
         {.edl = -1.0},
@@ -253,11 +354,10 @@ int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(exact),
-        cmocka_unit_test(roads_agree),
-        cmocka_unit_test(as_clipped_before),
-        cmocka_unit_test(culled),
-        cmocka_unit_test(nothing),
+        cmocka_unit_test(exact),          cmocka_unit_test(roads_agree),
+        cmocka_unit_test(planes_as_box),  cmocka_unit_test(planes_cut_triangles),
+        cmocka_unit_test(slanting_plane), cmocka_unit_test(as_clipped_before),
+        cmocka_unit_test(culled),         cmocka_unit_test(nothing),
         cmocka_unit_test(refused),
     };
     int failed = cmocka_run_group_tests(tests, open_model, close_model);

@@ -46,7 +46,7 @@ static const char decode[] =
     "    put4(frustum[1]);\n"
     "    put4(quality); put4(terms); put4(colour_range); put4(light); put4(vec4(modes)); "
     "put4(clip_min); "
-    "put4(clip_max);\n"
+    "put4(clip_max); put4(planes[0]); put4(planes[5]);\n"
     "    for (int i = 0; i < 8; i++) put(float(hidden[i >> 2][i & 3]));\n"
     "    put4(openings[0]); put4(openings[127]);\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
@@ -104,6 +104,7 @@ static stp_gpu_frame make_frame(void)
         .modes = {16, 17, 18, 19},
         .clip_min = {75, 76, 77, 78},
         .clip_max = {79, 80, 81, 82},
+        .planes = {{108, 109, 110, 111}, {0}, {0}, {0}, {0}, {112, 113, 114, 115}},
         .hidden = {83, 84, 85, 86, 87, 88, 89, 90},
         .openings = {[0] = {91, 92, 93, 94}, [STP_OPENINGS_LIMIT - 1] = {95, 96, 97, 98}}};
     return frame;
@@ -167,6 +168,8 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
         want(&e, frame->modes[i]);
     want_floats(&e, frame->clip_min, 4);
     want_floats(&e, frame->clip_max, 4);
+    want_floats(&e, frame->planes[0], 4);
+    want_floats(&e, frame->planes[5], 4);
     for (int i = 0; i < STP_CLASS_WORDS; i++)
         want(&e, frame->hidden[i]);
     want_floats(&e, frame->openings[0], 4);
