@@ -137,8 +137,18 @@ static inline void view_drawn_pixel(const viewer *v, int *x, int *y)
     *y = (int)floor((*y + 0.5) * v->drawn.height / v->layout.picture_height);
 }
 
+/* ---- view_say.c ---- */
+
 /* Says something in the status line for some seconds. */
 void view_note(viewer *v, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* Formats "456123.250  5428001.125  310.500", with as many digits as the scene's size needs. */
+void view_format_position(const viewer *v, stp_dvec3 position, char out[160]);
+int view_digits(const viewer *v);
+/* Gets the window position, y down, of a place in the model. False if it is behind the eye. */
+bool view_place(const viewer *v, stp_dvec3 place, double at[2]);
+/* The same of a place in the world as drawn. */
+bool view_place_drawn(const viewer *v, stp_dvec3 place, double at[2]);
 
 /* ---- view_wishes.c ---- */
 
@@ -216,8 +226,5 @@ void view_legend_draw(const viewer *v);
 bool view_clip_handle(viewer *v, const stp_window_event *event);
 /* Switches the clip box on or off. An empty clip box becomes the scene's box. */
 void view_clip_toggle(viewer *v);
-/* Formats "456123.250  5428001.125  310.500", with as many digits as the scene's size needs. */
-void view_format_position(const viewer *v, stp_dvec3 position, char out[160]);
-int view_digits(const viewer *v);
 
 #endif

@@ -14,34 +14,6 @@
 #define HANDLE_PX 6.0
 #define HANDLE_REACH_PX 11.0
 
-int view_digits(const viewer *v)
-{
-    double digits = 5.0 - floor(log10(v->scene.ball.radius));
-    return (int)fmin(fmax(digits, 3.0), 12.0);
-}
-
-void view_format_position(const viewer *v, stp_dvec3 p, char out[160])
-{
-    int digits = view_digits(v);
-    snprintf(out, 160, "%.*f  %.*f  %.*f", digits, p.x, digits, p.y, digits, p.z);
-}
-
-/* Gets the window position, y down, of a place in the world as drawn. False if it is behind the
- * eye. */
-static bool place_drawn(const viewer *v, stp_dvec3 p, double at[2])
-{
-    const stp_view *view = &v->control.view;
-    stp_dvec3 w = stp_view_project(view, p);
-    at[0] = w.x;
-    at[1] = v->layout.height - w.y;
-    return w.z > view->near_depth && isfinite(w.x) && isfinite(w.y);
-}
-
-bool view_place(const viewer *v, stp_dvec3 place, double at[2])
-{
-    return place_drawn(v, stp_exaggerated(&v->control.params, place), at);
-}
-
 /* Draws a line between two places of the model, clipped at the near plane. */
 static void world_line(const viewer *v, stp_dvec3 a, stp_dvec3 b, uint32_t colour, double width)
 {
@@ -58,7 +30,7 @@ static void world_line(const viewer *v, stp_dvec3 a, stp_dvec3 b, uint32_t colou
         a = stp_dvec3_add(a, stp_dvec3_scale(d, (near_depth - za) / (zb - za)));
     else if (zb < near_depth)
         b = stp_dvec3_add(a, stp_dvec3_scale(d, (za - near_depth) / (za - zb)));
-    if (place_drawn(v, a, from) && place_drawn(v, b, to))
+    if (view_place_drawn(v, a, from) && view_place_drawn(v, b, to))
         stp_ui_draw_line(from[0], from[1], to[0], to[1], colour, width * stp_ui_scale(v->ui));
 }
 
@@ -68,7 +40,7 @@ static void draw_pivot(const viewer *v)
     double at[2], s = stp_ui_scale(v->ui);
     if ((c->drag != VIEW_TURN || !c->moved) && !(c->pivot_until_s > v->now_s))
         return;
-    if (!place_drawn(v, c->pivot, at))
+    if (!view_place_drawn(v, c->pivot, at))
         return;
     stp_ui_draw_circle(at[0], at[1], 7.0 * s, 0x00000080, 4.0 * s);
     stp_ui_draw_circle(at[0], at[1], 7.0 * s, ORANGE, 2.0 * s);

@@ -5,23 +5,11 @@
 #include "runtime/class_legend.h"
 #include "tools/draw/draw_exaggerate.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-#define NOTE_S 6.0
 /* Width of the panel, and of a window too narrow for it, in unscaled pixels. */
 #define PANEL_WIDTH 330.0
-
-void view_note(viewer *v, const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(v->note, sizeof v->note, format, arguments);
-    va_end(arguments);
-    v->note_until_s = v->now_s + NOTE_S;
-    v->ui_turns = VIEW_TURNS_TO_SETTLE;
-}
 
 void view_layout_update(viewer *v)
 {
