@@ -66,9 +66,11 @@ stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_
 stp_scan_params prep_inputs_params(const prep_inputs *inputs, size_t i);
 /* Lists rejected records in a CSV file: file, index in the file from 0, reason. In a file with
  * lines, the index counts the vertices that no line uses. A file that is left out gets one line
- * without an index. The CSV file appears with prep_inputs_end_rejects. Errors: EXISTS, IO. */
+ * without an index. The CSV file appears with prep_inputs_end_rejects; prep_inputs_reject
+ * adds a line, as stp_prep_source.rejected. Errors: EXISTS, IO. */
 stp_status prep_inputs_begin_rejects(prep_inputs *inputs, const char *path, bool force,
                                      stp_error *err);
+stp_status prep_inputs_reject(void *inputs, uint64_t place, stp_reject reason, stp_error *err);
 stp_status prep_inputs_end_rejects(prep_inputs *inputs, stp_error *err);
 /* The number of inputs that are left out. */
 size_t prep_inputs_unreadable(const prep_inputs *inputs);
