@@ -88,7 +88,7 @@ test_damage() {
 
 # A survey, whose positions have a scale of 0.01: its raw and Draco models hold the same.
 test_scale() {
-    "$STIPPLE" gen terrain -n 3000 -o "$FOLDER/scan.ply" --quiet || fail "no scan"
+    "$STIPPLE" gen terrain -n 3000 -o "$FOLDER/scan.ply" --quiet --force || fail "no scan"
     python3 - "$FOLDER/scan.ply" >"$FOLDER/scan.txt" <<'END'
 import struct
 import sys

@@ -14,7 +14,7 @@ static int run(int argc, char **argv);
 const cli_command cli_export = {
     .name = "export",
     .summary = "write the points and lines of a chunk file as PLY or LAS",
-    .usage = "stipple export M.stipple -o F.ply|F.las [options]",
+    .usage = "stipple export M.stipple -o F.ply [options]",
     .details =
         "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
         "If floats cannot hold the coordinates, they are doubles. Unknown normals are 0 0 0.\n"
