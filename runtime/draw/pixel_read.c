@@ -49,7 +49,7 @@ stp_dvec3 stp_normal_to_world(const stp_gpu_frame *frame, stp_dvec3 normal)
 double stp_disc_stretch(const stp_gpu_frame *frame, stp_dvec3 normal)
 {
     const double times = (double)frame->centre[2];
-    return sqrt(1.0 + fmax(0.0, times * times - 1.0) * fmax(0.0, 1.0 - normal.z * normal.z));
+    return sqrt(1.0 + 0.5 * (times * times - 1.0) * fmax(0.0, 1.0 - normal.z * normal.z));
 }
 
 stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int x, int y)

@@ -24,8 +24,7 @@ stp_dvec3 stp_pixel_normal(const stp_gpu_frame *frame, stp_dvec3 n, int tag, int
 stp_dvec3 stp_place_to_world(const stp_gpu_frame *frame, stp_dvec3 place);
 /* Takes a normal in eye space to world axes; unit. */
 stp_dvec3 stp_normal_to_world(const stp_gpu_frame *frame, stp_dvec3 normal);
-/* How many times as large a disc with this normal (world axes) is drawn: by its longest diameter.
- */
+/* How many times as large a disc with this normal (world axes) is drawn: by its second moment. */
 double stp_disc_stretch(const stp_gpu_frame *frame, stp_dvec3 normal);
 
 /* Reads the normals from the paint texture of a level that has the frame's viewport: xyz in world

@@ -182,13 +182,13 @@ bool stp_sample_oriented(uvec4 texel)
 }
 
 #if STP_EXAGGERATED
-// Stretches a disc as its place is stretched. An ellipse would come of it; the disc is drawn with its
-// longest radius. n: the normal, or a tube's tangent, in the world.
+// Stretches a disc as its place is stretched. An ellipse would come of it; it is drawn as the disc with
+// the same second moment. n: the normal, or a tube's tangent, in the world.
 void stp_disc_exaggerate(inout stp_disc disc, vec3 n)
 {
     bool tube = disc.kind == 2u; // STP_KIND_TUBE
-    float more = max(centre.z * centre.z - 1.0, 0.0), across = disc.has_normal ? 1.0 - n.z * n.z : 1.0;
-    disc.radius *= tube ? 1.0 : sqrt(1.0 + more * max(across, 0.0));
+    float across = disc.has_normal ? max(1.0 - n.z * n.z, 0.0) : 1.0;
+    disc.radius *= tube ? 1.0 : sqrt(1.0 + 0.5 * (centre.z * centre.z - 1.0) * across);
     n.z *= tube ? 1.0 : centre.w; // a normal stays across its surface
     disc.normal = normalize(stp_to_eye(n));
 }
