@@ -18,7 +18,7 @@
 #define ROWS_MOST 3000u
 
 /* Two columns of numbers, one beside the other; two of kinds; a number beside a kind. */
-static const int8_t beside[COLUMNS] = {STP_BESIDE_NONE, 0, STP_BESIDE_KINDS, STP_BESIDE_KINDS, 2};
+static const int16_t beside[COLUMNS] = {STP_BESIDE_NONE, 0, STP_BESIDE_KINDS, STP_BESIDE_KINDS, 2};
 
 static stp_table table_of(int16_t *values, uint32_t rows)
 {
@@ -59,7 +59,7 @@ static void fill(int16_t *values, uint32_t rows, unsigned width)
         const uint64_t random = stp_random_u64(width, i);
         const unsigned column = i / rows;
         if (column == 2 || column == 3)
-            values[i] = (int8_t)(random % 5 ? 0 : random >> 8);
+            values[i] = random % 5 ? (int16_t)0 : (int16_t)(int)(random >> 8 & 0xff) - 128;
         else
             values[i] = (int16_t)((int16_t)random >> (16 - width));
         if (column != 2 && column != 3 && random >> 40 == 0)

@@ -70,7 +70,7 @@ stp_scan_params prep_inputs_params(const prep_inputs *inputs, size_t i);
  * adds a line, as stp_prep_source.rejected. Errors: EXISTS, IO. */
 stp_status prep_inputs_begin_rejects(prep_inputs *inputs, const char *path, bool force,
                                      stp_error *err);
-stp_status prep_inputs_reject(void *inputs, uint64_t place, stp_reject reason, stp_error *err);
+stp_status prep_inputs_reject(void *context, uint64_t place, stp_reject reason, stp_error *err);
 stp_status prep_inputs_end_rejects(prep_inputs *inputs, stp_error *err);
 /* The number of inputs that are left out. */
 size_t prep_inputs_unreadable(const prep_inputs *inputs);

@@ -212,8 +212,6 @@ void view_panel_marks(viewer *v);
 void view_panel_kept(viewer *v);
 void view_panel_shot(viewer *v);
 void view_panel_numbers(viewer *v);
-/* Gets the window position, y down, of a place in the model. False if it is behind the eye. */
-bool view_place(const viewer *v, stp_dvec3 place, double at[2]);
 /* Draws the pivot, the clip box, the measured lines, the status line and the help. */
 void view_marks_draw(viewer *v);
 /* Formats an intensity from 0 to 1 in the scans' own numbers, rounded as far as it is known, or in

@@ -109,7 +109,7 @@ static unsigned patch_columns(const stp_chunk *chunk)
 /* Of each column, the column beside it (formats/SPEC.md, "Odds"). */
 #define NONE STP_BESIDE_NONE
 #define KINDS STP_BESIDE_KINDS
-static const int8_t sample_beside[STP_SAMPLE_COLUMN_COUNT] = {
+static const int16_t sample_beside[STP_SAMPLE_COLUMN_COUNT] = {
     [STP_COLUMN_RADIUS] = NONE,
     [STP_COLUMN_FLAGS] = KINDS,
     [STP_COLUMN_CLASS] = KINDS,
@@ -124,7 +124,7 @@ static const int8_t sample_beside[STP_SAMPLE_COLUMN_COUNT] = {
     [STP_COLUMN_POSITION_C] = STP_COLUMN_POSITION_B,
 };
 /* Each patch column from 2 on has the one before beside it; child and flags are kinds. */
-static const int8_t patch_beside[STP_LINKED_PATCH_COLUMN_COUNT] = {
+static const int16_t patch_beside[STP_LINKED_PATCH_COLUMN_COUNT] = {
     NONE, NONE, 1,  2,  3,  4,  5,  KINDS, KINDS, NONE, 9,  10, 11, 12, 13, 14,
     15,   16,   17, 18, 19, 20, 21, 22,    23,    24,   25, 26, 27, 28, 29, 30,
     31,   32,   33, 34, 35, 36, 37, 38,    39,    40,   41, 42, 43, 44,

@@ -30,7 +30,7 @@ typedef struct stp_table {
     bool smallest; /* encoding: see stp_column_encode */
     /* By column: the column whose cells tell how large this one's are, or -1. NULL: the table
      * cannot be coded by odds. Decoding sets by_odds. */
-    const int8_t *beside;
+    const int16_t *beside;
     bool by_odds;
     /* Normals are on the grid of this shift (normal_grid.h). Decoding sets it if the table may have
      * one; else the file must say 0. */
