@@ -180,4 +180,20 @@ for flipped in "$FOLDER"/n.stipple.*; do
     run "$STIPPLE" verify "$flipped" --quiet
     [ "$code" = 1 ] || fail "a flipped bit: exit $code"
 done
+# Without both copies of the header, a repair finds the sections and loses nothing; if it cannot keep the
+# attributes, it says so.
+python3 - "$FOLDER/n.stipple" "$FOLDER/lost.stipple" "$FOLDER/worse.stipple" <<'END'
+import struct, sys
+data = bytearray(open(sys.argv[1], "rb").read())
+begin, = struct.unpack_from("<Q", data, 168 + 8)
+data[8:16] = data[1032:1040] = bytes(8)
+open(sys.argv[2], "wb").write(data)
+data[begin + 100:begin + 200] = bytes(100)
+open(sys.argv[3], "wb").write(data)
+END
+expect_ok verify "$FOLDER/lost.stipple" --repair -o "$FOLDER/found.stipple" --quiet
+cmp "$FOLDER/found.stipple" "$FOLDER/n.stipple" || fail "a lost header is not found again"
+run "$STIPPLE" verify "$FOLDER/worse.stipple" --repair -o "$FOLDER/found.stipple" --force
+[ "$code" = 1 ] && found "attributes are lost" "$FOLDER/err" || fail "attributes are lost without a word: exit $code"
+expect_ok verify "$FOLDER/found.stipple" --quiet
 end_test

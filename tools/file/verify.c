@@ -85,8 +85,8 @@ static stp_status sum_up(const verify_options *o, const stp_repair_result *resul
                              " samples stand in for them, as its metadata says",
                              output, result->points_lost, result->stand_ins);
     } else {
-        return stp_error_set(err, STP_CORRUPT,
-                             "%s is repaired with all points, but its metadata is lost", output);
+        return stp_error_set(err, STP_CORRUPT, "%s is repaired with all points, but its %s lost",
+                             output, result->attributes_lost ? "attributes are" : "metadata is");
     }
     return STP_OK;
 }

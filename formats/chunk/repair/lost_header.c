@@ -2,6 +2,7 @@
 #include "formats/chunk/repair/lost_header.h"
 
 #include "base/memory.h"
+#include "formats/chunk/repair/lost_places.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -136,25 +137,12 @@ done:
     return status;
 }
 
-/* Puts the table of blocks, of version 2, between the payloads and the metadata. */
-static void place_blocks(stp_header *h, uint64_t block_count)
-{
-    h->version_major = 2;
-    h->header_bytes = STP_HEADER_BYTES_2;
-    h->generation = 1;
-    h->section_count = 1;
-    h->sections[0] = (stp_section){.kind = STP_SECTION_BLOCKS,
-                                   .offset = h->metadata_offset,
-                                   .bytes = block_count * STP_BLOCK_BYTES};
-    h->metadata_offset += h->sections[0].bytes;
-}
-
 /* Derives from the entries what they say of the file. Where payloads begin tells the version. */
 static stp_status sum_entries(stp_damaged *d, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_header *h = &d->header;
-    uint8_t entry[STP_ENTRY_BYTES];
+    uint8_t entry[STP_ENTRY_BYTES], root[STP_ENTRY_BYTES] = {0};
     uint64_t first = UINT64_MAX, block_count = 0;
     for (uint32_t id = 0; id < h->chunk_count; id++) {
         uint64_t at = stp_page_offset(h, id / STP_PAGE_ENTRIES) +
@@ -166,11 +154,17 @@ static stp_status sum_entries(stp_damaged *d, stp_error *err)
         first = begin < first ? begin : first;
         block_count += stp_get_u32(entry + 212);
         h->depth = entry[77] + 1u > h->depth ? entry[77] + 1u : h->depth;
-        if (id == 0)
-            h->point_count = stp_get_u64(entry + 80);
+        if (id > 0)
+            continue;
+        h->point_count = stp_get_u64(entry + 80);
+        memcpy(root, entry, sizeof root);
     }
-    if (first >= 2 * STP_HEADER_BYTES_2 && block_count <= h->directory_offset / STP_BLOCK_BYTES)
-        place_blocks(h, block_count);
+    if (first >= 2 * STP_HEADER_BYTES_2 && block_count <= h->directory_offset / STP_BLOCK_BYTES) {
+        h->version_major = 2;
+        h->header_bytes = STP_HEADER_BYTES_2;
+        h->generation = 1;
+        STP_TRY(stp_lost_places_find(d, block_count, root, err));
+    }
     h->metadata_bytes = h->directory_offset - h->metadata_offset;
     if (h->metadata_offset > h->directory_offset || h->metadata_bytes > STP_METADATA_BYTES_LIMIT)
         status = stp_error_set(err, STP_CORRUPT,
@@ -401,9 +395,9 @@ stp_status stp_lost_header_finish(stp_damaged *d, stp_error *err)
     if (!d->header_rebuilt)
         return STP_OK;
     STP_TRY(stp_damaged_read(d, 0, found, (size_t)stp_header_span(h), err));
-    if (h->section_count > 0)
+    for (uint32_t i = 0; i < h->section_count; i++)
         STP_TRY(
-            hash_range(d, h->sections[0].offset, h->sections[0].bytes, &h->sections[0].hash, err));
+            hash_range(d, h->sections[i].offset, h->sections[i].bytes, &h->sections[i].hash, err));
     STP_TRY(tell_points(d, &h->box, &h->attributes, err));
     h->version_minor = minor_of(h);
     if (stp_dbox_is_empty(&h->box)) /* no point can be read: as if there were one */

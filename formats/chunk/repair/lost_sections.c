@@ -181,8 +181,10 @@ stp_status stp_lost_sections_mend(stp_damaged *d, stp_error *err)
     stp_status status = STP_OK;
     for (uint32_t i = 0; i < d->header.section_count; i++) {
         const stp_section *section = &d->header.sections[i];
-        STP_TRY(section->kind == STP_SECTION_BLOCKS ? mend_table(d, err)
-                                                    : mend_unknown(d, section, err));
+        if (section->kind == STP_SECTION_BLOCKS)
+            STP_TRY(mend_table(d, err));
+        else if (!d->header_rebuilt) /* else its checksum is lost with the header */
+            STP_TRY(mend_unknown(d, section, err));
     }
 done:
     return status;

@@ -38,7 +38,8 @@ typedef struct stp_repair_params {
 
 typedef struct stp_repair_result {
     bool sound;           /* nothing was damaged, nothing was written */
-    bool whole;           /* no point and no metadata is lost */
+    bool whole;           /* no point, no metadata and no attribute is lost */
+    bool attributes_lost; /* all of them */
     uint64_t points_lost; /* of the points that were stored */
     uint64_t stand_ins;   /* samples that stand in for them */
 } stp_repair_result;

@@ -77,6 +77,7 @@ static stp_status count_losses(stp_repair_plan *plan, stp_repair_result *out, st
     const bool attributes = stp_header_section(&d->header, STP_SECTION_ATTRIBUTES) != NULL;
     if (attributes)
         stp_damaged_say(d, "its attributes are lost: a file that is written anew has none");
+    out->attributes_lost = attributes;
     out->whole = out->points_lost == 0 && !d->metadata_lost && !attributes;
 done:
     free(stood_in);

@@ -1,0 +1,89 @@
+/* Finds the sections of a file whose headers are lost. */
+#include "formats/chunk/repair/lost_places.h"
+
+#include "base/memory.h"
+#include "formats/chunk/attribute/attribute_json.h"
+#include "formats/chunk/attribute/attribute_table.h"
+
+#include <stdlib.h>
+
+/* Bytes that are searched at a time. */
+#define PART_BYTES ((uint64_t)1 << 20)
+
+static void add_section(stp_header *h, uint32_t kind, uint64_t bytes)
+{
+    h->sections[h->section_count++] =
+        (stp_section){.kind = kind, .offset = h->metadata_offset, .bytes = bytes};
+    h->metadata_offset += bytes;
+}
+
+/* Looks from `begin` to `end` for `size` bytes of this checksum. *at: where they begin, or `end`.
+ */
+static stp_status search(const stp_damaged *d, uint64_t begin, uint64_t end, size_t size,
+                         uint64_t hash, uint64_t *at, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *bytes = NULL;
+    *at = end;
+    STP_TRY(stp_alloc(&bytes, (size_t)PART_BYTES + size, 1, "sections", err));
+    for (uint64_t part = begin; part + size <= end && *at == end; part += PART_BYTES) {
+        const uint64_t left = end - part, most = PART_BYTES + size - 1;
+        const size_t here = (size_t)(left < most ? left : most);
+        STP_TRY(stp_damaged_read(d, part, bytes, here, err));
+        for (size_t i = 0; i + size <= here && *at == end; i++)
+            if (stp_hash(bytes + i, size) == hash)
+                *at = part + i;
+    }
+done:
+    free(bytes);
+    return status;
+}
+
+/* The bytes of a table of attributes that begins at `offset`; 0: none does. */
+static stp_status table_bytes(const stp_damaged *d, uint64_t offset, uint64_t *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_header *h = &d->header;
+    uint8_t head[STP_ATTRIBUTE_HEAD_BYTES], *json = NULL;
+    uint32_t size = 0;
+    uint64_t hash = 0;
+    stp_attribute_list list;
+    *out = 0;
+    if (offset + sizeof head > h->directory_offset)
+        return STP_OK;
+    STP_TRY(stp_damaged_read(d, offset, head, sizeof head, err));
+    if (stp_attribute_head_read(head, &size, &hash, NULL) != STP_OK ||
+        size > h->directory_offset - offset - sizeof head)
+        return STP_OK;
+    STP_TRY(stp_alloc(&json, (size_t)size + 1, 1, "attributes", err));
+    STP_TRY(stp_damaged_read(d, offset + sizeof head, json, size, err));
+    if (stp_hash(json, size) == hash &&
+        stp_attribute_list_read(&list, (const char *)json, size, NULL) == STP_OK)
+        *out = stp_attribute_pages_begin(size) +
+               list.count * stp_attribute_pages_bytes(h->chunk_count);
+done:
+    free(json);
+    return status;
+}
+
+stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
+                                const uint8_t root[STP_ENTRY_BYTES], stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_header *h = &d->header;
+    const uint64_t begin = h->metadata_offset, blocks = block_count * STP_BLOCK_BYTES;
+    const uint64_t own = (uint64_t)stp_get_u32(root + 212) * STP_BLOCK_BYTES;
+    uint64_t at = h->directory_offset, attributes = 0;
+    if (own > 0 && own <= blocks && begin < h->directory_offset)
+        STP_TRY(
+            search(d, begin, h->directory_offset, (size_t)own, stp_get_u64(root + 216), &at, err));
+    if (at < h->directory_offset && at > begin)
+        STP_TRY(table_bytes(d, at + blocks, &attributes, err));
+    if (attributes > 0)
+        add_section(h, STP_SECTION_NUMBERS, at - begin);
+    add_section(h, STP_SECTION_BLOCKS, blocks);
+    if (attributes > 0)
+        add_section(h, STP_SECTION_ATTRIBUTES, attributes);
+done:
+    return status;
+}
