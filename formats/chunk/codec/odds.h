@@ -43,11 +43,10 @@ STP_INLINE unsigned stp_odds_find(const stp_odds *odds, int32_t place)
     __m128i above[STP_ODDS_SYMBOLS / 8];
     for (int i = 0; i < STP_ODDS_SYMBOLS / 8; i++)
         above[i] = _mm_cmpgt_epi16(_mm_load_si128(&below[i]), at);
-    const int low = _mm_movemask_epi8(_mm_packs_epi16(above[0], above[1]));
-    const int high = _mm_movemask_epi8(_mm_packs_epi16(above[2], above[3]));
+    const uint32_t low = (uint32_t)_mm_movemask_epi8(_mm_packs_epi16(above[0], above[1]));
+    const uint32_t high = (uint32_t)_mm_movemask_epi8(_mm_packs_epi16(above[2], above[3]));
     /* The mask is never 0 behind the last symbol. */
-    return (unsigned)__builtin_ctzll((uint64_t)(uint32_t)(low | high << 16) | UINT64_C(1) << 32) -
-           1;
+    return (unsigned)__builtin_ctzll(low | (uint64_t)high << 16 | UINT64_C(1) << 32) - 1;
 #else
     unsigned count = 0;
     for (int s = 0; s < STP_ODDS_SYMBOLS; s++)
