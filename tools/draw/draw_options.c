@@ -113,15 +113,15 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
 static void choose_colour(draw_options *o)
 {
     char word[16];
-    int i = 0;
     if (!o->colour_name)
         return;
-    for (draw_options_word(DRAW_COLOURS, 0, word); word[0] != '\0';
-         draw_options_word(DRAW_COLOURS, ++i, word))
+    for (int i = 0; i <= STP_COLOUR_FIT; i++) {
+        draw_options_word(DRAW_COLOURS, i, word);
         if (strcmp(word, o->colour_name) == 0) {
             o->colour = i;
             return;
         }
+    }
     o->attribute = o->colour_name;
     o->colour = STP_COLOUR_INTENSITY;
 }
