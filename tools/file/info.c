@@ -453,8 +453,10 @@ static int run(int argc, char **argv)
     const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
     STP_TRY(source_options_open(&file, path, &source, &err));
     STP_TRY(summarise(file, &facts.depths, &err));
-    STP_TRY(stp_attribute_file_open(&attributes, file, &err));
-    facts.extra = *stp_attribute_file_list(attributes);
+    if (stp_attribute_file_open(&attributes, file, &err) == STP_OK)
+        facts.extra = *stp_attribute_file_list(attributes);
+    else /* damage of a part leaves the rest to be told */
+        fprintf(stderr, "attributes are not told: %s\n", err.message);
     if (count_bytes)
         STP_TRY(info_bytes_count(file, &bytes, &err));
     facts.bytes = count_bytes ? &bytes : NULL;
