@@ -2,18 +2,15 @@
 #include "runtime/stream/shown.h"
 
 #include "base/memory.h"
-#include "base/sort.h"
 #include "formats/chunk/attribute/attribute_file.h"
 #include "formats/chunk/attribute/attribute_order.h"
+#include "runtime/colour_range.h"
 
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* The share of values beyond either end of the range. */
-#define TAIL 0.02
 
 /* The numbers of a chunk, as bytes in the stored order. */
 typedef struct kept_chunk {
@@ -72,12 +69,7 @@ static stp_status measure(stp_shown *s, stp_chunk_file *file, double range[2], s
         if (isfinite(value))
             values[count++] = value;
     }
-    range[0] = range[1] = 0.0;
-    if (count > 0) {
-        stp_sort_doubles(values, count);
-        range[0] = values[(uint32_t)(TAIL * (count - 1))];
-        range[1] = values[count - 1 - (uint32_t)(TAIL * (count - 1))];
-    }
+    stp_colour_range_of(values, count, range);
 done:
     free(values);
     free(words);

@@ -117,46 +117,63 @@ typedef struct coder {
     const uint64_t *guesses;
 } coder;
 
+/* The words before. */
+typedef struct history {
+    uint64_t before;
+    sequences latest;
+} history;
+
+static history history_begin(const coder *c)
+{
+    return (history){c->base, {{c->base, c->base, c->base, c->base}}};
+}
+
+/* What word i is counted from. which: its sequence, for FROM_SEQUENCES. */
+static uint64_t predict(const coder *c, const history *h, uint32_t i, unsigned which)
+{
+    switch (c->how) {
+    case FROM_BEFORE:
+        return h->before;
+    case FROM_SEQUENCES:
+        return h->latest.last[which % SEQUENCES];
+    case FROM_GUESS:
+        return c->guesses[i];
+    default:
+        return c->base;
+    }
+}
+
+static void history_take(const coder *c, history *h, unsigned which, uint64_t word)
+{
+    h->before = word;
+    if (c->how == FROM_SEQUENCES)
+        sequences_take(&h->latest, which, word);
+}
+
 /* Differences of all words; which: by word, for FROM_SEQUENCES. */
 static void differ(const coder *c, const uint64_t *words, uint32_t count, int64_t *out,
                    int16_t *which)
 {
-    sequences s = {{c->base, c->base, c->base, c->base}};
-    uint64_t before = c->base;
+    history h = history_begin(c);
     for (uint32_t i = 0; i < count; i++) {
-        uint64_t from = c->how == FROM_BEFORE ? before : c->base;
-        if (c->how == FROM_GUESS)
-            from = c->guesses[i];
-        if (c->how == FROM_SEQUENCES) {
-            const unsigned k = nearest_sequence(&s, words[i]);
-            from = s.last[k % SEQUENCES];
-            which[i] = (int16_t)k;
-            sequences_take(&s, k, words[i]);
-        }
-        out[i] = difference(words[i], from);
-        before = words[i];
+        const unsigned k = c->how == FROM_SEQUENCES ? nearest_sequence(&h.latest, words[i]) : 0;
+        which[i] = (int16_t)k;
+        out[i] = difference(words[i], predict(c, &h, i, k));
+        history_take(c, &h, k, words[i]);
     }
 }
 
-/* The inverse. False if `which` names no sequence. */
+/* The inverse. False if `which`, of FROM_SEQUENCES, names no sequence. */
 static bool add_up(const coder *c, const int64_t *differences, const int16_t *which, uint32_t count,
                    uint64_t *words)
 {
-    sequences s = {{c->base, c->base, c->base, c->base}};
-    uint64_t before = c->base;
+    history h = history_begin(c);
     for (uint32_t i = 0; i < count; i++) {
-        uint64_t from = c->how == FROM_BEFORE ? before : c->base;
-        if (c->how == FROM_GUESS)
-            from = c->guesses[i];
-        if (c->how == FROM_SEQUENCES) {
-            if (which[i] < 0 || which[i] > (int16_t)SEQUENCES)
-                return false;
-            from = s.last[(unsigned)which[i] % SEQUENCES];
-        }
-        words[i] = from + (uint64_t)differences[i];
-        if (c->how == FROM_SEQUENCES)
-            sequences_take(&s, (unsigned)which[i], words[i]);
-        before = words[i];
+        const int16_t told = c->how == FROM_SEQUENCES ? which[i] : (int16_t)0;
+        if (told < 0 || told > (int16_t)SEQUENCES)
+            return false;
+        words[i] = predict(c, &h, i, (unsigned)told) + (uint64_t)differences[i];
+        history_take(c, &h, (unsigned)told, words[i]);
     }
     return true;
 }
