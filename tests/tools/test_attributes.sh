@@ -152,6 +152,12 @@ for i in range(5000):
 sys.exit(count != {"gps": 3500, "nir": 3500, "rank": 3500, "user": 2000})
 END
 
+# Types widen once, however many inputs come after the first that lacks something.
+expect_ok prep "$FOLDER/s.ply" "$FOLDER/f0.las" "$FOLDER/f1.las" "$FOLDER/f3.las" -o "$FOLDER/w.stipple" \
+    --attributes user_data --quiet
+expect_ok info "$FOLDER/w.stipple" --json
+found '"type":.*"u16"' "$FOLDER/out" || fail "another type: $(grep -A3 user_data "$FOLDER/out")"
+
 # Format 6's user data are its intensities over 257: both make the same picture of every sample.
 if "$STIPPLE" render --help >"$FOLDER/help" 2>&1; then
     for colour in intensity:0,1 user_data:0,255; do

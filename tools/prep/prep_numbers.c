@@ -35,24 +35,24 @@ static bool is_wanted(const prep_numbers *numbers, const char *attribute)
     return false;
 }
 
-/* Makes the attribute hold what `other` has, and "missing" if one of the two lacks it. Different
- * scales become plain numbers: then the type is a float. */
-static void join(stp_attribute *a, const stp_attribute *other, bool missing)
+/* Makes attribute i hold what `other` has; NULL: some points lack it. Different scales become plain
+ * numbers: then the type is a float. */
+static void join(prep_numbers *n, uint32_t i, const stp_attribute *other)
 {
-    const bool rescaled =
-        other && (other->scale != a->scale || other->offset != a->offset); /* kept as values */
-    const bool widens = missing && !a->has_missing;
+    stp_attribute *a = &n->list.items[i];
+    stp_attribute_type *plain = &n->plain[i];
+    const bool rescaled = other && (other->scale != a->scale || other->offset != a->offset);
     if (other && (other->coarse != a->coarse || other->coarse_scale != a->coarse_scale))
         a->coarse = STP_COARSE_NOT;
-    a->type = stp_attribute_join(a->type, other ? other->type : a->type,
-                                 widens || (a->has_missing && other));
+    if (other)
+        *plain = stp_attribute_join(*plain, other->type, false);
     if (rescaled) {
-        a->type = STP_ATTRIBUTE_F64;
+        *plain = STP_ATTRIBUTE_F64;
         a->scale = 1.0;
         a->offset = 0.0;
-        a->coarse = STP_COARSE_NOT;
     }
-    a->has_missing |= missing;
+    a->has_missing |= other == NULL;
+    a->type = a->has_missing ? stp_attribute_join(*plain, *plain, true) : *plain;
     a->missing = stp_attribute_is_float(a->type) ? 0 : stp_attribute_spare(a->type);
     if (stp_attribute_is_float(a->type))
         a->coarse = STP_COARSE_NOT;
@@ -66,7 +66,7 @@ stp_status prep_numbers_add(prep_numbers *n, const stp_attribute_list *extra, co
     extra = extra ? extra : &none;
     for (uint32_t i = 0; i < list->count; i++) {
         const uint32_t k = stp_attribute_find(extra, list->items[i].name);
-        join(&list->items[i], k == UINT32_MAX ? NULL : &extra->items[k], k == UINT32_MAX);
+        join(n, i, k == UINT32_MAX ? NULL : &extra->items[k]);
     }
     for (uint32_t k = 0; k < extra->count; k++) {
         const stp_attribute *own = &extra->items[k];
@@ -78,8 +78,9 @@ stp_status prep_numbers_add(prep_numbers *n, const stp_attribute_list *extra, co
                                  "to keep (--attributes)",
                                  path, STP_ATTRIBUTES_LIMIT);
         list->items[list->count] = *own;
+        n->plain[list->count] = own->type;
         if (n->begun) /* the inputs before lack it */
-            join(&list->items[list->count], NULL, true);
+            join(n, list->count, NULL);
         list->count++;
     }
     n->begun = true;
@@ -101,8 +102,7 @@ void prep_numbers_leave_out(prep_numbers *n, const stp_attribute_list *extra)
 void prep_numbers_add_shapes(prep_numbers *n)
 {
     for (uint32_t i = 0; i < n->list.count; i++)
-        if (!n->list.items[i].has_missing)
-            join(&n->list.items[i], NULL, true);
+        join(n, i, NULL);
 }
 
 stp_status prep_numbers_check(const prep_numbers *n, stp_error *err)

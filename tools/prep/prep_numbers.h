@@ -8,9 +8,10 @@
 typedef struct prep_numbers {
     const char *wanted;      /* "all", "none" or NULL, or names with commas between them */
     stp_attribute_list list; /* of the model */
-    bool begun;              /* an input with points was looked at */
-    char left_out[320];      /* if none is wanted: names of the first input's that has any */
-    uint8_t *packed;         /* the numbers of the points read last, as the model's list has them */
+    stp_attribute_type plain[STP_ATTRIBUTES_LIMIT]; /* types without room for "missing" */
+    bool begun;                                     /* an input with points was looked at */
+    char left_out[320]; /* if none is wanted: names of the first input's that has any */
+    uint8_t *packed;    /* the numbers of the points read last, as the model's list has them */
     size_t capacity;
 } prep_numbers;
 
