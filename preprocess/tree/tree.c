@@ -141,6 +141,8 @@ static stp_status build_one(void *context, size_t index, unsigned worker, stp_er
                      : build_leaf(t, t->leaves[index], out, err));
     STP_TRY(stp_chunk_numbers_make(&out->numbers, &out->chunk, &t->params->numbers, t->cloud->spill,
                                    err));
+    free(out->chunk.sources); /* 4 bytes a sample: needed no longer, and the tier waits long */
+    out->chunk.sources = NULL;
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     t->reaches.boxes[index] = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
