@@ -3,8 +3,7 @@
 # line, the cache, and a file that is replaced.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
-nginx=$(command -v nginx || ls /usr/sbin/nginx 2>/dev/null) || skip_test "nginx is not installed"
-unset http_proxy https_proxy all_proxy ALL_PROXY HTTPS_PROXY
+source "$(dirname "${BASH_SOURCE[0]}")/../support/nginx.sh"
 
 root=$FOLDER/www
 mkdir -p "$root/a b"
@@ -23,53 +22,18 @@ if openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost \
     secure=yes
 fi
 
-write_conf() { # port, port of https
-    cat >"$FOLDER/nginx.conf" <<CONF
-worker_processes 1;
-daemon off;
-pid $FOLDER/nginx.pid;
-error_log $FOLDER/nginx.log;
-$([ "$(id -u)" = 0 ] && echo "user root;")
-events { worker_connections 64; }
-http {
-    access_log $FOLDER/access.log;
-    client_body_temp_path $FOLDER/t1; proxy_temp_path $FOLDER/t2; fastcgi_temp_path $FOLDER/t3;
-    uwsgi_temp_path $FOLDER/t4; scgi_temp_path $FOLDER/t5;
-    server {
-        listen 127.0.0.1:$1;
+server_body() { # port, port of https
+    cat <<BODY
         ${secure:+listen 127.0.0.1:$2 ssl; ssl_certificate $FOLDER/cert.pem; ssl_certificate_key $FOLDER/key.pem;}
-        root $root;
         location /slow/ { alias $root/; limit_rate 200k; }
         location /whole/ { alias $root/; max_ranges 0; }
         location /moved/ { return 302 /m.stipple; }
         location /secret/ { return 403; }
         location /busy/ { return 503; }
-    }
-}
-CONF
+BODY
 }
 
-start_server() {
-    local try
-    for try in 1 2 3 4 5 6 7 8; do
-        port=$((20000 + (RANDOM * 32768 + RANDOM) % 12000 * 2))
-        write_conf $port $((port + 1))
-        "$nginx" -p "$FOLDER" -c "$FOLDER/nginx.conf" -e "$FOLDER/nginx.log" 2>"$FOLDER/started" &
-        server=$!
-        for _ in $(seq 100); do
-            [ -s "$FOLDER/nginx.pid" ] && return 0
-            kill -0 "$server" 2>/dev/null || break
-            sleep 0.05
-        done
-        kill "$server" 2>/dev/null
-        wait "$server"
-    done
-    return 1
-}
-
-start_server || skip_test "nginx does not start: $(head -1 "$FOLDER/started")"
-trap 'kill "$server" 2>/dev/null; wait "$server" 2>/dev/null; rm -rf "$FOLDER"' EXIT
-web=http://127.0.0.1:$port
+start_nginx "$root"
 
 # Count requests and body bytes since log_begin.
 log_begin() { : >"$FOLDER/access.log"; }

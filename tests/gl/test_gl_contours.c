@@ -2,7 +2,6 @@
  * line lies near a circle, and a circle is drawn where it faces the eye. Level ground at a
  * contour's own height has none, even if it is rough, and pictures without contours do not
  * change. */
-#include "runtime/camera/orbit.h"
 #include "tests/fixtures/gl_model.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/sphere_ray.h"
@@ -16,18 +15,6 @@ enum { SIZE = 300, PIXELS = SIZE * SIZE };
 static int open_model(void **state)
 {
     return gl_model_enter(state, &(model_recipe){.shape = GEN_SPHERE, .point_count = 120000});
-}
-
-static stp_view view_of(const gl_fixture *f, bool orthographic)
-{
-    stp_view view;
-    const stp_camera camera = stp_camera_around(&f->model->ball, (stp_dvec3){0.5, -0.8, 0.6},
-                                                (stp_dvec3){0.0, 0.0, 1.0}, 40.0, SIZE, SIZE);
-    check_ok(stp_view_create(&view, &camera, &f->model->ball, SIZE, SIZE, err));
-    view.orthographic = orthographic;
-    if (orthographic)
-        view.f = 0.45 * SIZE / f->model->ball.radius;
-    return view;
 }
 
 static const stp_ball unit = {{0.0, 0.0, 0.0}, 1.0};
@@ -54,7 +41,7 @@ static void circles(void **state)
     gl_fixture *f = *state;
     static uint8_t plain[4 * PIXELS], lined[4 * PIXELS];
     for (int variant = 0; variant < 6; variant++) {
-        const stp_view view = view_of(f, variant % 2);
+        const stp_view view = ball_view(&f->model->ball, 0.6, variant % 2, SIZE);
         const double step = 0.2, base = variant < 2 ? 0.0 : 12345.67;
         stp_draw_params params = {.shade = STP_SHADE_UNLIT,
                                   .colour = STP_COLOUR_NONE,
@@ -185,7 +172,7 @@ static void no_lines_on_a_level_plane(void **state)
     gl_fixture f = {0};
     model_fixture_build("plane.stipple", &(model_recipe){.shape = GEN_PLANE, .point_count = 10000});
     gl_fixture_open(&f, "plane.stipple", NULL);
-    const stp_view view = view_of(&f, false);
+    const stp_view view = ball_view(&f.model->ball, 0.6, false, SIZE);
     stp_draw_params params = {.shade = STP_SHADE_UNLIT};
     gl_fixture_draw(&f, &view, &params, NULL, plain);
     params.contour_step = 0.1;
@@ -198,7 +185,7 @@ static void wrong_steps(void **state)
 {
     gl_fixture *f = *state;
     static const double wrong[][2] = {{-1.0, 0.0}, {NAN, 0.0}, {INFINITY, 0.0}, {1.0, NAN}};
-    const stp_view view = view_of(f, false);
+    const stp_view view = ball_view(&f->model->ball, 0.6, false, SIZE);
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         stp_error error = {0};
         const stp_draw_params params = {.contour_step = wrong[i][0], .contour_base = wrong[i][1]};

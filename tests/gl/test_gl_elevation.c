@@ -38,18 +38,6 @@ static int close_model(void **state)
     return scan_fixture_leave(state);
 }
 
-static stp_view view_of(const gl_fixture *f, bool orthographic)
-{
-    stp_view view;
-    const stp_camera camera = stp_camera_around(&f->model->ball, (stp_dvec3){0.5, -0.8, 0.6},
-                                                (stp_dvec3){0.0, 0.0, 1.0}, 40.0, SIZE, SIZE);
-    check_ok(stp_view_create(&view, &camera, &f->model->ball, SIZE, SIZE, err));
-    view.orthographic = orthographic;
-    if (orthographic)
-        view.f = 0.45 * SIZE / f->model->ball.radius;
-    return view;
-}
-
 /* Grey from the sphere's bottom to its top: a pixel's height is about a step of 8 bits. */
 static stp_draw_params grey(void)
 {
@@ -76,7 +64,7 @@ static void by_pixel(void **state)
     static uint8_t rgba[4 * PIXELS];
     static const stp_lod roads[] = {STP_LOD_GEOMETRY, STP_LOD_COMPUTE, STP_LOD_CPU, STP_LOD_FULL};
     for (int variant = 0; variant < STP_RECONSTRUCT_POINTS + 2; variant++) { /* gauss twice more */
-        const stp_view view = view_of(f, variant % 2);
+        const stp_view view = ball_view(&f->model->ball, 0.6, variant % 2, SIZE);
         stp_draw_params params = grey();
         params.reconstruct =
             variant < STP_RECONSTRUCT_POINTS ? (stp_reconstruct)variant : STP_RECONSTRUCT_GAUSS;
@@ -108,7 +96,7 @@ static void picked(void **state)
 {
     gl_fixture *f = *state;
     static uint8_t rgba[4 * PIXELS];
-    const stp_view view = view_of(f, false);
+    const stp_view view = ball_view(&f->model->ball, 0.6, false, SIZE);
     stp_draw_params params = grey();
     params.palette = STP_PALETTE_VIRIDIS;
     gl_fixture_draw(f, &view, &params, NULL, rgba);
@@ -129,7 +117,7 @@ static void under_an_overlay(void **state)
 {
     gl_fixture *f = *state;
     static uint8_t alone[4 * PIXELS], plain[4 * PIXELS], mixed[4 * PIXELS];
-    const stp_view view = view_of(f, false);
+    const stp_view view = ball_view(&f->model->ball, 0.6, false, SIZE);
     stp_draw_params params = grey();
     params.shade = STP_SHADE_PHONG;
     gl_fixture_draw(f, &view, &params, NULL, plain);

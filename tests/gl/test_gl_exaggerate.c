@@ -4,6 +4,7 @@
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/sphere_ray.h"
 #include "tests/fixtures/square_fixture.h"
 
 enum { COUNT = 60000, SIZE = 240, PIXELS = SIZE * SIZE };
@@ -57,15 +58,8 @@ static stp_draw_params times(double z)
 
 static stp_view view_of(const gl_fixture *f, const stp_draw_params *params, bool orthographic)
 {
-    stp_view view;
     const stp_ball ball = stp_exaggerated_ball(params, &f->model->ball);
-    const stp_camera camera = stp_camera_around(&ball, (stp_dvec3){0.5, -0.8, 0.3},
-                                                (stp_dvec3){0.0, 0.0, 1.0}, 40.0, SIZE, SIZE);
-    check_ok(stp_view_create(&view, &camera, &ball, SIZE, SIZE, err));
-    view.orthographic = orthographic;
-    if (orthographic)
-        view.f = 0.45 * SIZE / ball.radius;
-    return view;
+    return ball_view(&ball, 0.3, orthographic, SIZE);
 }
 
 /* How much two pictures differ: pixels that only one covers, and the mean difference of others. */

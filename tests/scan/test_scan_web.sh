@@ -3,9 +3,8 @@
 # no more than it needs, and say where a server fails.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
-nginx=$(command -v nginx || ls /usr/sbin/nginx 2>/dev/null) || skip_test "nginx is not installed"
+source "$(dirname "${BASH_SOURCE[0]}")/../support/nginx.sh"
 command -v python3 >/dev/null || skip_test "python3 is not installed"
-unset http_proxy https_proxy all_proxy ALL_PROXY HTTPS_PROXY
 
 # Writes an EPT of 3000 points on a bowl in depths 0 to 2, binary.
 write_set() { # folder
@@ -39,44 +38,8 @@ write_set "$root/a b/bowl"
 "$STIPPLE" gen bumpy -n 3000 -o "$root/a.las" --quiet || fail "no LAS"
 printf '%s 0 0\n' $(seq 400) | awk '{ print NR % 20, int(NR / 20), NR % 7 }' >"$root/b.xyz"
 
-start_server() {
-    local try
-    for try in 1 2 3 4 5 6 7 8; do
-        port=$((20000 + (RANDOM * 32768 + RANDOM) % 12000 * 2))
-        cat >"$FOLDER/nginx.conf" <<CONF
-worker_processes 1;
-daemon off;
-pid $FOLDER/nginx.pid;
-error_log $FOLDER/nginx.log;
-$([ "$(id -u)" = 0 ] && echo "user root;")
-events { worker_connections 64; }
-http {
-    access_log $FOLDER/access.log;
-    client_body_temp_path $FOLDER/t1; proxy_temp_path $FOLDER/t2; fastcgi_temp_path $FOLDER/t3;
-    uwsgi_temp_path $FOLDER/t4; scgi_temp_path $FOLDER/t5;
-    server {
-        listen 127.0.0.1:$port;
-        root $root;
-        location /whole/ { alias $root/; max_ranges 0; }
-    }
-}
-CONF
-        "$nginx" -p "$FOLDER" -c "$FOLDER/nginx.conf" -e "$FOLDER/nginx.log" 2>"$FOLDER/started" &
-        server=$!
-        for _ in $(seq 100); do
-            [ -s "$FOLDER/nginx.pid" ] && return 0
-            kill -0 "$server" 2>/dev/null || break
-            sleep 0.05
-        done
-        kill "$server" 2>/dev/null
-        wait "$server"
-    done
-    return 1
-}
-
-start_server || skip_test "nginx does not start: $(head -1 "$FOLDER/started")"
-trap 'kill "$server" 2>/dev/null; wait "$server" 2>/dev/null; rm -rf "$FOLDER"' EXIT
-web=http://127.0.0.1:$port
+server_body() { echo "location /whole/ { alias $root/; max_ranges 0; }"; }
+start_nginx "$root"
 
 # made INPUT MODEL options...: prep must succeed, silently.
 made() {

@@ -115,3 +115,12 @@ expect_kill_by_key() {
     xdotool key "$1"
     expect_end 0 "key $1"
 }
+
+# press KEYS...: one after the other.
+press() {
+    local key
+    for key in "$@"; do
+        xdotool key "$key"
+        sleep 0.15
+    done
+}

@@ -17,13 +17,6 @@ open_viewer() { # options
     xdotool mousemove 20 300
 }
 settle() { sleep 0.6; }
-press() { # keys, one after the other
-    local key
-    for key in "$@"; do
-        xdotool key "$key"
-        sleep 0.15
-    done
-}
 
 test_panels() {
     open_viewer model.stipple || return

@@ -14,13 +14,6 @@ open_viewer() { # options
     xdotool mousemove 250 200
     sleep 0.6
 }
-press() { # keys, one after the other
-    local key
-    for key in "$@"; do
-        xdotool key "$key"
-        sleep 0.15
-    done
-}
 # Prints the coordinates of mark number $2 of a file, or its count.
 marks() { # file [number]
     python3 - "$@" <<'PY'
