@@ -85,7 +85,7 @@ enum { LAKE_SIDE = 160 };
 static double lake_height(int column, int row, double rough)
 {
     const double away = hypot(column - 0.5 * LAKE_SIDE, row - 0.5 * LAKE_SIDE) - LAKE_RADIUS;
-    const uint64_t index = (uint64_t)(row * LAKE_SIDE + column);
+    const uint64_t index = (uint64_t)row * LAKE_SIDE + (uint64_t)column;
     const double noise = rough * LAKE_STEP * (2.0 * stp_random_unit(11, index) - 1.0);
     return LAKE_HEIGHT + noise + LAKE_STEP / 40.0 * fmax(0.0, away);
 }

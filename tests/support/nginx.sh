@@ -1,3 +1,4 @@
+# shellcheck shell=bash disable=SC2034
 # A real web server for tests, to be sourced after shell.sh. Skips the test if nginx is missing.
 nginx=$(command -v nginx || ls /usr/sbin/nginx 2>/dev/null) || skip_test "nginx is not installed"
 unset http_proxy https_proxy all_proxy ALL_PROXY HTTPS_PROXY
