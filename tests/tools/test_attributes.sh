@@ -158,6 +158,39 @@ expect_ok prep "$FOLDER/s.ply" "$FOLDER/f0.las" "$FOLDER/f1.las" "$FOLDER/f3.las
 expect_ok info "$FOLDER/w.stipple" --json
 found '"type":.*"u16"' "$FOLDER/out" || fail "another type: $(grep -A3 user_data "$FOLDER/out")"
 
+# Conditions and boxes choose the same points, in the same order, as Python does among all of them.
+expect_ok export "$FOLDER/m.stipple" -o "$FOLDER/some.ply" --quiet \
+    --where '(user_data<100||gps_time>3e8)&&!(scan_angle_rank==32767&&x>500010)' --clip=-1,-1,0,600000,4000017,500
+python3 - "$FOLDER/m.ply" "$FOLDER/some.ply" <<'END' || fail "not the points of the condition and the box"
+import struct, sys
+def load(path):
+    data = open(path, "rb").read()
+    at = data.index(b"end_header\n") + 11
+    kinds = {"float": "f", "double": "d", "uchar": "B", "ushort": "H", "short": "h", "int": "i", "uint": "I", "char": "b"}
+    fields = [line.split() for line in data[:at].decode().split("\n") if line.startswith("property")]
+    shape = struct.Struct("<" + "".join(kinds[f[1]] for f in fields))
+    return [f[2] for f in fields], list(shape.iter_unpack(data[at:]))
+names, rows = load(sys.argv[1])
+def taken(row):
+    p = dict(zip(names, row))
+    angle, user = p["scan_angle_rank"], p["user_data"]  # the greatest number: missing
+    return ((user < 100 or p["gps_time"] > 3e8) and not (angle == 32767 and False) and
+            -1 <= p["x"] <= 600000 and -1 <= p["y"] <= 4000017 and 0 <= p["z"] <= 500)
+wanted = [row for row in rows if taken(row)]
+sys.exit(not 100 < len(wanted) < len(rows) or repr(load(sys.argv[2])) != repr((names, wanted)))
+END
+expect_ok export "$FOLDER/f8.stipple" -o "$FOLDER/some.las" --where 'user<100 && red>=32768' --quiet
+python3 "$script" show "$FOLDER/f8.las" | awk '$2 < 100 && $3 >= 32768' | sort >"$FOLDER/wanted"
+python3 "$script" show "$FOLDER/some.las" | sort | cmp - "$FOLDER/wanted" || fail "not the records of the condition"
+expect_ok export "$FOLDER/f8.stipple" -o "$FOLDER/coarse.ply" --level 2 --quiet
+[ "$(sed -n 's/^element vertex //p;/^end_header/q' "$FOLDER/coarse.ply")" -lt 750 ] || fail "level 2 is not coarser"
+for words in "--where user_dat=1" "--where height>0" "--where x>1e9" "--clip 1,2" "--clip 0,0,0,1,1,1"; do
+    # shellcheck disable=SC2086
+    run "$STIPPLE" export "$FOLDER/f8.stipple" -o "$FOLDER/no.ply" $words
+    expect_failure "--"
+    [ ! -e "$FOLDER/no.ply" ] || fail "$command: left a file"
+done
+
 # Format 6's user data are its intensities over 257: both make the same picture of every sample.
 if "$STIPPLE" render --help >"$FOLDER/help" 2>&1; then
     for colour in intensity:0,1 user_data:0,255; do

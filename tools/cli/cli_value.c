@@ -5,6 +5,7 @@
 #include <ctype.h>
 #include <errno.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -244,4 +245,29 @@ bool cli_word_near(const char *word, unsigned distance)
         length--;
     }
     return distance <= 1 + length / 4 && distance < length;
+}
+
+stp_status cli_value_box(const char *option, const char *text, const stp_dbox *model, stp_dbox *out,
+                         stp_error *err)
+{
+    stp_dbox box = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    stp_dvec3 *a = &box.min, *b = &box.max;
+    int used = 0;
+    if (sscanf(text, "%lf,%lf,%lf,%lf,%lf,%lf%n", &a->x, &a->y, &a->z, &b->x, &b->y, &b->z,
+               &used) != 6 ||
+        text[used] != '\0' || !stp_dvec3_finite(*a) || !stp_dvec3_finite(*b))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s %s: give six numbers, x0,y0,z0,x1,y1,z1", option, text);
+    if (stp_dbox_is_empty(&box))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s %s: the box is inverted: give the least corner first", option,
+                             text);
+    if (!stp_dbox_meet(&box, model))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s %s: nothing of the model is there: it reaches from "
+                             "%.9g,%.9g,%.9g to %.9g,%.9g,%.9g",
+                             option, text, model->min.x, model->min.y, model->min.z, model->max.x,
+                             model->max.y, model->max.z);
+    *out = box;
+    return STP_OK;
 }

@@ -2,32 +2,18 @@
 #include "tools/draw/draw_filter.h"
 
 #include "runtime/class_legend.h"
+#include "tools/cli/cli_value.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 stp_status draw_filter_clip(const char *text, const stp_dbox *model, stp_clip *out, stp_error *err)
 {
-    stp_clip clip = {.enabled = true};
-    stp_dvec3 *a = &clip.box.min, *b = &clip.box.max;
-    int used = 0;
-    if (sscanf(text, "%lf,%lf,%lf,%lf,%lf,%lf%n", &a->x, &a->y, &a->z, &b->x, &b->y, &b->z,
-               &used) != 6 ||
-        text[used] != '\0' || !stp_dvec3_finite(*a) || !stp_dvec3_finite(*b))
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "--clip %s: give six numbers, x0,y0,z0,x1,y1,z1", text);
-    if (stp_dbox_is_empty(&clip.box))
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "--clip %s: the box is inverted: give the least corner first", text);
-    if (!stp_dbox_meet(&clip.box, model))
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "--clip %s: nothing of the model is there: it reaches from "
-                             "%.9g,%.9g,%.9g to %.9g,%.9g,%.9g",
-                             text, model->min.x, model->min.y, model->min.z, model->max.x,
-                             model->max.y, model->max.z);
-    *out = clip;
-    return STP_OK;
+    stp_dbox box;
+    stp_status status = cli_value_box("--clip", text, model, &box, err);
+    if (status == STP_OK)
+        *out = (stp_clip){.enabled = true, .box = box};
+    return status;
 }
 
 /* The class of a word in the list; -1 if there is none. */

@@ -24,6 +24,13 @@ const cli_command cli_export = {
         "Attributes that prep kept are properties by their names.\n"
         "A name that ends in .las gets LAS 1.4: points without normals, with every attribute that\n"
         "prep kept, on the lattice and in the coordinate system of the first scan.\n"
+        "--where takes fields, numbers, == != < <= > >=, !, &&, || and brackets. Fields are x, y, "
+        "z,\n"
+        "intensity, class, outlier, red, green and blue (0 to 255), and the kept attributes, "
+        "whose\n"
+        "numbers go before those. The begin of a name will do: --where 'return==1 && class!=7'.\n"
+        "--level 1 or 2 writes fewer points: the samples that stand for them when seen from "
+        "far.\n"
         "A repaired file has samples that stand in for lost points: export leaves them out and\n"
         "prints how many.",
     .run = run,
@@ -56,6 +63,7 @@ static int run(int argc, char **argv)
     const char *path = NULL;
     const char *output = NULL;
     bool force = false, no_sandbox = false;
+    export_choice choice = {0};
     double timeout_s = SOURCE_TIMEOUT_S;
     size_t count = 0;
     cli_common common = {0};
@@ -74,6 +82,10 @@ static int run(int argc, char **argv)
          .kind = CLI_FLAG,
          .target = &force,
          .help = "replace an existing file"},
+        {"--where", 0, CLI_STRING, &choice.where, "CONDITION", "only points that fulfil it", NULL},
+        {"--clip", 0, CLI_STRING, &choice.clip, "x0,y0,z0,x1,y1,z1", "only points in this box",
+         NULL},
+        {"--level", 0, CLI_CHOICE, &choice.level, "0|1|2", "how coarse (0: every point)", NULL},
     };
     int code = cli_parse(&cli_export, options, sizeof options / sizeof *options, argc, argv, &path,
                          1, 1, &count, &common);
@@ -81,7 +93,7 @@ static int run(int argc, char **argv)
         return code;
     if (!output)
         return cli_usage(&cli_export, "no output given: add -o F.ply or -o F.las");
-    const export_params params = {output, force, cli_progress(&common)};
+    const export_params params = {output, force, choice, cli_progress(&common)};
     if (sandbox_options_enter(no_sandbox, path, output, &err) != STP_OK ||
         export_path(path, &params, timeout_s, &common, &err) != STP_OK)
         return cli_fail(&cli_export, &err);

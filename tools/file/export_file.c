@@ -1,4 +1,4 @@
-/* Exports the points and shapes of a chunk file as PLY. */
+/* Exports the points and shapes of a chunk file as PLY or LAS. */
 #include "tools/file/export_file.h"
 
 #include "base/memory.h"
@@ -25,6 +25,10 @@ typedef struct sink {
     double intensity_step;
     const bool *stand_ins; /* per chunk: its samples stand in for lost points */
     export_shapes *shapes;
+    const export_filter *filter;
+    int level;
+    bool counts; /* only counts, in `chosen`, what would be written */
+    uint64_t chosen;
 } sink;
 
 /* A positive number of the metadata; `otherwise` if there is none. */
@@ -97,39 +101,46 @@ static stp_status flush(batch *b, const sink *out, stp_error *err)
 {
     const size_t count = b->count;
     b->count = 0;
+    if (count == 0)
+        return STP_OK;
     return out->las
                ? stp_las_writer_numbered_points(out->las, b->points, b->packed, count, err)
                : stp_ply_writer_wide_points(out->ply, b->points, b->radii, b->packed, count, err);
 }
 
 static stp_status add_point(batch *b, const stp_chunk *chunk, const stp_patch *patch, uint32_t k,
-                            stp_dvec3 origin, const sink *out, stp_error *err)
+                            stp_dvec3 origin, sink *out, stp_error *err)
 {
-    const stp_sample *s = &chunk->samples[0][k];
+    const stp_sample *s = &chunk->samples[out->level][k];
     const size_t stride = out->numbers->stride;
+    const uint8_t *packed = b->packed ? out->numbers->packed + k * stride : NULL;
     b->radii[b->count] = (float)stp_sample_radius(s, patch);
     b->points[b->count] = point_of(s, patch, origin, out->intensity_step);
-    if (b->packed)
-        memcpy(b->packed + b->count * stride, out->numbers->packed + k * stride, stride);
+    if (!export_filter_takes(out->filter, &b->points[b->count], packed))
+        return STP_OK;
+    out->chosen++;
+    if (out->counts)
+        return STP_OK;
+    if (packed)
+        memcpy(b->packed + b->count * stride, packed, stride);
     return ++b->count == BATCH_COUNT ? flush(b, out, err) : STP_OK;
 }
 
-static stp_status export_chunk(const stp_chunk *chunk, stp_dvec3 origin, const sink *out,
-                               stp_error *err)
+static stp_status export_chunk(const stp_chunk *chunk, stp_dvec3 origin, sink *out, stp_error *err)
 {
+    const uint32_t *first = chunk->level_begin[out->level];
     stp_status status = STP_OK;
     batch *b = NULL;
     STP_TRY(stp_alloc(&b, 1, sizeof *b, "points", err));
-    STP_TRY(export_numbers_read(out->numbers, chunk, err));
+    STP_TRY(export_numbers_read(out->numbers, chunk, out->level, err));
     if (out->numbers->list)
         STP_TRY(stp_alloc(&b->packed, BATCH_COUNT, out->numbers->stride, "attributes", err));
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         const stp_patch *patch = &chunk->patches[i];
-        const uint32_t begin = chunk->level_begin[0][i];
         unsigned skipped = 0;
-        STP_TRY(export_shapes_patch(out->shapes, patch, &chunk->samples[0][begin], origin, &skipped,
-                                    err));
-        for (uint32_t k = begin + skipped; k < chunk->level_begin[0][i + 1]; k++)
+        STP_TRY(export_shapes_patch(out->shapes, patch, &chunk->samples[out->level][first[i]],
+                                    origin, &skipped, err));
+        for (uint32_t k = first[i] + skipped; k < first[i + 1]; k++)
             STP_TRY(add_point(b, chunk, patch, k, origin, out, err));
     }
     STP_TRY(flush(b, out, err));
@@ -140,7 +151,14 @@ done:
     return status;
 }
 
-static stp_status export_chunks(stp_chunk_file *file, const sink *out, const stp_progress *progress,
+/* The box of a chunk in world coordinates. */
+static stp_dbox box_of(const stp_chunk_entry *entry)
+{
+    return (stp_dbox){stp_dvec3_add(entry->origin, stp_dvec3_from_float(entry->box_min)),
+                      stp_dvec3_add(entry->origin, stp_dvec3_from_float(entry->box_max))};
+}
+
+static stp_status export_chunks(stp_chunk_file *file, sink *out, const stp_progress *progress,
                                 stp_error *err)
 {
     stp_status status = STP_OK;
@@ -152,14 +170,47 @@ static stp_status export_chunks(stp_chunk_file *file, const sink *out, const stp
         STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
         if (entry.child_count != 0 || out->stand_ins[id])
             continue;
-        STP_TRY(stp_chunk_file_read(file, id, 0, &chunk, err));
+        const stp_dbox box = box_of(&entry);
+        done_count += entry.sample_count[0];
+        if (!export_filter_meets(out->filter, &box))
+            continue;
+        STP_TRY(stp_chunk_file_read(file, id, out->level, &chunk, err));
         STP_TRY(export_chunk(chunk, entry.origin, out, err));
         stp_chunk_destroy(&chunk);
-        done_count += entry.sample_count[0];
-        STP_TRY(stp_progress_update(progress, "export", done_count, info->point_count, err));
+        STP_TRY(stp_progress_update(progress, out->counts ? "count" : "export", done_count,
+                                    info->point_count, err));
     }
 done:
     stp_chunk_destroy(&chunk);
+    return status;
+}
+
+/* Counts the points that will be written. */
+static stp_status count_points(stp_chunk_file *file, sink *out, const stp_progress *progress,
+                               uint64_t *count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    *count = 0;
+    if (export_filter_chooses(out->filter)) {
+        out->counts = true;
+        STP_TRY(export_chunks(file, out, progress, err));
+        out->counts = false;
+        *count = out->chosen;
+    } else {
+        for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
+            stp_chunk_entry entry;
+            STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+            if (entry.child_count == 0 && !out->stand_ins[id])
+                *count += entry.sample_count[out->level];
+        }
+        *count -= out->shapes->repeated;
+    }
+    if (*count == 0)
+        status = stp_error_set(err, STP_EMPTY,
+                               "%s: no point is chosen by --where and --clip: there is nothing to "
+                               "write",
+                               stp_chunk_file_path(file));
+done:
     return status;
 }
 
@@ -196,12 +247,12 @@ static uint32_t point_attributes(const stp_chunk_file_info *info)
 
 static stp_status create_ply(stp_ply_writer **out, stp_chunk_file *file,
                              const export_params *params, const export_numbers *numbers,
-                             const export_shapes *shapes, uint64_t left_out, stp_error *err)
+                             uint64_t count, const export_shapes *shapes, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     stp_ply_writer_params ply = {.force = params->force,
-                                 .vertex_count = info->point_count - left_out - shapes->repeated,
+                                 .vertex_count = count,
                                  .triangle_count = shapes->triangle_count,
                                  .edge_count = shapes->edge_count,
                                  .attributes = point_attributes(info),
@@ -239,6 +290,8 @@ stp_status export_file(stp_chunk_file *file, const export_params *params, uint64
     bool *stand_ins = NULL;
     export_shapes shapes = {0};
     export_numbers numbers = {0};
+    export_filter filter;
+    uint64_t count = 0;
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     *left_out = 0;
     STP_TRY(find_stand_ins(file, &stand_ins, left_out, err));
@@ -250,12 +303,20 @@ stp_status export_file(stp_chunk_file *file, const export_params *params, uint64
     }
     STP_TRY(export_shapes_find(&shapes, file, stand_ins, err));
     STP_TRY(export_numbers_open(&numbers, file, err));
+    STP_TRY(export_filter_make(&filter, &params->choice, file, &numbers, err));
+    sink out = {.numbers = &numbers,
+                .intensity_step = noted(info, "intensity_max", 65535.0) / 255.0,
+                .stand_ins = stand_ins,
+                .shapes = &shapes,
+                .filter = &filter,
+                .level = params->choice.level};
+    STP_TRY(count_points(file, &out, params->progress, &count, err));
     if (export_las_is_named(params->output))
         STP_TRY(create_las(&las, file, params, &numbers, err));
     else
-        STP_TRY(create_ply(&ply, file, params, &numbers, &shapes, *left_out, err));
-    const sink out = {ply,       las,    &numbers, noted(info, "intensity_max", 65535.0) / 255.0,
-                      stand_ins, &shapes};
+        STP_TRY(create_ply(&ply, file, params, &numbers, count, &shapes, err));
+    out.las = las;
+    out.ply = ply;
     STP_TRY(export_chunks(file, &out, params->progress, err));
     if (las) {
         STP_TRY(stp_las_writer_finish(&las, err));

@@ -16,10 +16,10 @@ stp_status export_numbers_open(export_numbers *out, stp_chunk_file *file, stp_er
     return STP_OK;
 }
 
-stp_status export_numbers_read(export_numbers *n, const stp_chunk *chunk, stp_error *err)
+stp_status export_numbers_read(export_numbers *n, const stp_chunk *chunk, int level, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t count = chunk->level_begin[0][chunk->patch_count];
+    const uint32_t count = chunk->level_begin[level][chunk->patch_count];
     uint64_t *words = NULL;
     size_t at = 0;
     if (!n->list)
@@ -28,7 +28,7 @@ stp_status export_numbers_read(export_numbers *n, const stp_chunk *chunk, stp_er
     STP_TRY(stp_grow(&n->packed, &n->capacity, count * n->stride, 1, "attributes", err));
     for (uint32_t a = 0; a < n->list->count; a++) {
         const stp_attribute_type type = n->list->items[a].type;
-        STP_TRY(stp_attribute_file_read(n->file, a, chunk, 0, words, err));
+        STP_TRY(stp_attribute_file_read(n->file, a, chunk, level, words, err));
         for (uint32_t i = 0; i < count; i++)
             stp_attribute_put(type, words[i], n->packed + i * n->stride + at);
         at += stp_attribute_bytes(type);
