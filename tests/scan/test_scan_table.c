@@ -25,7 +25,7 @@ typedef struct real_file {
     const char *refused; /* part of the sentence; NULL: the file is read */
 } real_file;
 
-#define LARGE_POINTS 3000000 /* larger files are left to long_scan_table.sh */
+#define LARGE_POINTS 400000 /* larger files are left to long_scan_table.sh */
 #define COLOURS "is a picture of colours (3 channels), not of heights"
 
 static const real_file files[] = {

@@ -8,8 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* On a surface there are about as many cells as discs, so each cell has a few discs. */
-#define CELLS_LIMIT 4000000.0
+/* A surface of some hundred thousand discs has some ten of them in a cell then: a search visits few
+ * cells, and the grid fits a processor's cache. */
+#define CELLS_LIMIT 500000.0
 
 struct promise_index {
     promise_disc *discs; /* sorted by cell */
@@ -147,8 +148,9 @@ static void search_cell(const promise_index *index, size_t cell, search *s)
 {
     for (size_t i = index->cell_begin[cell]; i < index->cell_begin[cell + 1]; i++) {
         const promise_disc *disc = &index->discs[i];
-        double to_centre = stp_dvec3_length(stp_dvec3_sub(s->x, disc->centre));
-        if (to_centre - disc->radius > s->distance)
+        stp_dvec3 to_centre = stp_dvec3_sub(s->x, disc->centre);
+        double reach = s->distance + disc->radius;
+        if (stp_dvec3_dot(to_centre, to_centre) > reach * reach * (1.0 + 1e-12))
             continue;
         stp_dvec3 y = promise_nearest_on(disc, s->x);
         double distance = stp_dvec3_length(stp_dvec3_sub(s->x, y));
@@ -160,19 +162,22 @@ static void search_cell(const promise_index *index, size_t cell, search *s)
     }
 }
 
-/* The distance from x to a cell's box. The centres of the cell's discs lie in the box, except for
- * rounding. */
-static double cell_distance(const promise_index *index, stp_dvec3 x, const long c[3])
+/* The distance from x to a cell, along one axis. */
+static double cell_away(double x, double low, long c, double cell)
 {
-    double p[3] = {x.x, x.y, x.z};
-    double low[3] = {index->box.min.x, index->box.min.y, index->box.min.z};
-    double sum = 0.0;
-    for (int k = 0; k < 3; k++) {
-        double begin = low[k] + (double)c[k] * index->cell;
-        double d = fmax(0.0, fmax(begin - p[k], p[k] - begin - index->cell));
-        sum += d * d;
-    }
-    return sqrt(sum) - 1e-9 * index->cell;
+    double begin = low + (double)c * cell;
+    return x < begin ? begin - x : x > begin + cell ? x - begin - cell : 0.0;
+}
+
+/* Whether a cell may have a disc nearer to x than the best. The centres of the cell's discs lie in
+ * its box, except for rounding. */
+static bool cell_reaches(const promise_index *index, const search *s, const long c[3], size_t cell)
+{
+    double x = cell_away(s->x.x, index->box.min.x, c[0], index->cell);
+    double y = cell_away(s->x.y, index->box.min.y, c[1], index->cell);
+    double z = cell_away(s->x.z, index->box.min.z, c[2], index->cell);
+    double reach = s->distance + index->cell_radius[cell] + 1e-9 * index->cell;
+    return x * x + y * y + z * z < reach * reach;
 }
 
 /* Searches the cells on the surface of a cube, `ring` cells from the middle. */
@@ -192,7 +197,7 @@ static void search_ring(const promise_index *index, const long middle[3], long r
                     continue;
                 size_t cell = cell_number(index, c);
                 if (index->cell_begin[cell] < index->cell_begin[cell + 1] &&
-                    cell_distance(index, s->x, c) - index->cell_radius[cell] < s->distance)
+                    cell_reaches(index, s, c, cell))
                     search_cell(index, cell, s);
             }
         }
@@ -252,7 +257,8 @@ double promise_displacement_px(const stp_view *view, stp_dvec3 a, stp_dvec3 b)
     double p[2], q[2];
     if (!project(view, a, p) || !project(view, b, q))
         return -1.0;
-    return hypot(p[0] - q[0], p[1] - q[1]);
+    double x = p[0] - q[0], y = p[1] - q[1];
+    return sqrt(x * x + y * y);
 }
 
 void promise_add(promise_tally *tally, const promise_pairs *pairs, const stp_view *view,
@@ -266,11 +272,11 @@ void promise_add(promise_tally *tally, const promise_pairs *pairs, const stp_vie
             tally->behind++;
             continue;
         }
-        size_t bin = (size_t)fmin(32.0 * px / threshold_px, (double)bins - 1.0);
-        tally->histogram[bin]++;
+        double bin = 32.0 * px / threshold_px;
+        tally->histogram[bin < (double)bins - 1.0 ? (size_t)bin : bins - 1]++;
         tally->points++;
         tally->broken += px > threshold_px;
-        tally->max_px = fmax(tally->max_px, px);
+        tally->max_px = px > tally->max_px ? px : tally->max_px;
         tally->sum_px += px;
     }
 }

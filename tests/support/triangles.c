@@ -30,29 +30,31 @@ static void place(const stp_view *view, corner *c)
 }
 
 /* The point where the edge from a to b meets the near plane. */
-static corner cut_edge(const corner *a, const corner *b, double near_depth)
+static corner cut_edge(const corner *a, const corner *b, const stp_view *view)
 {
-    double da = -a->position.z - near_depth, db = -b->position.z - near_depth;
+    double da = -a->position.z - view->near_depth, db = -b->position.z - view->near_depth;
     double t = da / (da - db);
     corner c = {
         .normal = stp_dvec3_add(stp_dvec3_scale(a->normal, 1.0 - t), stp_dvec3_scale(b->normal, t)),
         .position =
             stp_dvec3_add(stp_dvec3_scale(a->position, 1.0 - t), stp_dvec3_scale(b->position, t))};
-    c.position.z = -near_depth;
+    c.position.z = -view->near_depth;
+    place(view, &c);
     return c;
 }
 
 /* The part of a triangle beyond the near plane: 0, 3 or 4 corners (Sutherland and Hodgman 1974). */
-static int clip(const corner in[3], double near_depth, corner out[4])
+static int clip(const corner in[3], const stp_view *view, corner out[4])
 {
     int count = 0;
     for (int i = 0; i < 3; i++) {
         const corner *a = &in[i], *b = &in[(i + 1) % 3];
-        bool inside_a = -a->position.z > near_depth, inside_b = -b->position.z > near_depth;
+        bool inside_a = -a->position.z > view->near_depth;
+        bool inside_b = -b->position.z > view->near_depth;
         if (inside_a)
             out[count++] = *a;
         if (inside_a != inside_b)
-            out[count++] = cut_edge(a, b, near_depth);
+            out[count++] = cut_edge(a, b, view);
     }
     return count;
 }
@@ -76,39 +78,54 @@ static bool owns_edge(const corner *a, const corner *b)
     return b->v < a->v || (b->v == a->v && b->u < a->u);
 }
 
+/* The normal of the triangle's plane. */
+static stp_dvec3 face_normal(const corner c[3])
+{
+    return stp_dvec3_normalize(stp_dvec3_cross(stp_dvec3_sub(c[1].position, c[0].position),
+                                               stp_dvec3_sub(c[2].position, c[0].position)));
+}
+
+/* c: the corners of the part of a triangle that is drawn; whole: the triangle's own. */
 static void cover(triangles_pixel *pixel, const corner c[3], const double share[3],
-                  stp_dvec3 face_normal, uint32_t triangle)
+                  const corner whole[3], uint32_t triangle)
 {
     double w = 0.0;
     double each[3];
     for (int i = 0; i < 3; i++)
         w += each[i] = share[i] * c[i].w;
     double depth = 0.0;
-    stp_dvec3 normal = {0.0, 0.0, 0.0}, position = {0.0, 0.0, 0.0};
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; i++)
         depth += each[i] / w * c[i].depth;
-        normal = stp_dvec3_add(normal, stp_dvec3_scale(c[i].normal, each[i] / w));
-        position = stp_dvec3_add(position, stp_dvec3_scale(c[i].position, each[i] / w));
-    }
     if (pixel->layers++ > 0 && pixel->depth <= depth)
         return;
-    normal = stp_dvec3_normalize(stp_dvec3_length(normal) > 0.0 ? normal : face_normal);
+    stp_dvec3 normal = {0.0, 0.0, 0.0};
+    for (int i = 0; i < 3; i++)
+        normal = stp_dvec3_add(normal, stp_dvec3_scale(c[i].normal, each[i] / w));
+    normal = stp_dvec3_length(normal) > 0.0 ? stp_dvec3_normalize(normal) : face_normal(whole);
     pixel->depth = depth;
     pixel->normal = normal;
     pixel->triangle = triangle;
 }
 
-/* The first and the last pixel whose centre may lie in [low, high]. */
-static void pixel_range(double low, double high, int size, int *first, int *last)
+/* The first and the last pixel whose centre may lie between the least and the greatest of three
+ * coordinates. Most triangles of a fine mesh lie between the centres. */
+static void pixel_range(double a, double b, double c, int size, int *first, int *last)
 {
-    low = fmin(fmax(low, 0.0), size);
-    high = fmin(fmax(high, -1.0), size);
-    *first = (int)floor(low);
-    *last = (int)fmin(floor(high), size - 1.0);
+    const double rounding = 1e-6;
+    double low = a < b ? a : b, high = a < b ? b : a;
+    low = (c < low ? c : low) - 0.5 - rounding;
+    high = (c > high ? c : high) - 0.5 + rounding;
+    *first = low > 0.0 ? (int)ceil(low < size ? low : size) : 0;
+    *last = high < 0.0 ? -1 : high < size ? (int)high : size - 1;
 }
 
-static void fill(triangles_picture *picture, corner c[3], stp_dvec3 face_normal, uint32_t triangle)
+static void fill(triangles_picture *picture, corner c[3], const corner whole[3], uint32_t triangle)
 {
+    int x0, x1, y0, y1;
+    pixel_range(c[0].u, c[1].u, c[2].u, picture->width, &x0, &x1);
+    pixel_range(c[0].v, c[1].v, c[2].v, picture->height, &y0, &y1);
+    if (x0 > x1 || y0 > y1)
+        return;
     double area = side_of(&c[0], &c[1], c[2].u, c[2].v);
     if (!(fabs(area) > 0.0))
         return;
@@ -118,11 +135,6 @@ static void fill(triangles_picture *picture, corner c[3], stp_dvec3 face_normal,
         c[2] = swapped;
         area = -area;
     }
-    int x0, x1, y0, y1;
-    pixel_range(fmin(c[0].u, fmin(c[1].u, c[2].u)), fmax(c[0].u, fmax(c[1].u, c[2].u)),
-                picture->width, &x0, &x1);
-    pixel_range(fmin(c[0].v, fmin(c[1].v, c[2].v)), fmax(c[0].v, fmax(c[1].v, c[2].v)),
-                picture->height, &y0, &y1);
     for (int y = y0; y <= y1; y++)
         for (int x = x0; x <= x1; x++) {
             double share[3];
@@ -135,30 +147,31 @@ static void fill(triangles_picture *picture, corner c[3], stp_dvec3 face_normal,
             }
             if (inside)
                 cover(&picture->pixels[(size_t)y * (size_t)picture->width + (size_t)x], c, share,
-                      face_normal, triangle);
+                      whole, triangle);
         }
 }
 
-static void draw_triangle(triangles_picture *picture, const triangles_mesh *mesh,
+/* The mesh's vertices in eye space; those beyond the near plane have their place. */
+static void place_vertices(corner *out, const triangles_mesh *mesh, const stp_view *view)
+{
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
+        out[i] = (corner){.position = turn(view, stp_dvec3_sub(mesh->positions[i], view->eye))};
+        if (mesh->normals != NULL)
+            out[i].normal = turn(view, mesh->normals[i]);
+        if (-out[i].position.z > view->near_depth)
+            place(view, &out[i]);
+    }
+}
+
+static void draw_triangle(triangles_picture *picture, const corner *vertices, const uint32_t at[3],
                           const stp_view *view, uint32_t triangle)
 {
-    corner in[3], out[4];
-    for (int i = 0; i < 3; i++) {
-        uint32_t vertex = mesh->triangles[triangle][i];
-        stp_dvec3 p = stp_dvec3_sub(mesh->positions[vertex], view->eye);
-        in[i] = (corner){.position = turn(view, p)};
-        if (mesh->normals != NULL)
-            in[i].normal = turn(view, mesh->normals[vertex]);
-    }
-    stp_dvec3 face =
-        stp_dvec3_normalize(stp_dvec3_cross(stp_dvec3_sub(in[1].position, in[0].position),
-                                            stp_dvec3_sub(in[2].position, in[0].position)));
-    int count = clip(in, view->near_depth, out);
-    for (int i = 0; i < count; i++)
-        place(view, &out[i]);
+    const corner in[3] = {vertices[at[0]], vertices[at[1]], vertices[at[2]]};
+    corner out[4];
+    int count = clip(in, view, out);
     for (int i = 2; i < count; i++) {
         corner part[3] = {out[0], out[i - 1], out[i]};
-        fill(picture, part, face, triangle);
+        fill(picture, part, in, triangle);
     }
 }
 
@@ -180,16 +193,20 @@ static void face_the_eye(triangles_picture *picture, const stp_view *view)
 stp_status triangles_draw(triangles_picture *out, const triangles_mesh *mesh, const stp_view *view,
                           stp_error *err)
 {
+    stp_status status = STP_OK;
     triangles_picture picture = {.width = view->width, .height = view->height};
-    stp_status status = stp_alloc(&picture.pixels, (size_t)view->width * (size_t)view->height,
-                                  sizeof *picture.pixels, "a picture", err);
-    if (status != STP_OK)
-        return status;
+    corner *vertices = NULL;
+    STP_TRY(stp_alloc(&vertices, mesh->vertex_count, sizeof *vertices, "vertices", err));
+    STP_TRY(stp_alloc(&picture.pixels, (size_t)view->width * (size_t)view->height,
+                      sizeof *picture.pixels, "a picture", err));
+    place_vertices(vertices, mesh, view);
     for (size_t i = 0; i < mesh->triangle_count; i++)
-        draw_triangle(&picture, mesh, view, (uint32_t)i);
+        draw_triangle(&picture, vertices, mesh->triangles[i], view, (uint32_t)i);
     face_the_eye(&picture, view);
     *out = picture;
-    return STP_OK;
+done:
+    free(vertices);
+    return status;
 }
 
 void triangles_destroy(triangles_picture *picture)
