@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Tests files of version 2: `prep` and `convert --format 2` write the same bytes, for any
 # number of threads; converting back gives the file of version 1; files grow little if at all; points, info and
-# pictures stay the same.
+# pictures stay the same. With `every` as $2 each model is converted by both numbers of threads.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 cd "$FOLDER" || exit 1
+every=${2:-}
 
 # growth OLD NEW PERCENT: NEW may be larger than OLD by so much; below 0: it must be smaller.
 growth() {
@@ -15,13 +16,14 @@ growth() {
     [ $((new * 100)) -le $((old * (100 + $3))) ] || fail "$2: $old bytes became $new"
 }
 
-# check NAME CODEC PERCENT: scan.ply in both versions.
+# check NAME CODEC PERCENT THREADS...: scan.ply in both versions, converted by so many threads.
 check() {
-    local one=$1-$2-1.stipple two=$1-$2-2.stipple
+    local one=$1-$2-1.stipple two=$1-$2-2.stipple threads=("${@:4}")
+    [ "$every" != every ] || threads=(1 3)
     "$STIPPLE" prep $1.ply -o $one --codec $2 --format 1 --quiet || fail "prep $1 $2"
     "$STIPPLE" prep $1.ply -o $two --codec $2 --quiet || fail "prep $1 $2 in blocks"
-    for threads in 1 3; do
-        "$STIPPLE" convert $one -o there.stipple --format 2 --threads $threads --force --quiet ||
+    for count in "${threads[@]}"; do
+        "$STIPPLE" convert $one -o there.stipple --format 2 --threads $count --force --quiet ||
             fail "convert --format 2 $1 $2"
         cmp there.stipple $two || fail "$1 $2: prep and convert write other bytes"
     done
@@ -33,10 +35,10 @@ check() {
 
 "$STIPPLE" gen terrain -n 300000 -o terrain.ply --quiet || fail "gen terrain"
 "$STIPPLE" gen statue -n 60000 -o statue.ply --quiet || fail "gen statue"
-check terrain draco 5
-check terrain zstd 4
-check statue draco -4
-check statue raw 1
+check terrain draco 5 1 3
+check terrain zstd 4 3
+check statue draco -4 3
+check statue raw 1 1
 
 "$STIPPLE" convert terrain-draco-2.stipple -o zstd.stipple --codec zstd --quiet || fail "convert --codec of version 2"
 cmp zstd.stipple terrain-zstd-2.stipple || fail "another codec does not give the file that prep writes"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Tests prep --outliers: planted outliers are marked or dropped, and listed by file and index. Any
-# number of threads and any memory gives the same bytes. Marks are exported, counted and drawn.
+# number of threads and any memory gives the same bytes (with `every` as $2 for more of both). Marks are exported,
+# counted and drawn.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 mkdir "$FOLDER/in"
@@ -18,27 +19,32 @@ far() { # name, points a line
 far a.ply <<<$'9 0 0\nnan 1 1\n0 9 0\n0 0 9'
 far c.ply <<<$'-9 0 0\n0 -9 0'
 
-# Memory alone, and files of points if memory is small, must give the same bytes.
-check_bytes() { # drop or mark
-    "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/$1.stipple" --outliers "$1" --threads 1 --quiet ||
-        fail "$1: no model"
-    for options in "--threads 2" "--threads 2 --memory 130M" "--threads 4 --memory 210M"; do
-        # shellcheck disable=SC2086
-        "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers "$1" $options --quiet
-        cmp -s "$FOLDER/$1.stipple" "$FOLDER/m.stipple" || fail "$1 $options: other bytes"
-    done
-    "$STIPPLE" verify "$FOLDER/$1.stipple" --quiet || fail "$1: verify"
+prepare() { # drop or mark, further options
+    run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/$1.stipple" --outliers "$@" --threads 1
+    expect_code 0
 }
-check_bytes drop
-check_bytes mark
+
+# Memory alone, and files of points if memory is small, must give the same bytes.
+check_bytes() { # drop or mark, then lists of options
+    local how=$1
+    shift
+    [ "$every" != every ] || set -- "--threads 2" "--threads 2 --memory 130M" "--threads 4 --memory 210M"
+    for options in "$@"; do
+        # shellcheck disable=SC2086
+        "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers $how $options --quiet
+        cmp -s "$FOLDER/$how.stipple" "$FOLDER/m.stipple" || fail "$how $options: other bytes"
+    done
+    "$STIPPLE" verify "$FOLDER/$how.stipple" --quiet || fail "$how: verify"
+}
+every=${2:-}
+prepare mark
+check_bytes mark "--threads 4 --memory 210M"
 
 number() { # of a key of the statistics
     sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+]*\).*/\1/p" "$FOLDER/stats.json" | head -1
 }
 
-run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers drop \
-    --rejects "$FOLDER/rejects.csv" --stats "$FOLDER/stats.json"
-expect_code 0
+prepare drop --rejects "$FOLDER/rejects.csv" --stats "$FOLDER/stats.json"
 expect_text err "200006 points read, 200000 stored, 6 rejected (1 not finite, 5 outliers)"
 expect_text err "outliers: 5 dropped (0.0025 %), more than 3 local spacings from everything else"
 expect_text err "  outliers "
@@ -51,10 +57,11 @@ expect_text err "  outliers "
     for i in 0 1; do echo "\"$FOLDER/in/c.ply\",$i,outlier"; done
 } >"$FOLDER/expected.csv"
 cmp "$FOLDER/rejects.csv" "$FOLDER/expected.csv" || fail "rejects"
-run "$STIPPLE" info "$FOLDER/m.stipple"
+run "$STIPPLE" info "$FOLDER/drop.stipple"
 expect_text out "outliers       5 dropped, more than 3 local spacings"
-"$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/m.ply" --quiet
+"$STIPPLE" export "$FOLDER/drop.stipple" -o "$FOLDER/m.ply" --quiet
 ! head -20 "$FOLDER/m.ply" | grep -a outlier || fail "a property of outliers, though none is marked"
+check_bytes drop "--threads 2" "--threads 2 --memory 130M"
 
 run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers mark \
     --outlier-distance 4 --stats "$FOLDER/stats.json"
@@ -74,7 +81,8 @@ ones=$(tail -c +$((header + 12)) "$FOLDER/m.ply" | od -An -v -tu1 -w28 |
     awk '{ ones += $28 == 1; other += $28 > 1 } END { print ones + 0, other + 0, NR }')
 [ "$ones" = "5 0 200005" ] || fail "marks: $ones"
 
-# Without --outliers prep must not look for any.
+# Without --outliers prep must not look for any. A smaller ball has as many.
+"$STIPPLE" gen bumpy -n 5000 -o "$FOLDER/in/b.ply" --force --quiet
 run "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force
 ! grep -q outliers "$FOLDER/err" || fail "outliers without being asked"
 [ "$("$STIPPLE" info "$FOLDER/m.stipple" | grep -c outlier)" = 0 ] || fail "info says outliers"

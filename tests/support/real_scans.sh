@@ -176,6 +176,8 @@ check_file() { # name
     check_prep "$1"
     check_first_view "$1"
     check_picture "$1"
+    # if few directions are asked for, every third scan, another one than in check_picture, is seen from them
+    [ "$directions" = 26 ] || [ $((drawn % 3)) = 1 ] || return
     write_views
     check_cull "$1"
     [ "$directions" != 26 ] || check_cull "$1" --clip "$(cat "$FOLDER/clip")"

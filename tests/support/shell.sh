@@ -37,7 +37,7 @@ run() {
 found() { [ "$(grep -c "$@")" != 0 ]; }
 
 field() { # number of a field in $FOLDER/stats.json, as --stats writes it
-    sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+-]*\).*/\1/p" "$FOLDER/stats.json" | head -1
+    sed -n "s/.*\"$1\":[[:space:]]*\([0-9.e+-]*\).*/\1/p; T; q" "$FOLDER/stats.json"
 }
 
 # Numbers of pixels of a PNG of 8-bit RGBA that are covered in part, and in whole.
@@ -87,14 +87,18 @@ expect_empty() { # out or err
     [ ! -s "$FOLDER/$1" ] || fail "$command: std$1 is not empty: $(head -3 "$FOLDER/$1")"
 }
 
+# A program that is started costs a hundredth of a second in a virtual machine, and these are called thousands of times.
 expect_lines() { # out or err, number
-    local lines
-    lines=$(wc -l <"$FOLDER/$1")
-    [ "$lines" = "$2" ] || fail "$command: $lines lines on std$1, expected $2: $(head -3 "$FOLDER/$1")"
+    local text
+    IFS= read -rd '' text <"$FOLDER/$1"
+    text=${text//[!$'\n']/}
+    [ ${#text} = "$2" ] || fail "$command: ${#text} lines on std$1, expected $2: $(head -3 "$FOLDER/$1")"
 }
 
 expect_text() { # out or err, a fixed text in it
-    grep -qF -- "$2" "$FOLDER/$1" || fail "$command: no '$2' on std$1: $(head -3 "$FOLDER/$1")"
+    local text
+    IFS= read -rd '' text <"$FOLDER/$1"
+    [[ $text == *"$2"* ]] || fail "$command: no '$2' on std$1: $(head -3 "$FOLDER/$1")"
 }
 
 # Expects wrong usage: exit 2, nothing on stdout, one line on stderr with the text.

@@ -11,9 +11,11 @@ export XDG_STATE_HOME="$FOLDER/state"
 screen="$FOLDER/Xvfb_screen0"
 viewer=
 server=
+counter=
 
 stop() {
     if [ -n "$viewer" ]; then kill -KILL "$viewer" 2>/dev/null; fi
+    if [ -n "$counter" ]; then kill "$counter" 2>/dev/null; fi
     if [ -n "$server" ]; then kill "$server" 2>/dev/null && wait "$server" 2>/dev/null; fi
     chmod -R u+w "$FOLDER" 2>/dev/null
     rm -rf "$FOLDER"
@@ -35,6 +37,7 @@ start_display() { # width height
     [ -s "$FOLDER/display" ] || skip_test "Xvfb does not start: $(tail -1 "$FOLDER/xvfb.log")"
     DISPLAY=:$(cat "$FOLDER/display")
     export DISPLAY
+    start_counter
 }
 
 # wait_for SECONDS COMMAND...: repeats the command until it succeeds.
@@ -61,16 +64,31 @@ has_ended() { ! kill -0 "$viewer" 2>/dev/null; }
 
 # Counts the pixels of a colour (lit: any but black) in a rectangle of the screen, which Xvfb keeps as an XWD file.
 pixels_of() { # colour as rrggbb, or lit; then x0 y0 x1 y1
-    python3 - "$screen" $SCREEN_WIDTH "$@" <<'END'
-import array, struct, sys
-data, (width, x0, y0, x1, y1) = open(sys.argv[1], "rb").read(), map(int, [sys.argv[2]] + sys.argv[4:])
-begin, count = struct.unpack_from(">I", data)[0] + 12 * struct.unpack_from(">I", data, 76)[0], 0
-colour = None if sys.argv[3] == "lit" else int(sys.argv[3], 16)
-for y in range(y0, y1):
-    row = array.array("I", data[begin + 4 * (y * width + x0):begin + 4 * (y * width + x1)])
-    count += sum(1 for p in row if (p & 0xffffff if colour is None else p & 0xffffff == colour))
-print(count)
-END
+    local number
+    echo "$*" >&7
+    read -rt 60 number <&8
+    echo "$number"
+}
+# Starts the process that counts for pixels_of: one for all, since python3 takes long to start.
+start_counter() {
+    mkfifo "$FOLDER/asked" "$FOLDER/answers"
+    exec 7<>"$FOLDER/asked" 8<>"$FOLDER/answers"
+    python3 -c '
+import struct, sys
+for line in sys.stdin:
+    colour, x0, y0, x1, y1 = line.split()
+    x0, y0, x1, y1 = map(int, (x0, y0, x1, y1))
+    data, width = open(sys.argv[1], "rb").read(), int(sys.argv[2])
+    begin = struct.unpack_from(">I", data)[0] + 12 * struct.unpack_from(">I", data, 76)[0]
+    part = b"".join(data[begin + 4 * (y * width + x0):begin + 4 * (y * width + x1)] for y in range(y0, y1))
+    count, wanted, other = len(part) // 4, 0 if colour == "lit" else int(colour, 16), 0
+    for channel in range(3): # blue, green, red: another bit in one of them makes another colour
+        same = bytes([wanted >> 8 * channel & 255]) * count
+        other |= int.from_bytes(part[channel::4], "little") ^ int.from_bytes(same, "little")
+    same = other.to_bytes(count, "little").count(0)
+    print(count - same if colour == "lit" else same, flush=True)
+' "$screen" $SCREEN_WIDTH <"$FOLDER/asked" >"$FOLDER/answers" 7>&- 8>&- &
+    counter=$!
 }
 lit_pixels() { pixels_of lit "$@"; } # x0 y0 x1 y1
 screen_sum() { cksum <"$screen"; }
@@ -121,6 +139,6 @@ press() {
     local key
     for key in "$@"; do
         xdotool key "$key"
-        sleep 0.15
+        sleep 0.05
     done
 }

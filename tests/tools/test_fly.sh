@@ -136,7 +136,8 @@ test_other_job() {
         expect_failure "another job"
         expect_text err "--force"
     done
-    "$STIPPLE" prep "$FOLDER/scan.ply" -o "$FOLDER/other.stipple" --quiet --neighbours 8
+    "$STIPPLE" gen bumpy -n 2000 -o "$FOLDER/other.ply" --quiet
+    "$STIPPLE" prep "$FOLDER/other.ply" -o "$FOLDER/other.stipple" --quiet
     run_fly "$STIPPLE" fly "$FOLDER/other.stipple" --path "$path" --rate 10 --size 96x64 -o "$frames"
     expect_failure "another job (model"
     # budgets, threads and file names may not change a pixel
@@ -204,7 +205,7 @@ test_no_film() {
         'cat >/dev/null; echo sorry, no codec >&2; exit 7' 'kill -9 $$'; do
         printf '#!/bin/sh\nPATH=%s\n%s\n' "$PATH" "$script" >"$empty/ffmpeg"
         chmod +x "$empty/ffmpeg"
-        run_fly env PATH="$empty" "$STIPPLE" fly "$model" --path "$path" --size 99x99 -o "$FOLDER/none.mp4"
+        run_fly env PATH="$empty" "$STIPPLE" fly "$model" --path "$path" --rate 10 --size 99x99 -o "$FOLDER/none.mp4"
         expect_failure "none.mp4: ffmpeg failed"
         [ "$script" = 'kill -9 $$' ] || expect_text err "sorry, no codec"
     done

@@ -103,15 +103,22 @@ END
 }
 
 # The solvers must reach a quality between two thresholds of the sweep and a given memory, and name
-# impossible goals.
+# impossible goals. With --save, render must draw with the solved threshold.
 test_solvers() {
     local psnr bytes
     psnr=$(figure 3 psnr_db)
     psnr=$(awk "BEGIN { print ($psnr + $(figure 4 psnr_db)) / 2 }")
-    tune "$FOLDER/solved" --psnr "$psnr"
+    cp "$model" "$FOLDER/saved.stipple"
+    model="$FOLDER/saved.stipple" tune "$FOLDER/solved" --psnr "$psnr" --save
     expect_code 0
+    awk "BEGIN { exit !($(sed -n 's/^threshold \([0-9.]*\) px.*/\1/p' "$FOLDER/out") > 0) }" ||
+        fail "no threshold: $(cat "$FOLDER/out")"
     holds "solved" "$(sed -n 's/^threshold .*: psnr \([0-9.]*\), .*/\1/p' "$FOLDER/out") - $psnr < 0.5"
     holds "solved" "$psnr - $(sed -n 's/^threshold .*: psnr \([0-9.]*\), .*/\1/p' "$FOLDER/out") < 0.5"
+    run "$STIPPLE" info "$FOLDER/saved.stipple" --json
+    grep -q "\"threshold_px\":" "$FOLDER/out" || fail "the model has no threshold"
+    run "$STIPPLE" verify "$FOLDER/saved.stipple" --quiet
+    expect_code 0
     bytes=$(figure 1 gpu_bytes)
     tune "$FOLDER/solved" --force --bytes $((2 * bytes)) --thresholds 0,2
     expect_code 0
@@ -195,20 +202,6 @@ test_refusals() {
     [ ! -e "$FOLDER/x" ] || fail "a refused request wrote"
 }
 
-# With --save, render must draw with the solved threshold.
-test_save() {
-    local psnr
-    psnr=$(awk "BEGIN { print ($(figure 3 psnr_db) + $(figure 4 psnr_db)) / 2 }")
-    tune "$FOLDER/saved" --psnr "$psnr" --save
-    expect_code 0
-    awk "BEGIN { exit !($(sed -n 's/^threshold \([0-9.]*\) px.*/\1/p' "$FOLDER/out") > 0) }" ||
-        fail "no threshold: $(cat "$FOLDER/out")"
-    run "$STIPPLE" info "$model" --json
-    grep -q "\"threshold_px\":" "$FOLDER/out" || fail "the model has no threshold"
-    run "$STIPPLE" verify "$model" --quiet
-    expect_code 0
-}
-
 # A model of one point, and a model of lines alone, where no disc is measured.
 test_small() {
     printf '%s\n' '0 0 0' >"$FOLDER/point.xyz"
@@ -252,7 +245,6 @@ test_default
 test_settings
 test_views
 test_refusals
-test_save
 test_small
 test_interrupted
 end_test
