@@ -4,6 +4,7 @@
 #include "base/random.h"
 #include "preprocess/cloud/morton.h"
 #include "tests/fixtures/cloud_fixture.h"
+#include "tests/fixtures/size.h"
 
 #include <float.h>
 #include <string.h>
@@ -98,7 +99,7 @@ static void check_cloud(stp_cloud *cloud)
 {
     sorted_cloud one = sort(cloud, 1);
     assert_sorted(&one, cloud);
-    for (unsigned threads = 2; threads <= 8; threads++) {
+    for (unsigned threads = 2; threads <= TEST_SIZE(8, 3); threads++) {
         sorted_cloud more = sort(cloud, threads);
         assert_same(&one, &more, cloud->count);
         clear(&more);
