@@ -243,10 +243,12 @@ static stp_status visit_block(stp_cut *cut, const stp_cut_params *params, stp_cu
         return STP_OK;
     }
     stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-    if ((exact && cut->asked[id] != cut->serial) ||
-        (!together &&
-         !is_wanted(params->frame, &sight, b, was_drawn(params, (stp_scene_run){id, id + 1}))) ||
-        !ask_above(cut, params->scene, parent.chunk, id, &limit, &drawn)) {
+    /* The bounds of patches above may be nearer to the eye than the block's: if they were asked,
+     * they alone know. */
+    bool wanted = together || (exact ? cut->asked[id] == cut->serial
+                                     : is_wanted(params->frame, &sight, b,
+                                                 was_drawn(params, (stp_scene_run){id, id + 1})));
+    if (!wanted || !ask_above(cut, params->scene, parent.chunk, id, &limit, &drawn)) {
         /* together: all that is above and in sight is wanted, so nothing above is in sight */
         decide(cut, id, together ? STP_CUT_HIDDEN : STP_CUT_LEFT, 0.0f);
         return STP_OK;
@@ -297,8 +299,18 @@ done:
     return status;
 }
 
-/* Whether all blocks of a child are out of sight, or left to the parent. Then they are decided. */
-static bool decide_at_once(stp_cut *cut, const stp_cut_params *params, uint32_t child)
+/* Whether any of the blocks was asked for by a patch above. */
+static bool is_asked(const stp_cut *cut, stp_scene_run run)
+{
+    uint32_t b = run.begin;
+    while (b < run.end && cut->asked[b] != cut->serial)
+        b++;
+    return b < run.end;
+}
+
+/* Whether all blocks of a child are out of sight, or left to the parent. Then they are decided.
+ * exact: patches above were asked about each block. */
+static bool decide_at_once(stp_cut *cut, const stp_cut_params *params, uint32_t child, bool exact)
 {
     const stp_chunk_entry *e = &params->scene->entries[child];
     stp_scene_run run = stp_scene_blocks(params->scene, child);
@@ -307,7 +319,8 @@ static bool decide_at_once(stp_cut *cut, const stp_cut_params *params, uint32_t 
     float eye[3];
     bool visible = stp_rule_visible(params->frame, &bound, eye);
     stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-    if (visible && is_wanted(params->frame, &sight, &whole, was_drawn(params, run)))
+    if (visible && (exact ? is_asked(cut, run)
+                          : is_wanted(params->frame, &sight, &whole, was_drawn(params, run))))
         return false;
     for (uint32_t b = run.begin; b < run.end && !visible; b++)
         decide(cut, b, STP_CUT_HIDDEN, 0.0f);
@@ -322,7 +335,7 @@ static stp_status visit_child(stp_cut *cut, const stp_cut_params *params, stp_cu
     stp_scene_run run = stp_scene_blocks(params->scene, child);
     size_t draw_count = cut->draw_count;
     bool several = run.end - run.begin > 1, together = several && params->scene->undivided[child];
-    if (several && decide_at_once(cut, params, child))
+    if (several && decide_at_once(cut, params, child, parent.exact && !together))
         return STP_OK;
     for (uint32_t b = run.begin; b < run.end; b++)
         STP_TRY(visit_block(cut, params, parent, b, together, err));
