@@ -2,6 +2,7 @@
 #include "formats/attribute/attribute.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static const struct {
@@ -45,6 +46,26 @@ uint32_t stp_attribute_find(const stp_attribute_list *list, const char *name)
         if (strcmp(list->items[i].name, name) == 0)
             return i;
     return UINT32_MAX;
+}
+
+uint32_t stp_attribute_match(const stp_attribute_list *list, const char *words)
+{
+    char name[STP_ATTRIBUTE_NAME_BYTES];
+    uint32_t begins = 0, has = 0, first_begins = UINT32_MAX, first_has = UINT32_MAX;
+    const uint32_t exact = stp_attribute_find(list, words);
+    if (exact != UINT32_MAX || *words == '\0')
+        return exact;
+    snprintf(name, sizeof name, "%s", words);
+    for (char *c = name; *c; c++)
+        *c = *c == '-' ? '_' : *c;
+    for (uint32_t i = 0; i < list->count; i++) {
+        const char *at = strstr(list->items[i].name, name);
+        if (at && has++ == 0)
+            first_has = i;
+        if (at == list->items[i].name && begins++ == 0)
+            first_begins = i;
+    }
+    return begins == 1 ? first_begins : has == 1 ? first_has : UINT32_MAX;
 }
 
 static bool is_signed(stp_attribute_type type)

@@ -77,6 +77,9 @@ static inline bool stp_attribute_is_float(stp_attribute_type type)
 size_t stp_attribute_list_bytes(const stp_attribute_list *list);
 /* The index of a name, or UINT32_MAX. */
 uint32_t stp_attribute_find(const stp_attribute_list *list, const char *name);
+/* The attribute that somebody means who types `words`: of this name; else the only one whose name
+ * begins so; else the only one whose name has it. - stands for _. UINT32_MAX: none, or several. */
+uint32_t stp_attribute_match(const stp_attribute_list *list, const char *words);
 
 /* Packs and unpacks a number. Packing drops the bits that the type does not have. */
 void stp_attribute_put(stp_attribute_type type, uint64_t word, uint8_t *bytes);

@@ -100,6 +100,7 @@ typedef struct stp_scan_params {
     struct stp_mirror *mirror; /* of the address (remote/mirror.h); NULL: the path is no address,
                                   or it is an EPT's */
     const struct stp_byte_source_params *web; /* for addresses; NULL: the defaults */
+    struct stp_pool *pool; /* helps reading, and is idle then; NULL: none. Must outlive the scan */
 } stp_scan_params;
 
 /* A text of the file about itself, beside its points. A model keeps it in its metadata. */

@@ -37,7 +37,7 @@ static stp_status find(stp_shown *s, const stp_chunk_file *file, const char *nam
 {
     const stp_attribute_list *list = stp_attribute_file_list(s->file);
     char names[640] = "";
-    s->index = stp_attribute_find(list, name);
+    s->index = stp_attribute_match(list, name);
     for (uint32_t i = 0, at = 0; i < list->count && at < sizeof names - 64; i++)
         at += (uint32_t)snprintf(names + at, sizeof names - at, "%s%s", i ? ", " : "",
                                  list->items[i].name);
@@ -47,7 +47,8 @@ static stp_status find(stp_shown *s, const stp_chunk_file *file, const char *nam
             list->count > 0 ? ": it has " : ": prep --attributes keeps them", names, "");
     if (list->items[s->index].coarse != STP_COARSE_NOT)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "\"%s\" is in the samples themselves: show rgb or intensity", name);
+                             "\"%s\" is in the samples themselves: show rgb or intensity",
+                             list->items[s->index].name);
     return STP_OK;
 }
 

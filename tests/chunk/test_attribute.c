@@ -43,6 +43,28 @@ static uint64_t any_word(stp_attribute_type type, uint64_t bits)
     return stp_attribute_get(type, packed);
 }
 
+static void test_names(void **state)
+{
+    static const stp_attribute_list list = {
+        .count = 5,
+        .items = {{.name = "return_number"},
+                  {.name = "number_of_returns"},
+                  {.name = "gps_time"},
+                  {.name = "time"},
+                  {.name = "scan_angle"}},
+    };
+    static const struct {
+        const char *words;
+        uint32_t index;
+    } meant[] = {{"return_number", 0}, {"return", 0},    {"returns", 1},
+                 {"time", 3},          {"gps-time", 2},  {"angle", 4},
+                 {"-angle", 4},        {"number", 1},    {"n", 1},
+                 {"e", UINT32_MAX},    {"", UINT32_MAX}, {"return_numbers", UINT32_MAX}};
+    (void)state;
+    for (size_t i = 0; i < sizeof meant / sizeof *meant; i++)
+        assert_int_equal(stp_attribute_match(&list, meant[i].words), meant[i].index);
+}
+
 static void test_any_numbers(void **state)
 {
     (void)state;
@@ -220,9 +242,10 @@ static void test_order(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_any_numbers), cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_hostile),     cmocka_unit_test(test_join),
-        cmocka_unit_test(test_json),        cmocka_unit_test(test_order),
+        cmocka_unit_test(test_names), cmocka_unit_test(test_any_numbers),
+        cmocka_unit_test(test_sizes), cmocka_unit_test(test_hostile),
+        cmocka_unit_test(test_join),  cmocka_unit_test(test_json),
+        cmocka_unit_test(test_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -198,6 +198,9 @@ if "$STIPPLE" render --help >"$FOLDER/help" 2>&1; then
             --palette viridis --colour "${colour%%:*}" --colour-range "${colour#*:}" --quiet
     done
     cmp "$FOLDER/intensity.png" "$FOLDER/user_data.png" || fail "an attribute is not shown as it is"
+    expect_ok render "$FOLDER/f6.stipple" -o "$FOLDER/data.png" --size 200x200 --threshold 0 \
+        --palette viridis --colour user --colour-range 0,255 --quiet
+    cmp "$FOLDER/user_data.png" "$FOLDER/data.png" || fail "a part of a name is not the attribute"
     run "$STIPPLE" render "$FOLDER/f6.stipple" -o "$FOLDER/x.png" --colour nir
     [ "$code" = 1 ] && found user_data "$FOLDER/err" || fail "an attribute that is not there: exit $code"
 fi

@@ -28,7 +28,7 @@ const cli_command cli_export = {
         "z,\n"
         "intensity, class, outlier, red, green and blue (0 to 255), and the kept attributes, "
         "whose\n"
-        "numbers go before those. The begin of a name will do: --where 'return==1 && class!=7'.\n"
+        "numbers go before those. A part of a name will do: --where 'return==1 && class!=7'.\n"
         "--level 1 or 2 writes fewer points: the samples that stand for them when seen from "
         "far.\n"
         "A repaired file has samples that stand in for lost points: export leaves them out and\n"

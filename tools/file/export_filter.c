@@ -67,18 +67,6 @@ static stp_status no_field(const char *name, uint32_t attributes, const stp_attr
                          list->count > 0 ? "" : " (prep --attributes all keeps more)");
 }
 
-/* The only attribute whose name begins so; UINT32_MAX: there is none or more than one. */
-static uint32_t find_begin(const stp_attribute_list *list, const char *begin)
-{
-    uint32_t found = UINT32_MAX, count = 0;
-    for (uint32_t i = 0; i < list->count; i++)
-        if (strncmp(list->items[i].name, begin, strlen(begin)) == 0) {
-            found = i;
-            count++;
-        }
-    return count == 1 ? found : UINT32_MAX;
-}
-
 /* An attribute of the name goes before the field that every point has: it has all its bits. */
 static stp_status find_field(export_field *out, const char *name, uint32_t attributes,
                              const stp_attribute_list *list, stp_error *err)
@@ -90,7 +78,7 @@ static stp_status find_field(export_field *out, const char *name, uint32_t attri
     if (found == UINT32_MAX && out->own < OWN_COUNT && has_own(attributes, out->own))
         return STP_OK;
     if (found == UINT32_MAX)
-        found = find_begin(list, name);
+        found = stp_attribute_match(list, name);
     if (found == UINT32_MAX)
         return no_field(name, attributes, list, err);
     out->attribute = &list->items[found];

@@ -138,6 +138,7 @@ static stp_status run(open_scan *scan, bool *full, stp_error *err)
     prep_run_expect(&params, false, stages);
     STP_TRY(prep_inputs_survey(&in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)common->threads, err));
+    in.params.pool = pool;
     status = stp_prep_run(scan->path, &source, &params, pool, progress, &stats, err);
     scan->partial = prep_inputs_unreadable(&in) > 0;
     *full = status == STP_IO && scan->folder;

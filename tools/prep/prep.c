@@ -46,6 +46,7 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     stp_prep_stats stats = {0};
     STP_TRY(prep_inputs_survey(in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
+    in->params.pool = pool;
     if (o->rejects)
         STP_TRY(prep_inputs_begin_rejects(in, o->rejects, o->force, err));
     status = stp_prep_run(o->output, &source, params, pool, progress, &stats, err);

@@ -101,9 +101,11 @@ static stp_status open_file(las_reader *las, const char *path, const stp_scan_pa
     stp_status status = STP_OK;
     const stp_las_header *header = &las->stream.header;
     const stp_las_stream_params stream = {
-        .path = path, .region = params->region, .mirror = params->mirror};
+        .path = path, .region = params->region, .mirror = params->mirror, .pool = params->pool};
     STP_TRY(stp_las_stream_open(&las->stream, &stream, err));
     STP_TRY(find_depth(las, err));
+    if (las->stream.laz)
+        stp_laz_team_together(las->stream.laz);
     STP_TRY(stp_las_notes_make(&las->notes, header, &las->stream.records, &las->depth,
                                las->keeps_numbers, las->stream.source.size, err));
     snprintf(las->format, sizeof las->format, "%s 1.%u point format %u",
@@ -129,7 +131,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->point_count = header->point_count;
     info->attributes = STP_POINT_HAS_INTENSITY | STP_POINT_HAS_CLASS;
     info->attributes |= colour ? (uint32_t)STP_POINT_HAS_COLOUR : 0u;
-    info->seek_points = las->stream.laz ? stp_laz_chunk_points(las->stream.laz) : 1;
+    info->seek_points = las->stream.laz ? stp_laz_team_chunk_points(las->stream.laz) : 1;
     if (stp_copc_is(header, &las->stream.records))
         info->octree_spacing = stp_copc_spacing(&las->stream.records);
     info->heights = true;

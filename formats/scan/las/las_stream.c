@@ -40,7 +40,7 @@ static stp_status open_packed(stp_las_stream *las, const stp_las_stream_params *
     } else if (params->mirror) {
         STP_TRY(stp_mirror_need(params->mirror, 0, UINT64_MAX, err));
     }
-    STP_TRY(stp_laz_open(&las->laz, &laz, err));
+    STP_TRY(stp_laz_team_open(&las->laz, &laz, params->pool, err));
     STP_TRY(stp_alloc(&las->unpacked, las->block_points, las->header.record_bytes, "records", err));
 done:
     stp_laz_chunks_free(&chosen);
@@ -71,7 +71,7 @@ done:
 void stp_las_stream_close(stp_las_stream *las)
 {
     stp_source_close(&las->source);
-    stp_laz_close(&las->laz);
+    stp_laz_team_close(&las->laz);
     stp_las_records_free(&las->records);
     free(las->unpacked);
     las->unpacked = NULL;
@@ -83,7 +83,7 @@ stp_status stp_las_stream_seek(stp_las_stream *las, uint64_t point, stp_error *e
 {
     las->next = point;
     if (las->laz)
-        return las->header.point_count > 0 ? stp_laz_seek(las->laz, point, err) : STP_OK;
+        return las->header.point_count > 0 ? stp_laz_team_seek(las->laz, point, err) : STP_OK;
     /* No overflow: the header was checked against the file's size. */
     stp_source_seek(&las->source, las->header.point_offset + point * las->header.record_bytes, 0);
     return STP_OK;
@@ -95,7 +95,7 @@ stp_status stp_las_stream_next(stp_las_stream *las, size_t count, const unsigned
     stp_status status = STP_OK;
     const size_t bytes = count * las->header.record_bytes;
     if (las->laz) {
-        STP_TRY(stp_laz_read(las->laz, las->unpacked, count, err));
+        STP_TRY(stp_laz_team_read(las->laz, las->unpacked, count, err));
         *records = las->unpacked;
     } else {
         size_t available;

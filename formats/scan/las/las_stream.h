@@ -9,7 +9,7 @@
 #include "formats/scan/las/las_depth.h"
 #include "formats/scan/las/las_header.h"
 #include "formats/scan/las/las_records.h"
-#include "formats/scan/las/laz.h"
+#include "formats/scan/las/laz_team.h"
 #include "formats/scan/scan.h"
 
 typedef struct stp_las_stream {
@@ -17,7 +17,7 @@ typedef struct stp_las_stream {
     stp_las_header header; /* point_count is what is read: less than in the file, if a region
                               chooses nodes of a COPC */
     stp_las_records records;
-    stp_laz *laz;            /* NULL: not compressed */
+    stp_laz_team *laz;       /* NULL: not compressed */
     unsigned char *unpacked; /* records that laz unpacked */
     size_t block_points;     /* most records at once */
     uint64_t next;           /* point */
@@ -28,6 +28,7 @@ typedef struct stp_las_stream_params {
     const char *name;              /* for messages; NULL: the path */
     const stp_scan_region *region; /* NULL: all points */
     struct stp_mirror *mirror;     /* of which path is the file; NULL: all bytes are there */
+    stp_pool *pool;                /* unpacks chunks side by side (laz_team.h); NULL: none */
 } stp_las_stream_params;
 
 /* *las must be zero, with a descriptor of -1. Close it even after a failure. Errors: those of

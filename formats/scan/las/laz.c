@@ -338,6 +338,19 @@ uint64_t stp_laz_chunk_points(const stp_laz *laz)
     return even ? laz->layout.chunk_points : 0;
 }
 
+uint64_t stp_laz_chunk_at(const stp_laz *laz, uint64_t point)
+{
+    const size_t index = find_chunk(laz, point);
+    const bool begins = laz->chunks.complete && point < laz->params.header->point_count &&
+                        laz->chunks.list[index].first == point;
+    return begins ? chunk_points(laz, index) : 0;
+}
+
+uint64_t stp_laz_chunk_left(const stp_laz *laz)
+{
+    return laz->end - laz->next;
+}
+
 stp_status stp_laz_seek(stp_laz *laz, uint64_t point, stp_error *err)
 {
     stp_status status = STP_OK;
