@@ -4,8 +4,13 @@
 #include "base/memory.h"
 #include "formats/scan/las/laz_layout.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Chunks have many sizes: readers that are done early take another one. */
+#define PARTS_PER_READER 4u
+#define PARTS_LIMIT (STP_LAZ_TEAM_READERS * PARTS_PER_READER)
 
 /* A chunk that one reader unpacked. */
 typedef struct part {
@@ -22,8 +27,9 @@ struct stp_laz_team {
     size_t record_bytes;
     bool alone;    /* the first reader reads what is left */
     uint64_t next; /* point */
-    part parts[STP_LAZ_TEAM_READERS];
+    part parts[PARTS_LIMIT];
     unsigned part_count, at; /* at: the part that is handed out */
+    atomic_uint begun;       /* parts that a reader took */
 };
 
 static unsigned readers_of(const stp_laz_params *params, stp_pool *pool)
@@ -78,10 +84,10 @@ void stp_laz_team_close(stp_laz_team **team)
     stp_laz_team *t = *team;
     if (!t)
         return;
-    for (unsigned i = 0; i < t->reader_count; i++) {
+    for (unsigned i = 0; i < t->reader_count; i++)
         stp_laz_close(&t->readers[i]);
+    for (unsigned i = 0; i < PARTS_LIMIT; i++)
         free(t->parts[i].records);
-    }
     free(t);
     *team = NULL;
 }
@@ -104,38 +110,44 @@ stp_status stp_laz_team_seek(stp_laz_team *team, uint64_t point, stp_error *err)
     return stp_laz_seek(team->readers[0], point, err);
 }
 
-/* What goes wrong is said later, when the first reader comes to it. */
-static stp_status unpack_part(void *context, size_t index, unsigned worker, stp_error *err)
+/* Unpacks parts until all are taken. What goes wrong is said later, when the first reader comes to
+ * it. */
+static stp_status unpack_parts(void *context, size_t index, unsigned worker, stp_error *err)
 {
     stp_laz_team *team = context;
-    part *p = &team->parts[index];
     stp_laz *reader = team->readers[index];
     (void)worker;
     (void)err;
-    p->well = stp_laz_seek(reader, p->first, NULL) == STP_OK &&
-              stp_laz_read(reader, p->records, p->count, NULL) == STP_OK;
+    for (unsigned i; (i = atomic_fetch_add(&team->begun, 1)) < team->part_count;) {
+        part *p = &team->parts[i];
+        p->well = stp_laz_seek(reader, p->first, NULL) == STP_OK &&
+                  stp_laz_read(reader, p->records, p->count, NULL) == STP_OK;
+    }
     return STP_OK;
 }
 
-/* Unpacks the next chunks, one for each reader, if the next point begins one. */
+/* Unpacks the next chunks, if the next point begins one. */
 static void fill(stp_laz_team *team)
 {
     uint64_t first = team->next;
+    size_t room = STP_LAZ_TEAM_BYTES / team->record_bytes; /* points */
     team->part_count = team->at = 0;
-    while (team->part_count < team->reader_count) {
+    atomic_store(&team->begun, 0);
+    while (team->part_count < PARTS_PER_READER * team->reader_count) {
         part *p = &team->parts[team->part_count];
         const uint64_t count = stp_laz_chunk_at(team->readers[0], first);
-        if (count == 0 || count > STP_LAZ_TEAM_BYTES / team->reader_count / team->record_bytes ||
+        if (count == 0 || count > room ||
             stp_grow(&p->records, &p->capacity, (size_t)count * team->record_bytes, 1, "records",
                      NULL) != STP_OK)
             break;
         p->first = first;
         p->count = (size_t)count;
+        room -= p->count;
         first += count;
         team->part_count++;
     }
     if (team->part_count < 2 ||
-        stp_pool_run(team->pool, team->part_count, unpack_part, team, NULL) != STP_OK)
+        stp_pool_run(team->pool, team->reader_count, unpack_parts, team, NULL) != STP_OK)
         team->part_count = 0;
 }
 

@@ -1,9 +1,9 @@
-/* Reads a LAZ file by several readers at once: each unpacks a whole chunk.
+/* Reads a LAZ file by several readers at once: each unpacks whole chunks.
  *
  * The order of points and all errors are those of one reader. One reader reads alone until
  * stp_laz_team_together, if there is no pool, if chunks have no table or are large, after a seek,
- * and if chosen nodes come from an address. Memory: STP_LAZ_TEAM_BYTES and 2 MiB for each reader.
- * Threads: the pool's, while stp_laz_team_read runs; else one at a time. */
+ * and if chosen nodes come from an address. Memory: twice STP_LAZ_TEAM_BYTES, and 2 MiB for each
+ * reader. Threads: the pool's, while stp_laz_team_read runs; else one at a time. */
 #ifndef STP_FORMATS_SCAN_LAS_LAZ_TEAM_H
 #define STP_FORMATS_SCAN_LAS_LAZ_TEAM_H
 
