@@ -230,6 +230,16 @@ static int check_options(const prep_options *o)
     return CLI_CONTINUE;
 }
 
+static int run_checked(const prep_options *o, const char *const *paths, size_t count)
+{
+    stp_error error = {0};
+    const int code = check_options(o);
+    if (code != CLI_CONTINUE)
+        return code;
+    keep_freed_memory();
+    return run_prep(o, paths, count, &error) == STP_OK ? CLI_DONE : cli_fail(&cli_prep, &error);
+}
+
 static int prep_main(int argc, char **argv)
 {
     static const char *paths[PREP_PATHS_LIMIT];
@@ -282,15 +292,9 @@ static int prep_main(int argc, char **argv)
         {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
     };
     size_t count = 0;
-    stp_error error = {0};
     prep_grid_fill(&o.grid, options + OWN_OPTIONS);
     prep_region_fill(&o.region, options + OWN_OPTIONS + PREP_GRID_OPTIONS);
     int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                          PREP_PATHS_LIMIT, &count, &o.common);
-    if (code == CLI_CONTINUE)
-        code = check_options(&o);
-    if (code != CLI_CONTINUE)
-        return code;
-    keep_freed_memory();
-    return run_prep(&o, paths, count, &error) == STP_OK ? CLI_DONE : cli_fail(&cli_prep, &error);
+    return code == CLI_CONTINUE ? run_checked(&o, paths, count) : code;
 }
