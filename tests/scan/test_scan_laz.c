@@ -1,6 +1,7 @@
 /* Tests LAZ: chunks found with and without a table, records that lie, files that are cut. If
  * STIPPLE_SCANS names real scans, every LAZ file there is unpacked, cut and damaged, too, and
  * compared with its unpacked twin. */
+#include "formats/scan/las/las_numbers.h"
 #include "formats/scan/las/laz.h"
 #include "tests/fixtures/las_fixture.h"
 
@@ -218,6 +219,36 @@ static void check_seeks(const unpacked *whole, const char *path)
     unpacked_free(&u);
 }
 
+/* The attributes of a scan are those of all records, layered or not. */
+static void check_numbers(const unpacked *whole, const char *path)
+{
+    stp_error err = {0};
+    const stp_scan_params params = {.numbers = true};
+    stp_scan *scan = NULL;
+    stp_las_numbers numbers;
+    stp_point points[500];
+    size_t count = 1;
+    assert_int_equal(stp_scan_open(&scan, path, &params, &err), STP_OK);
+    const stp_las_depth depth = {.colour = STP_LAS_COLOUR_16};
+    stp_las_numbers_of_file(&numbers, &whole->header, &whole->records, &depth);
+    const stp_attribute_list *list = stp_scan_get_info(scan)->extra;
+    const size_t bytes = stp_attribute_list_bytes(list), record = whole->header.record_bytes;
+    uint8_t *wanted = malloc(500 * stp_attribute_list_bytes(&numbers.list));
+    assert_true(list->count == numbers.list.count ||
+                !(stp_scan_get_info(scan)->attributes & STP_POINT_HAS_COLOUR));
+    for (size_t done = 0; list->count == numbers.list.count && count > 0; done += count) {
+        if (done == whole->size / record)
+            break; /* this test unpacks no more */
+        const size_t left = whole->size / record - done;
+        assert_int_equal(stp_scan_read(scan, points, left < 500 ? left : 500, &count, &err),
+                         STP_OK);
+        stp_las_numbers_pack(&numbers, whole->bytes + done * record, record, count, wanted);
+        assert_memory_equal(stp_scan_numbers(scan), wanted, count * bytes);
+    }
+    free(wanted);
+    stp_scan_close(&scan);
+}
+
 /* Reads a copy of a file that was damaged: points or a sentence, and no more. */
 static void check_damaged(const char *path, const unsigned char *bytes, size_t size)
 {
@@ -242,6 +273,7 @@ static int check_file(const char *path, const struct stat *st, int kind, struct 
     for (size_t i = 0; i < all.size; i += bytes) /* positions, intensity */
         assert_memory_equal(all.bytes + i, some.bytes + i, 14);
     check_seeks(&all, path);
+    check_numbers(&all, path);
     unpacked_free(&all);
     unpacked_free(&some);
     const size_t size = (size_t)st->st_size;

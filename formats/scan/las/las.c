@@ -100,8 +100,11 @@ static stp_status open_file(las_reader *las, const char *path, const stp_scan_pa
 {
     stp_status status = STP_OK;
     const stp_las_header *header = &las->stream.header;
-    const stp_las_stream_params stream = {
-        .path = path, .region = params->region, .mirror = params->mirror, .pool = params->pool};
+    const stp_las_stream_params stream = {.path = path,
+                                          .region = params->region,
+                                          .mirror = params->mirror,
+                                          .all_fields = params->numbers,
+                                          .pool = params->pool};
     STP_TRY(stp_las_stream_open(&las->stream, &stream, err));
     STP_TRY(find_depth(las, err));
     if (las->stream.laz)

@@ -32,7 +32,8 @@ static stp_status open_packed(stp_las_stream *las, const stp_las_stream_params *
     stp_laz_chunks chosen = {0};
     stp_laz_params laz = {.source = &las->source,
                           .header = &las->header,
-                          .record = &las->records.kept[STP_LAS_LASZIP]};
+                          .record = &las->records.kept[STP_LAS_LASZIP],
+                          .all_fields = params->all_fields};
     if (chooses(params->region) && stp_copc_is(&las->header, &las->records)) {
         STP_TRY(stp_copc_choose(&chosen, &las->header.point_count, &las->header, &las->records,
                                 params->region, &las->source, err));
