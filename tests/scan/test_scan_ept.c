@@ -64,6 +64,46 @@ static size_t make_expected(stp_point out[EPT_POINTS], ept_kind kind, const stp_
     return count;
 }
 
+/* The attributes of each point lie beside it: the fixture's times are a quarter of intensities. */
+static void attributes(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < EPT_KINDS; kind++) {
+        const stp_scan_params params = {.numbers = true};
+        stp_error err = {0};
+        stp_scan *scan = NULL;
+        stp_point points[77];
+        size_t count = 1, total = 0;
+        char path[64];
+        snprintf(path, sizeof path, "%s/ept.json", folders[kind]);
+        assert_int_equal(stp_scan_open(&scan, path, &params, &err), STP_OK);
+        const stp_attribute_list *list = stp_scan_get_info(scan)->extra;
+        const size_t bytes = stp_attribute_list_bytes(list);
+        size_t at[2] = {0};
+        static const char *const names[2] = {"gps_time", "intensity"};
+        for (int k = 0; k < 2; k++) {
+            const uint32_t index = stp_attribute_find(list, names[k]);
+            assert_true(index < list->count);
+            for (uint32_t i = 0; i < index; i++)
+                at[k] += stp_attribute_bytes(list->items[i].type);
+        }
+        assert_int_equal(stp_attribute_find(list, "classification"), UINT32_MAX);
+        assert_int_equal(stp_attribute_find(list, "red") == UINT32_MAX, kind == EPT_LASZIP);
+        for (; count > 0; total += count) {
+            assert_int_equal(stp_scan_read(scan, points, 77, &count, &err), STP_OK);
+            const uint8_t *packed = stp_scan_numbers(scan);
+            for (size_t i = 0; i < count; i++, packed += bytes) {
+                double time;
+                memcpy(&time, packed + at[0], sizeof time);
+                assert_int_equal(packed[at[1]] | packed[at[1] + 1] << 8, points[i].intensity);
+                assert_true(time == 0.25 * points[i].intensity);
+            }
+        }
+        assert_int_equal(total, EPT_POINTS);
+        stp_scan_close(&scan);
+    }
+}
+
 /* Reads a region and compares what it has. Returns the number of points that were read for it. */
 static uint64_t check_region(ept_kind kind, const stp_scan_region *region, unsigned depth)
 {
@@ -354,15 +394,11 @@ static void real_set(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_points),
-        cmocka_unit_test(regions),
-        cmocka_unit_test(needs_no_more),
-        cmocka_unit_test(tells),
-        cmocka_unit_test(keys),
-        cmocka_unit_test(heads_that_lie),
-        cmocka_unit_test(hierarchies_that_lie),
-        cmocka_unit_test(tiles_that_lie),
-        cmocka_unit_test(frames_that_lie),
+        cmocka_unit_test(attributes),     cmocka_unit_test(all_points),
+        cmocka_unit_test(regions),        cmocka_unit_test(needs_no_more),
+        cmocka_unit_test(tells),          cmocka_unit_test(keys),
+        cmocka_unit_test(heads_that_lie), cmocka_unit_test(hierarchies_that_lie),
+        cmocka_unit_test(tiles_that_lie), cmocka_unit_test(frames_that_lie),
         cmocka_unit_test(real_set),
     };
     return cmocka_run_group_tests(tests, enter, scan_fixture_leave);

@@ -61,8 +61,8 @@ static const known_field extended_fields[] = {
     {"point_source_id", STP_ATTRIBUTE_U16, {20, 0, 0}, 1.0},
 };
 
-static stp_attribute *add(stp_las_numbers *out, const char *name, stp_attribute_type type,
-                          stp_las_field field, double scale)
+stp_attribute *stp_las_numbers_add(stp_las_numbers *out, const char *name, stp_attribute_type type,
+                                   stp_las_field field, double scale)
 {
     if (out->list.count == STP_ATTRIBUTES_LIMIT ||
         stp_attribute_find(&out->list, name) != UINT32_MAX)
@@ -82,14 +82,15 @@ void stp_las_numbers_of_format(stp_las_numbers *out, const stp_las_format *forma
                                           : sizeof legacy_fields / sizeof *legacy_fields;
     *out = (stp_las_numbers){0};
     for (size_t i = 0; i < count; i++)
-        add(out, known[i].name, known[i].type, known[i].field, known[i].scale);
+        stp_las_numbers_add(out, known[i].name, known[i].type, known[i].field, known[i].scale);
     if (format->gps_time > 0)
-        add(out, "gps_time", STP_ATTRIBUTE_F64, (stp_las_field){format->gps_time, 0, 0}, 1.0);
+        stp_las_numbers_add(out, "gps_time", STP_ATTRIBUTE_F64,
+                            (stp_las_field){format->gps_time, 0, 0}, 1.0);
     for (int k = 0; k < 3 && coloured && format->rgb > 0; k++)
-        add(out, colours[k], STP_ATTRIBUTE_U16,
-            (stp_las_field){(uint16_t)(format->rgb + 2 * k), 0, 0}, 1.0);
+        stp_las_numbers_add(out, colours[k], STP_ATTRIBUTE_U16,
+                            (stp_las_field){(uint16_t)(format->rgb + 2 * k), 0, 0}, 1.0);
     if (format->nir > 0)
-        add(out, "nir", STP_ATTRIBUTE_U16, (stp_las_field){format->nir, 0, 0}, 1.0);
+        stp_las_numbers_add(out, "nir", STP_ATTRIBUTE_U16, (stp_las_field){format->nir, 0, 0}, 1.0);
 }
 
 /* A name of printable ASCII without spaces at its end. */
@@ -124,7 +125,7 @@ static void add_bytes(stp_las_numbers *out, uint32_t first, uint32_t at, uint32_
     char name[24];
     for (; at < end; at++) {
         snprintf(name, sizeof name, "extra_%u", at - first);
-        add(out, name, STP_ATTRIBUTE_U8, (stp_las_field){(uint16_t)at, 0, 0}, 1.0);
+        stp_las_numbers_add(out, name, STP_ATTRIBUTE_U8, (stp_las_field){(uint16_t)at, 0, 0}, 1.0);
     }
 }
 
@@ -147,8 +148,9 @@ static void add_extra(stp_las_numbers *out, const stp_las_header *header,
         if (bytes > end - at)
             break;
         extra_name(record, name);
-        stp_attribute *a =
-            name[0] ? add(out, name, types[kind], (stp_las_field){(uint16_t)at, 0, 0}, 1.0) : NULL;
+        stp_attribute *a = name[0] ? stp_las_numbers_add(out, name, types[kind],
+                                                         (stp_las_field){(uint16_t)at, 0, 0}, 1.0)
+                                   : NULL;
         if (a)
             extra_scale(record, a);
         else
@@ -158,20 +160,23 @@ static void add_extra(stp_las_numbers *out, const stp_las_header *header,
     add_bytes(out, first, at, end);
 }
 
-/* Says what the samples' 8 bits tell of colours and intensities. */
-static void relate(stp_las_numbers *out, const stp_las_depth *depth)
+void stp_las_numbers_relate(stp_las_numbers *out, const stp_las_depth *depth)
 {
+    static const char *const names[] = {"red", "green", "blue", "intensity"};
     static const double scales[] = {[STP_LAS_COLOUR_8] = 1.0,
                                     [STP_LAS_COLOUR_8_TIMES_256] = 256.0,
                                     [STP_LAS_COLOUR_16] = 257.0};
-    const uint32_t red = stp_attribute_find(&out->list, "red");
-    stp_attribute *intensity = &out->list.items[stp_attribute_find(&out->list, "intensity")];
-    intensity->coarse = STP_COARSE_INTENSITY;
-    intensity->coarse_scale = depth->intensity_8 ? 1.0 / 257.0 : 1.0; /* prep knows the greatest */
-    for (uint32_t k = 0; red != UINT32_MAX && k < 3; k++) {
-        stp_attribute *colour = &out->list.items[red + k];
-        colour->coarse = (stp_attribute_coarse)(STP_COARSE_RED + k);
-        colour->coarse_scale = scales[depth->colour];
+    for (unsigned k = 0; k < 4; k++) {
+        const uint32_t found = stp_attribute_find(&out->list, names[k]);
+        const bool colour = k < 3;
+        if (found == UINT32_MAX || out->list.items[found].type != STP_ATTRIBUTE_U16 ||
+            (colour && depth->colour == STP_LAS_COLOUR_NONE))
+            continue;
+        stp_attribute *a = &out->list.items[found];
+        a->coarse = (stp_attribute_coarse)(STP_COARSE_RED + k);
+        a->coarse_scale = colour               ? scales[depth->colour]
+                          : depth->intensity_8 ? 1.0 / 257.0
+                                               : 1.0; /* prep knows the greatest */
     }
 }
 
@@ -180,7 +185,7 @@ void stp_las_numbers_of_file(stp_las_numbers *out, const stp_las_header *header,
 {
     const bool coloured = depth->colour != STP_LAS_COLOUR_NONE;
     stp_las_numbers_of_format(out, header->format, coloured);
-    relate(out, depth);
+    stp_las_numbers_relate(out, depth);
     add_extra(out, header, &records->kept[STP_LAS_EXTRA_BYTES]);
 }
 

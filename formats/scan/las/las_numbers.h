@@ -23,6 +23,11 @@ typedef struct stp_las_numbers {
     stp_las_field fields[STP_ATTRIBUTES_LIMIT];
 } stp_las_numbers;
 
+/* Adds an attribute. NULL: there is no room, or another has this name. */
+stp_attribute *stp_las_numbers_add(stp_las_numbers *out, const char *name, stp_attribute_type type,
+                                   stp_las_field field, double scale);
+/* Says what the samples' 8 bits tell of colours and intensities of 16 bits. */
+void stp_las_numbers_relate(stp_las_numbers *out, const stp_las_depth *depth);
 /* The attributes of a point format, without extra bytes. Colours if `coloured`. */
 void stp_las_numbers_of_format(stp_las_numbers *out, const stp_las_format *format, bool coloured);
 /* Those of a file. What the depth makes certain is derived from the sample. */

@@ -1,10 +1,13 @@
 /* Reads an Entwine Point Tile set as a stream of points. */
 #include "formats/scan/octree/ept.h"
 
+#include "base/memory.h"
+#include "formats/scan/las/las_numbers.h"
 #include "formats/scan/octree/ept_tile.h"
 #include "formats/scan/value_range.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Colours and intensities are looked at in this many nodes, spread over the set, and so many points
  * of each one. The first node is the root: its points lie everywhere. */
@@ -20,6 +23,10 @@ typedef struct ept_reader {
     size_t next;          /* node */
     stp_ept_tile tile;
     stp_las_depth depth;
+    bool keeps_numbers;
+    stp_las_numbers numbers;
+    uint8_t *packed; /* numbers of the points read last */
+    size_t packed_capacity;
     stp_las_text counts;
     stp_scan_note notes[NOTES_MOST];
 } ept_reader;
@@ -101,6 +108,48 @@ done:
     return status;
 }
 
+/* The attributes: of laszip those of the tile that is open. */
+static void numbers_of(const ept_reader *ept, stp_las_numbers *out)
+{
+    if (ept->header.packing == STP_EPT_LASZIP) {
+        stp_las_numbers_of_file(out, &ept->tile.las.header, &ept->tile.las.records, &ept->depth);
+        return;
+    }
+    *out = ept->header.numbers;
+    stp_las_numbers_relate(out, &ept->depth);
+}
+
+/* Whether the tile that is open has the attributes of the first. */
+static stp_status check_numbers(const ept_reader *ept, stp_error *err)
+{
+    stp_las_numbers own;
+    numbers_of(ept, &own);
+    bool same = own.list.count == ept->numbers.list.count;
+    for (uint32_t i = 0; same && i < own.list.count; i++)
+        same = strcmp(own.list.items[i].name, ept->numbers.list.items[i].name) == 0 &&
+               own.list.items[i].type == ept->numbers.list.items[i].type &&
+               memcmp(&own.fields[i], &ept->numbers.fields[i], sizeof own.fields[i]) == 0;
+    if (same)
+        return STP_OK;
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: its points have other fields than those of the first tile: it is of "
+                         "another set; copy the whole set again",
+                         ept->tile.file.name);
+}
+
+/* Opens the first tile to learn what attributes there are. */
+static stp_status find_numbers(ept_reader *ept, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (ept->walk.nodes.count == 0)
+        return STP_OK;
+    STP_TRY(stp_ept_tile_open(&ept->tile, &ept->walk.nodes.nodes[0], err));
+    ept->tile.left = 0;
+    numbers_of(ept, &ept->numbers);
+done:
+    return status;
+}
+
 static void note(ept_reader *ept, stp_scan_info *info, const char *name, const stp_las_text *text)
 {
     if (text->length > 0)
@@ -117,7 +166,8 @@ static stp_status make_notes(ept_reader *ept, stp_scan_info *info, stp_error *er
             (unsigned long long)ept->header.point_count, (unsigned long long)ept->walk.points));
     note(ept, info, "wkt", &ept->header.wkt);
     note(ept, info, "geokeys", &ept->header.keys);
-    note(ept, info, "left_out", &ept->header.left_out);
+    if (!ept->keeps_numbers)
+        note(ept, info, "left_out", &ept->header.left_out);
     note(ept, info, "counts", &ept->counts);
     info->notes = ept->notes;
 done:
@@ -155,10 +205,12 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(stp_ept_header_read(&ept->header, json, name, err));
     ept->tile.header = &ept->header;
     ept->tile.files = &ept->files;
+    ept->tile.all_fields = ept->keeps_numbers = params->numbers;
     ept->walk =
         (stp_octree_walk){.octree = &ept->header.octree, .region = params->region, .where = name};
     STP_TRY(stp_octree_walk_run(&ept->walk, &root, read_page, ept, err));
     STP_TRY(find_depth(ept, err));
+    STP_TRY(find_numbers(ept, err));
     STP_TRY(make_notes(ept, info, err));
     info->format = names[ept->header.packing];
     info->point_count = ept->walk.points;
@@ -167,6 +219,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->heights = true;
     info->intensity_full = ept->depth.intensity_8 ? 255.0 : 65535.0;
     info->coordinate_step = ept->header.step;
+    info->extra = ept->numbers.list.count > 0 ? &ept->numbers.list : NULL;
 done:
     ept->walk.where = NULL;
     cJSON_Delete(json);
@@ -182,14 +235,24 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
     stp_status status = STP_OK;
     ept_reader *ept = state;
     size_t done_count = 0;
+    const size_t stride = stp_attribute_list_bytes(&ept->numbers.list);
+    if (ept->keeps_numbers)
+        STP_TRY(
+            stp_grow(&ept->packed, &ept->packed_capacity, capacity * stride, 1, "attributes", err));
     while (done_count < capacity) {
         size_t part = 0;
         if (ept->tile.left == 0 && ept->next == ept->walk.nodes.count)
             break;
-        if (ept->tile.left == 0)
+        if (ept->tile.left == 0) {
             STP_TRY(stp_ept_tile_open(&ept->tile, &ept->walk.nodes.nodes[ept->next++], err));
+            if (ept->keeps_numbers)
+                STP_TRY(check_numbers(ept, err));
+        }
         STP_TRY(stp_ept_tile_read(&ept->tile, &ept->depth, points + done_count,
                                   capacity - done_count, &part, NULL, err));
+        if (ept->keeps_numbers && part > 0)
+            stp_las_numbers_pack(&ept->numbers, ept->tile.read, ept->tile.read_bytes, part,
+                                 ept->packed + done_count * stride);
         done_count += part;
     }
     *count = done_count;
@@ -204,9 +267,16 @@ static void close_reader(void *state)
     stp_octree_walk_free(&ept->walk);
     stp_las_text_free(&ept->counts);
     stp_ept_header_free(&ept->header);
+    free(ept->packed);
+}
+
+static const uint8_t *numbers_read(const void *state)
+{
+    return ((const ept_reader *)state)->packed;
 }
 
 const stp_scan_reader stp_ept_reader = {.state_bytes = sizeof(ept_reader),
                                         .open = open_reader,
                                         .read = read_points,
-                                        .close = close_reader};
+                                        .close = close_reader,
+                                        .numbers = numbers_read};

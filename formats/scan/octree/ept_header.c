@@ -3,6 +3,7 @@
 
 #include "base/json.h"
 
+#include <ctype.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -137,6 +138,48 @@ done:
     return status;
 }
 
+/* A name like LAS's: "GpsTime" becomes "gps_time". */
+static void lower_name(const char *name, char out[STP_ATTRIBUTE_NAME_BYTES])
+{
+    size_t length = 0;
+    for (size_t i = 0; name[i] && length + 2 < STP_ATTRIBUTE_NAME_BYTES; i++) {
+        const unsigned char c = (unsigned char)name[i];
+        if (i > 0 && isupper(c) && islower((unsigned char)name[i - 1]))
+            out[length++] = '_';
+        out[length++] = (char)(c > 32 && c < 127 ? tolower(c) : '?');
+    }
+    out[length] = '\0';
+}
+
+/* Positions, normals, classes and what says that a point is none are no attributes. */
+static bool is_attribute(stp_ept_role role)
+{
+    return role == STP_EPT_INTENSITY || role == STP_EPT_RED || role == STP_EPT_GREEN ||
+           role == STP_EPT_BLUE || role == STP_EPT_ROLE_COUNT;
+}
+
+static void add_number(stp_ept_header *h, const stp_ept_field *field, const char *name)
+{
+    static const stp_attribute_type types[3][9] = {
+        [STP_EPT_SIGNED] = {[1] = STP_ATTRIBUTE_I8,
+                            [2] = STP_ATTRIBUTE_I16,
+                            [4] = STP_ATTRIBUTE_I32,
+                            [8] = STP_ATTRIBUTE_I64},
+        [STP_EPT_UNSIGNED] = {[1] = STP_ATTRIBUTE_U8,
+                              [2] = STP_ATTRIBUTE_U16,
+                              [4] = STP_ATTRIBUTE_U32,
+                              [8] = STP_ATTRIBUTE_U64},
+        [STP_EPT_FLOAT] = {[4] = STP_ATTRIBUTE_F32, [8] = STP_ATTRIBUTE_F64}};
+    char own[STP_ATTRIBUTE_NAME_BYTES];
+    lower_name(strcmp(name, "Infrared") == 0 ? "nir" : name, own);
+    stp_attribute *a =
+        own[0] ? stp_las_numbers_add(&h->numbers, own, types[field->type][field->bytes],
+                                     (stp_las_field){(uint16_t)field->at, 0, 0}, field->scale)
+               : NULL;
+    if (a)
+        a->offset = field->offset;
+}
+
 static stp_status read_field(stp_ept_header *h, const cJSON *entry, const char *path,
                              stp_error *err)
 {
@@ -153,6 +196,8 @@ static stp_status read_field(stp_ept_header *h, const cJSON *entry, const char *
                              "%s: its schema has the field `%s` twice, or points of more than %u "
                              "bytes: " MEND,
                              path, shown(name, found), STP_EPT_RECORD_MOST);
+    if (is_attribute(role) && h->packing != STP_EPT_LASZIP)
+        add_number(h, &field, name);
     if (role < STP_EPT_ROLE_COUNT) {
         h->fields[role] = field;
         return STP_OK;

@@ -5,6 +5,7 @@
 #ifndef STP_FORMATS_SCAN_OCTREE_EPT_HEADER_H
 #define STP_FORMATS_SCAN_OCTREE_EPT_HEADER_H
 
+#include "formats/scan/las/las_numbers.h"
 #include "formats/scan/las/las_text.h"
 #include "formats/scan/octree/octree.h"
 
@@ -52,9 +53,10 @@ typedef struct stp_ept_header {
     uint64_t point_count;  /* as written */
     uint32_t record_bytes; /* not of laszip */
     stp_ept_field fields[STP_EPT_ROLE_COUNT];
-    double step;            /* the least scale of coordinates; 0: one has none */
-    stp_las_text wkt, keys; /* the coordinate system, one of them or none */
-    stp_las_text left_out;  /* names of fields that are not read */
+    stp_las_numbers numbers; /* attributes of records, by names like LAS's; not of laszip */
+    double step;             /* the least scale of coordinates; 0: one has none */
+    stp_las_text wkt, keys;  /* the coordinate system, one of them or none */
+    stp_las_text left_out;   /* names of fields that are not read */
 } stp_ept_header;
 
 /* Reads the content of ept.json. path is for messages. *out must be zero. Free it even after a

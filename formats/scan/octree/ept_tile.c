@@ -29,7 +29,8 @@ static stp_status wrong_count(const stp_ept_tile *tile, uint64_t found, const st
 static stp_status open_laszip(stp_ept_tile *tile, const stp_octree_node *node, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_las_stream_params params = {.path = tile->file.path, .name = tile->file.name};
+    const stp_las_stream_params params = {
+        .path = tile->file.path, .name = tile->file.name, .all_fields = tile->all_fields};
     stp_las_stream_close(&tile->las);
     tile->las = (stp_las_stream){.source.descriptor = -1};
     STP_TRY(stp_las_stream_open(&tile->las, &params, err));
@@ -191,12 +192,15 @@ stp_status stp_ept_tile_read(stp_ept_tile *tile, const stp_las_depth *depth, stp
         if (seen)
             stp_las_depth_look(seen, &tile->las.header, records, part);
         stp_las_decode(&tile->las.header, depth, records, points, part);
+        tile->read_bytes = tile->las.header.record_bytes;
     } else {
         STP_TRY(next_records(tile, part, &records, err));
         if (seen)
             stp_ept_records_look(seen, tile->header, records, part);
         stp_ept_records_decode(tile->header, depth, records, points, part);
+        tile->read_bytes = tile->header->record_bytes;
     }
+    tile->read = records;
     tile->left -= part;
     *count = part;
 done:

@@ -11,7 +11,8 @@
 #include "formats/scan/octree/ept_header.h"
 #include "formats/scan/octree/octree_walk.h"
 
-/* Set header and files; the descriptors of las.source and source to -1; the rest zero. */
+/* Set header, files and all_fields; the descriptors of las.source and source to -1; the rest zero.
+ */
 typedef struct stp_ept_tile {
     const stp_ept_header *header;
     const stp_ept_files *files;
@@ -20,9 +21,12 @@ typedef struct stp_ept_tile {
     stp_source source;        /* of records */
     struct ZSTD_DCtx_s *zstd; /* NULL until it is needed */
     bool frame_ended;
-    unsigned char *records; /* unpacked */
-    size_t block_points;    /* most points at once */
-    uint64_t left;          /* points of the tile */
+    unsigned char *records;    /* unpacked */
+    size_t block_points;       /* most points at once */
+    uint64_t left;             /* points of the tile */
+    const unsigned char *read; /* records of the points read last */
+    size_t read_bytes;         /* of a record */
+    bool all_fields;           /* read also those that only attributes need */
 } stp_ept_tile;
 
 /* Goes to the begin of a node's tile. Close the tile even after a failure. Errors: NOT_FOUND, IO,
