@@ -1,10 +1,9 @@
 #!/usr/bin/env bash
 # Tests that a file appears whole or not at all: on full disks, beside links made by others, and if
-# many processes write it at once. Kills must leave nothing behind. With `every` as $2 each film fills each disk.
+# many processes write it at once. Kills must leave nothing behind. In long runs each film fills each disk.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 model="$FOLDER/m.stipple"
-every=${2:-}
 have_renderer() {
     "$STIPPLE" --help | found '^  render '
 }
@@ -51,7 +50,7 @@ test_full_disks() {
     local film sizes
     for film in mp4:4k mov:16k mkv:4k webm:16k; do
         ending=${film%:*} sizes=${film#*:}
-        [ "$every" != every ] || sizes='4k 16k'
+        ! is_long || sizes='4k 16k'
         for size in $sizes; do
             on_disk "$size" fly "$model" --turntable 1 --rate 10 --size 200x200 --threads 1 -o "{}/f.$ending"
             expect_full "f.$ending: "

@@ -1,11 +1,10 @@
 #!/usr/bin/env bash
 # Tests files of version 2: `prep` and `convert --format 2` write the same bytes, for any
 # number of threads; converting back gives the file of version 1; files grow little if at all; points, info and
-# pictures stay the same. With `every` as $2 each model is converted by both numbers of threads.
+# pictures stay the same. In long runs each model is converted by both numbers of threads.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 cd "$FOLDER" || exit 1
-every=${2:-}
 
 # growth OLD NEW PERCENT: NEW may be larger than OLD by so much; below 0: it must be smaller.
 growth() {
@@ -19,7 +18,7 @@ growth() {
 # check NAME CODEC PERCENT THREADS...: scan.ply in both versions, converted by so many threads.
 check() {
     local one=$1-$2-1.stipple two=$1-$2-2.stipple threads=("${@:4}")
-    [ "$every" != every ] || threads=(1 3)
+    ! is_long || threads=(1 3)
     "$STIPPLE" prep $1.ply -o $one --codec $2 --format 1 --quiet || fail "prep $1 $2"
     "$STIPPLE" prep $1.ply -o $two --codec $2 --quiet || fail "prep $1 $2 in blocks"
     for count in "${threads[@]}"; do

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests that tests/known/read.py, a reader written from SPEC.md alone, finds the same as our reader,
 # in the known-answer files and in new models of every codec. It must also say what is wrong with
-# damaged files. read.py is slow: each codec, version and place of damage is read, and with `every` as $2 all
+# damaged files. read.py is slow: each codec, version and place of damage is read, and in long runs all
 # combinations.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
@@ -10,8 +10,6 @@ command -v zstd >/dev/null || skip_test "the program zstd is not installed"
 python=$(python3 -c 'import sys; print(sys.executable)') # python3 may be a script that looks for it each time
 known=$SOURCE/tests/known
 printer=$PWD/test_known
-every=${2:-}
-is_long() { [ "$every" = every ]; }
 [ -x "$printer" ] || skip_test "test_known, which prints what our reader finds, is not built"
 
 read_known() { # file

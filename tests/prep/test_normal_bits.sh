@@ -1,11 +1,10 @@
 #!/usr/bin/env bash
 # Tests `prep --normal-bits`: what it says, that files are sound and smaller, that given normals are
 # rounded only if the option asks for it, and that versions 1 and 2 hold the same samples. Each number of bits is tried
-# with Draco, some with zstd; with `every` as $2 all are.
+# with Draco, some with zstd; in long runs all are.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 cd "$FOLDER" || exit 1
-every=${2:-}
 
 bits_of() { # model
     "$STIPPLE" info "$1" --json | sed -n 's/.*"normal_bits":[[:space:]]*\([0-9]*\).*/\1/p' | head -1
@@ -28,7 +27,7 @@ test_every_grid() {
     local bits size codecs before=999999999
     for bits in 12 11 10 9 8 7 6; do
         codecs='draco zstd'
-        [ "$every" = every ] || [ $((bits % 3)) = 0 ] || codecs=draco
+        is_long || [ $((bits % 3)) = 0 ] || codecs=draco
         for codec in $codecs; do
             prepare noisy.ply $codec.stipple --normal-bits $bits --codec $codec
             expect_bits $codec.stipple $bits

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Tests prep --outliers: planted outliers are marked or dropped, and listed by file and index. Any
-# number of threads and any memory gives the same bytes (with `every` as $2 for more of both). Marks are exported,
+# number of threads and any memory gives the same bytes (more of both in long runs). Marks are exported,
 # counted and drawn.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
@@ -28,7 +28,7 @@ prepare() { # drop or mark, further options
 check_bytes() { # drop or mark, then lists of options
     local how=$1
     shift
-    [ "$every" != every ] || set -- "--threads 2" "--threads 2 --memory 130M" "--threads 4 --memory 210M"
+    ! is_long || set -- "--threads 2" "--threads 2 --memory 130M" "--threads 4 --memory 210M"
     for options in "$@"; do
         # shellcheck disable=SC2086
         "$STIPPLE" prep "$FOLDER/in" -o "$FOLDER/m.stipple" --force --outliers $how $options --quiet
@@ -36,7 +36,6 @@ check_bytes() { # drop or mark, then lists of options
     done
     "$STIPPLE" verify "$FOLDER/$how.stipple" --quiet || fail "$how: verify"
 }
-every=${2:-}
 prepare mark
 check_bytes mark "--threads 4 --memory 210M"
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests prep within given memory: any number of threads and any memory must give the same bytes.
 # Temporary files are announced before and removed after. If memory or room is too small, a message
-# says so. With `every` as $2 tries more numbers of threads and amounts of memory.
+# says so. Long runs try more numbers of threads and amounts of memory.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 scan="$FOLDER/scan.ply"
@@ -34,7 +34,7 @@ check_bytes 1 90M yes
 check_bytes 4 210M yes
 check_bytes 2 256M yes
 check_bytes 4 8G no
-if [ "${2:-}" = every ]; then
+if is_long; then
     check_bytes 2 130M yes
     check_bytes 1 1G no
 fi

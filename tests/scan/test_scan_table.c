@@ -82,18 +82,7 @@ typedef struct grid_points {
 static byte_row read_file(const char *path)
 {
     byte_row out = {0};
-    FILE *file = fopen(path, "rb");
-    if (!file)
-        fail_msg("%s is not there", path);
-    assert_int_equal(fseek(file, 0, SEEK_END), 0);
-    const long size = ftell(file);
-    rewind(file);
-    out.data = malloc((size_t)size + 1);
-    assert_non_null(out.data);
-    out.size = fread(out.data, 1, (size_t)size, file);
-    assert_int_equal(out.size, size);
-    out.data[out.size] = '\0'; /* ends searches for text */
-    fclose(file);
+    out.data = scan_fixture_load(path, &out.size);
     return out;
 }
 

@@ -7,6 +7,10 @@ FOLDER=$(mktemp -d)
 trap 'rm -rf "$FOLDER"' EXIT
 failures=0
 
+# Whether all is tried, as in long runs, not a sample: tests/CMakeLists.txt gives --every as $2.
+every=${2:-}
+is_long() { [ "$every" = --every ]; }
+
 fail() {
     echo "FAILED: $*" >&2
     failures=$((failures + 1))

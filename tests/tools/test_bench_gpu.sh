@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Tests tools/bench/gpu and its script run: the folder has all libraries, and works without the build. Takes every sixth
-# program of those that draw, and with `every` as $2 all.
+# program of those that draw, and in long runs all.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
@@ -9,7 +9,7 @@ build=$(dirname "$STIPPLE")
 [ -z "${STIPPLE_SANITIZE:-}" ] || skip_test "programs with sanitizers are too large"
 folder="$FOLDER/the folder"
 programs=("$build"/tests/test_gl_*)
-if [ "${2:-}" != every ]; then
+if ! is_long; then
     mkdir -p "$FOLDER/build/tests"
     ln -s "$build/stipple" "$build/stipple-bench" "$FOLDER/build"
     for ((i = 0; i < ${#programs[@]}; i += 6)); do sixth+=("${programs[i]}"); done

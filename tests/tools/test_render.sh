@@ -1,14 +1,12 @@
 #!/usr/bin/env bash
 # Tests stipple render: pictures, figures, budgets, cameras, damage, and messages of failures.
-# Each value of each option is drawn; long_render.sh gives `every` as $2 and draws more combinations.
+# Each value of each option is drawn; long runs draw more combinations.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
 "$STIPPLE" --help | found '^  render ' || skip_test "built without the renderer"
 model="$FOLDER/model.stipple"
 picture="$FOLDER/picture.png"
-is_long() { [ "$every" = every ]; }
-every=${2:-}
 
 render() { # model, options: to $picture
     local file=$1
@@ -430,17 +428,9 @@ test_tiny() {
         run "$STIPPLE" prep "$FOLDER/$name.ply" -o "$FOLDER/$name.stipple" --quiet
         expect_code 0
         local some=("--size 64x64" "--size 5x99 --lod full")
-        if ! is_long && [[ $name = two || $name = far ]]; then
-            some=("--size 64x64")
-        elif ! is_long && [[ $name = three || $name = line ]]; then
-            some=("--size 5x99 --lod full")
-        fi
         if [[ $name = one || $name = equal || $name = plane ]]; then
-            if is_long; then
-                some+=("--size 1x1" "--size 64x64 --lod cpu" "--size 64x64 --shade error" "--size 64x64 --reconstruct box")
-            else
-                some+=("--size 1x1 --lod cpu" "--size 64x64 --shade error --reconstruct box")
-            fi
+            some+=("--size 1x1 --lod cpu" "--size 64x64 --shade error --reconstruct box")
+            ! is_long || some+=("--size 1x1" "--size 64x64 --lod cpu" "--size 64x64 --shade error" "--size 64x64 --reconstruct box")
         fi
         for options in "${some[@]}"; do
             # shellcheck disable=SC2086

@@ -196,6 +196,11 @@ static stp_status count_points(stp_chunk_file *file, sink *out, const stp_progre
         STP_TRY(export_chunks(file, out, progress, err));
         out->counts = false;
         *count = out->chosen;
+        if (*count == 0)
+            status = stp_error_set(err, STP_EMPTY,
+                                   "%s: no point is chosen by --where and --clip: there is nothing "
+                                   "to write",
+                                   stp_chunk_file_path(file));
     } else {
         for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
             stp_chunk_entry entry;
@@ -205,11 +210,6 @@ static stp_status count_points(stp_chunk_file *file, sink *out, const stp_progre
         }
         *count -= out->shapes->repeated;
     }
-    if (*count == 0)
-        status = stp_error_set(err, STP_EMPTY,
-                               "%s: no point is chosen by --where and --clip: there is nothing to "
-                               "write",
-                               stp_chunk_file_path(file));
 done:
     return status;
 }

@@ -11,12 +11,12 @@
     X(x, true, point->position.x)                                                                  \
     X(y, true, point->position.y)                                                                  \
     X(z, true, point->position.z)                                                                  \
-    X(intensity, attributes &STP_HAS_INTENSITY, point->intensity)                                  \
-    X(class, attributes &STP_HAS_CLASS, point->class_id)                                           \
-    X(outlier, attributes &STP_HAS_OUTLIERS, point->outlier)                                       \
-    X(red, attributes &STP_HAS_COLOUR, point->rgb[0] / 257.0)                                      \
-    X(green, attributes &STP_HAS_COLOUR, point->rgb[1] / 257.0)                                    \
-    X(blue, attributes &STP_HAS_COLOUR, point->rgb[2] / 257.0)
+    X(intensity, (attributes & STP_HAS_INTENSITY), point->intensity)                               \
+    X(class, (attributes & STP_HAS_CLASS), point->class_id)                                        \
+    X(outlier, (attributes & STP_HAS_OUTLIERS), point->outlier)                                    \
+    X(red, (attributes & STP_HAS_COLOUR), point->rgb[0] / 257.0)                                   \
+    X(green, (attributes & STP_HAS_COLOUR), point->rgb[1] / 257.0)                                 \
+    X(blue, (attributes & STP_HAS_COLOUR), point->rgb[2] / 257.0)
 
 enum {
 #define X(name, there, value) OWN_##name,

@@ -111,12 +111,12 @@ static stp_status parse_comparison(parser *p)
         sign++;
     if (sign == SIGN_COUNT)
         return expected(p, "one of == != < <= > >=");
-    step.kind = (int)sign;
+    step.kind = (where_kind)sign;
     status = parse_side(p, &step.right);
     return status == STP_OK ? add(p, &step) : status;
 }
 
-static stp_status parse_any(parser *p);
+static stp_status parse_joined(parser *p, where_kind by);
 
 // NOLINTNEXTLINE(misc-no-recursion): DEPTH_LIMIT
 static stp_status parse_one(parser *p)
@@ -130,7 +130,7 @@ static stp_status parse_one(parser *p)
         if (status == STP_OK)
             status = add(p, &(where_step){.kind = WHERE_NOT});
     } else if (take(p, "(")) {
-        status = parse_any(p);
+        status = parse_joined(p, WHERE_OR);
         if (status == STP_OK && !take(p, ")"))
             status = expected(p, ")");
     } else {
@@ -140,26 +140,16 @@ static stp_status parse_one(parser *p)
     return status;
 }
 
+/* Parts joined by && (AND), or such rows of parts joined by || (OR). */
 // NOLINTNEXTLINE(misc-no-recursion): DEPTH_LIMIT
-static stp_status parse_all(parser *p)
+static stp_status parse_joined(parser *p, where_kind by)
 {
-    stp_status status = parse_one(p);
-    while (status == STP_OK && take(p, "&&")) {
-        status = parse_one(p);
+    const where_step join = {.kind = by};
+    stp_status status = by == WHERE_OR ? parse_joined(p, WHERE_AND) : parse_one(p);
+    while (status == STP_OK && take(p, by == WHERE_OR ? "||" : "&&")) {
+        status = by == WHERE_OR ? parse_joined(p, WHERE_AND) : parse_one(p);
         if (status == STP_OK)
-            status = add(p, &(where_step){.kind = WHERE_AND});
-    }
-    return status;
-}
-
-// NOLINTNEXTLINE(misc-no-recursion): DEPTH_LIMIT
-static stp_status parse_any(parser *p)
-{
-    stp_status status = parse_all(p);
-    while (status == STP_OK && take(p, "||")) {
-        status = parse_all(p);
-        if (status == STP_OK)
-            status = add(p, &(where_step){.kind = WHERE_OR});
+            status = add(p, &join);
     }
     return status;
 }
@@ -168,7 +158,7 @@ stp_status where_parse(where *out, const char *text, stp_error *err)
 {
     parser p = {.out = out, .text = text, .at = text, .err = err};
     out->step_count = out->name_count = 0;
-    stp_status status = parse_any(&p);
+    stp_status status = parse_joined(&p, WHERE_OR);
     skip_spaces(&p);
     return status == STP_OK && *p.at ? expected(&p, "&& or ||") : status;
 }

@@ -24,20 +24,22 @@ typedef struct where_side {
     int name; /* -1: the number */
 } where_side;
 
+typedef enum where_kind {
+    WHERE_EQUAL,
+    WHERE_UNEQUAL,
+    WHERE_LESS_EQUAL,
+    WHERE_GREATER_EQUAL,
+    WHERE_LESS,
+    WHERE_GREATER,
+    WHERE_NOT,
+    WHERE_AND,
+    WHERE_OR
+} where_kind;
+
 /* Steps of a stack machine of truths: a comparison pushes one, NOT turns the last, AND and OR join
  * the last two. */
 typedef struct where_step {
-    enum {
-        WHERE_EQUAL,
-        WHERE_UNEQUAL,
-        WHERE_LESS_EQUAL,
-        WHERE_GREATER_EQUAL,
-        WHERE_LESS,
-        WHERE_GREATER,
-        WHERE_NOT,
-        WHERE_AND,
-        WHERE_OR
-    } kind;
+    where_kind kind;
     where_side left, right; /* of a comparison */
 } where_step;
 

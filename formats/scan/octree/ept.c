@@ -119,7 +119,7 @@ static void numbers_of(const ept_reader *ept, stp_las_numbers *out)
     stp_las_numbers_relate(out, &ept->depth);
 }
 
-/* Whether the tile that is open has the attributes of the first. */
+/* Whether the tile that is open has the attributes of the set. */
 static stp_status check_numbers(const ept_reader *ept, stp_error *err)
 {
     stp_las_numbers own;
@@ -132,22 +132,9 @@ static stp_status check_numbers(const ept_reader *ept, stp_error *err)
     if (same)
         return STP_OK;
     return stp_error_set(err, STP_CORRUPT,
-                         "%s: its points have other fields than those of the first tile: it is of "
+                         "%s: its points have other fields than those of other tiles: it is of "
                          "another set; copy the whole set again",
                          ept->tile.file.name);
-}
-
-/* Opens the first tile to learn what attributes there are. */
-static stp_status find_numbers(ept_reader *ept, stp_error *err)
-{
-    stp_status status = STP_OK;
-    if (ept->walk.nodes.count == 0)
-        return STP_OK;
-    STP_TRY(stp_ept_tile_open(&ept->tile, &ept->walk.nodes.nodes[0], err));
-    ept->tile.left = 0;
-    numbers_of(ept, &ept->numbers);
-done:
-    return status;
 }
 
 static void note(ept_reader *ept, stp_scan_info *info, const char *name, const stp_las_text *text)
@@ -210,7 +197,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
         (stp_octree_walk){.octree = &ept->header.octree, .region = params->region, .where = name};
     STP_TRY(stp_octree_walk_run(&ept->walk, &root, read_page, ept, err));
     STP_TRY(find_depth(ept, err));
-    STP_TRY(find_numbers(ept, err));
+    if (ept->walk.nodes.count > 0)
+        numbers_of(ept, &ept->numbers); /* of the tile that find_depth looked at last */
     STP_TRY(make_notes(ept, info, err));
     info->format = names[ept->header.packing];
     info->point_count = ept->walk.points;
