@@ -68,10 +68,9 @@ void stp_frame_hold()
 
 #define STP_BACKS_DRAWN 256 // no back is left out, even if hidden
 
-// A program is compiled for one variant (runtime/gl/shader.h). STP_ORTHOGRAPHIC, STP_BOX, STP_CLIP,
-// STP_HIDE_CLASSES, STP_OVERLAY, STP_CONTOURS, STP_EXAGGERATED, STP_LINES, STP_TRIANGLES, STP_OPENINGS are 0
-// or 1; STP_PLANES is the number of planes; STP_SHADE, STP_COLOUR and STP_PALETTE are one of the values below. Code that a picture does not need is not
-// compiled, since software rasterisers run both sides of a branch.
+// A program is compiled for one variant (runtime/gl/shader.h): it has a macro for each member, 0 or 1,
+// or a number. Code that a picture does not need is not compiled, since software rasterisers run both
+// sides of a branch. A program has only the macros that its text mentions, so do not name them here.
 #define STP_SHADE_PHONG 0
 #define STP_SHADE_LAMBERT 1
 #define STP_SHADE_UNLIT 2

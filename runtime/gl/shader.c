@@ -131,13 +131,49 @@ done:
     return status;
 }
 
+static bool mentions(const char *text, const char *name)
+{
+    const char *at = text;
+    size_t length = strlen(name);
+    while ((at = strstr(at, name)) != NULL) {
+        at += length;
+        if (!isalnum((unsigned char)*at) && *at != '_')
+            return true;
+    }
+    return false;
+}
+
+/* Appends the lines "#define NAME VALUE" that the text mentions. So a text that does not depend on
+ * a macro is the same for all its values, and is found in the driver's cache. */
+static stp_status append_defines(assembly *a, const char *defines, const char *text, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (const char *line = defines; *line != '\0' && status == STP_OK;) {
+        char name[NAME_LIMIT] = "";
+        size_t length = strcspn(line, "\n");
+        length += line[length] == '\n';
+        if (sscanf(line, "#define %63[A-Za-z0-9_]", name) != 1 || mentions(text, name))
+            status = append(a, line, length, err);
+        line += length;
+    }
+    return status;
+}
+
 static stp_status assemble(assembly *a, const char *name, const char *defines, stp_error *err)
 {
     static const char version[] = "#version 450 core\n";
-    stp_status status = append(a, version, sizeof version - 1, err);
-    if (status == STP_OK && defines != NULL)
-        status = append(a, defines, strlen(defines), err);
-    return status == STP_OK ? append_file(a, name, err) : status;
+    stp_status status = STP_OK;
+    assembly body = {.folder = a->folder};
+    STP_TRY(append_file(&body, name, err));
+    STP_TRY(append(a, version, sizeof version - 1, err));
+    if (defines != NULL)
+        STP_TRY(append_defines(a, defines, body.text, err));
+    STP_TRY(append(a, body.text, body.length, err));
+    memcpy(a->files, body.files, sizeof a->files);
+    a->file_count = body.file_count;
+done:
+    free(body.text);
+    return status;
 }
 
 stp_status stp_shader_text(char **out, const char *name, const char *defines, const char *folder,

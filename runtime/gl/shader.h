@@ -48,7 +48,7 @@ bool stp_variant_equal(const stp_variant *a, const stp_variant *b);
 
 typedef struct stp_program_params {
     const char *vertex, *geometry, *fragment, *compute; /* file names; NULL: no such stage */
-    const char *defines;                                /* lines before the text; may be NULL */
+    const char *defines;  /* lines before the text, if it mentions their names; may be NULL */
     const char *folder;   /* files here replace the embedded ones; may be NULL */
     const char *captured; /* a varying for transform feedback; may be NULL */
 } stp_program_params;

@@ -90,7 +90,7 @@ static void want_floats(expectation *e, const float *values, int count)
 
 static stp_gpu_frame make_frame(void)
 {
-    stp_gpu_frame frame = {
+    return (stp_gpu_frame){
         .axis_right = {1, 0, 0, 101},
         .axis_up = {0, 1, 0, 102},
         .axis_back = {0, 0, 1, 103},
@@ -107,7 +107,6 @@ static stp_gpu_frame make_frame(void)
         .planes = {{108, 109, 110, 111}, {0}, {0}, {0}, {0}, {112, 113, 114, 115}},
         .hidden = {83, 84, 85, 86, 87, 88, 89, 90},
         .openings = {[0] = {91, 92, 93, 94}, [STP_OPENINGS_LIMIT - 1] = {95, 96, 97, 98}}};
-    return frame;
 }
 
 static stp_gpu_patch make_patch(void)
@@ -286,10 +285,34 @@ static void includes_are_lines(void **state)
     free(text);
 }
 
+/* A driver's cache finds a program by its text: one text for all values of a macro it does not use.
+ */
+static void texts_have_only_macros_they_mention(void **state)
+{
+    static const struct {
+        const char *name;
+        bool differs;
+    } files[] = {{"screen.vert", false}, {"id.frag", false}, {"pull.frag", true}};
+    (void)state;
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        char *texts[2];
+        for (int k = 0; k < 2; k++) {
+            const stp_variant one = {.geometry_invocations = 1, .orthographic = k};
+            char defines[STP_VARIANT_DEFINES_BYTES];
+            stp_variant_defines(&one, defines);
+            check_ok(stp_shader_text(&texts[k], files[i].name, defines, NULL, err));
+        }
+        assert_int_equal(strcmp(texts[0], texts[1]) != 0, files[i].differs);
+        free(texts[0]);
+        free(texts[1]);
+    }
+}
+
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(texts_have_only_macros_they_mention),
         cmocka_unit_test(shaders_read_what_c_writes),
         cmocka_unit_test(includes_are_lines),
     };
