@@ -88,7 +88,7 @@ test_wrong() {
 
 "$STIPPLE" gen bumpy -n 20000 -o smooth.ply --quiet || fail "gen"
 "$STIPPLE" gen statue -n 20000 --noise 0.2 -o noisy.ply --quiet || fail "gen"
-"$STIPPLE" gen statue -n 20000 --noise 0.2 --normals -o given.ply --quiet || fail "gen"
+"$STIPPLE" gen bumpy -n 20000 --noise 0.2 --normals -o given.ply --quiet || fail "gen"
 test_every_grid
 test_auto
 test_given

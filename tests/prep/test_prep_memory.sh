@@ -6,7 +6,7 @@ set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 scan="$FOLDER/scan.ply"
 mkdir "$FOLDER/models" "$FOLDER/temp ö"
-"$STIPPLE" gen statue -n 200000 --noise 0.1 --order random -o "$scan" --quiet || fail "no scan"
+"$STIPPLE" gen bumpy -n 200000 --noise 0.1 --order random -o "$scan" --quiet || fail "no scan"
 "$STIPPLE" prep "$scan" -o "$FOLDER/reference.stipple" --threads 1 --quiet || fail "no reference"
 
 # Must give the same bytes; uses files if the points do not fit into memory.
