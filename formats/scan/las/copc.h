@@ -8,7 +8,7 @@
 
 #include "formats/scan/las/las_header.h"
 #include "formats/scan/las/las_records.h"
-#include "formats/scan/las/laz_layout.h"
+#include "formats/scan/las/laz/laz_chunks.h"
 #include "formats/scan/scan.h"
 
 /* Whether the file is a COPC. */

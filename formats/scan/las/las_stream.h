@@ -9,7 +9,7 @@
 #include "formats/scan/las/las_depth.h"
 #include "formats/scan/las/las_header.h"
 #include "formats/scan/las/las_records.h"
-#include "formats/scan/las/laz_team.h"
+#include "formats/scan/las/laz/laz_team.h"
 #include "formats/scan/scan.h"
 
 typedef struct stp_las_stream {

@@ -1,9 +1,9 @@
-/* Decodes the items of LAZ besides points and colours: time, waveform, extra bytes. */
-#include "formats/scan/las/laz_item.h"
+/* Codes the items of LAZ besides points and colours: time, waveform, extra bytes. */
+#include "formats/scan/las/laz/laz_item.h"
 
 #include "formats/scan/las/las_bytes.h"
-#include "formats/scan/las/laz_last.h"
-#include "formats/scan/las/laz_time.h"
+#include "formats/scan/las/laz/laz_last.h"
+#include "formats/scan/las/laz/laz_time.h"
 
 #include <string.h>
 
@@ -21,15 +21,16 @@ static unsigned time2_begin(void *state, const unsigned char *first, unsigned ch
     return channel;
 }
 
-static unsigned time2_next(void *state, stp_laz_decoder *d, unsigned channel, unsigned char *out)
+static unsigned time2_next(void *state, stp_laz_stream *d, unsigned channel, unsigned char *item)
 {
-    stp_las_put_u64(out, stp_laz_time_next(state, true, d));
+    stp_las_put_u64(item, stp_laz_time_next(state, true, d, stp_las_u64(item)));
     return channel;
 }
 
 const stp_laz_coder stp_laz_time11_v2 = {.type = STP_LAZ_TIME11,
                                          .version = 2,
                                          .bytes = 8,
+                                         .packs = true,
                                          .state_bytes = sizeof(stp_laz_time),
                                          .place = time2_place,
                                          .begin = time2_begin,
@@ -69,7 +70,7 @@ static unsigned time1_begin(void *state, const unsigned char *first, unsigned ch
 }
 
 /* A difference that follows one that was not zero. */
-static void time1_multiple(time1 *s, stp_laz_decoder *d, unsigned symbol)
+static void time1_multiple(time1 *s, stp_laz_stream *d, unsigned symbol)
 {
     const uint32_t product = symbol * (uint32_t)s->difference;
     const int32_t predicted = symbol == 0 ? s->difference / 4 : (int32_t)product;
@@ -87,7 +88,7 @@ static void time1_multiple(time1 *s, stp_laz_decoder *d, unsigned symbol)
     s->last += (uint64_t)(int64_t)difference;
 }
 
-static unsigned time1_next(void *state, stp_laz_decoder *d, unsigned channel, unsigned char *out)
+static unsigned time1_next(void *state, stp_laz_stream *d, unsigned channel, unsigned char *out)
 {
     time1 *s = state;
     if (s->difference == 0) {
@@ -154,7 +155,7 @@ static unsigned wave_begin(void *state, const unsigned char *first, unsigned cha
     return channel;
 }
 
-static uint64_t wave_offset(wave *s, stp_laz_decoder *d)
+static uint64_t wave_offset(wave *s, stp_laz_stream *d)
 {
     const uint64_t last = stp_las_u64(s->last + AT_OFFSET);
     s->offset_symbol = stp_laz_decode_symbol(d, &s->offset_symbols[s->offset_symbol]);
@@ -171,13 +172,13 @@ static uint64_t wave_offset(wave *s, stp_laz_decoder *d)
     }
 }
 
-static void wave_number(stp_laz_decoder *d, stp_laz_integer *m, unsigned char *at, unsigned context)
+static void wave_number(stp_laz_stream *d, stp_laz_integer *m, unsigned char *at, unsigned context)
 {
     const int32_t last = (int32_t)stp_las_u32(at);
     stp_las_put_u32(at, (uint32_t)stp_laz_decode_integer(d, m, last, context));
 }
 
-static unsigned wave_next(void *state, stp_laz_decoder *d, unsigned channel, unsigned char *out)
+static unsigned wave_next(void *state, stp_laz_stream *d, unsigned channel, unsigned char *out)
 {
     wave *s = state;
     s->last[0] = (unsigned char)stp_laz_decode_symbol(d, &s->descriptor);
@@ -221,17 +222,18 @@ static unsigned extra_begin(void *state, const unsigned char *first, unsigned ch
     return channel;
 }
 
-static unsigned extra_next(void *state, stp_laz_decoder *d, unsigned channel, unsigned char *out)
+static unsigned extra_next(void *state, stp_laz_stream *d, unsigned channel, unsigned char *item)
 {
     extra *s = state;
     for (unsigned i = 0; i < s->count; i++)
-        out[i] = s->last[i] = stp_laz_decode_byte(d, &s->added[i], s->last[i]);
+        item[i] = s->last[i] = stp_laz_code_byte(d, &s->added[i], s->last[i], item[i]);
     return channel;
 }
 
 const stp_laz_coder stp_laz_bytes_v2 = {.type = STP_LAZ_BYTES,
                                         .version = 2,
                                         .bytes_most = STP_LAZ_EXTRA_MOST,
+                                        .packs = true,
                                         .state_bytes = sizeof(extra),
                                         .place = extra_place,
                                         .begin = extra_begin,
@@ -258,7 +260,7 @@ static unsigned extra1_begin(void *state, const unsigned char *first, unsigned c
     return channel;
 }
 
-static unsigned extra1_next(void *state, stp_laz_decoder *d, unsigned channel, unsigned char *out)
+static unsigned extra1_next(void *state, stp_laz_stream *d, unsigned channel, unsigned char *out)
 {
     extra1 *s = state;
     for (unsigned i = 0; i < s->count; i++)
@@ -297,34 +299,36 @@ static unsigned extra14_begin(void *state, const unsigned char *first, unsigned 
     return channel;
 }
 
-static void extra14_next(extra14 *s, stp_laz_decoder *layers, unsigned channel, bool version_3,
-                         unsigned char *out)
+static void extra14_next(extra14 *s, stp_laz_stream *layers, unsigned channel, bool version_3,
+                         unsigned char *item)
 {
     unsigned char *last = stp_laz_last_enter(&s->last, channel, version_3);
     for (unsigned i = 0; i < s->last.bytes; i++)
-        if (layers[i].length > 0)
-            last[i] = stp_laz_decode_byte(&layers[i], &s->added[channel][i], last[i]);
-    memcpy(out, last, s->last.bytes);
+        if (layers[i].length > 0) {
+            layers[i].needed |= last[i] != item[i];
+            last[i] = stp_laz_code_byte(&layers[i], &s->added[channel][i], last[i], item[i]);
+        }
+    memcpy(item, last, s->last.bytes);
 }
 
-static unsigned extra14_v3_next(void *state, stp_laz_decoder *layers, unsigned channel,
-                                unsigned char *out)
+static unsigned extra14_v3_next(void *state, stp_laz_stream *layers, unsigned channel,
+                                unsigned char *item)
 {
-    extra14_next(state, layers, channel, true, out);
+    extra14_next(state, layers, channel, true, item);
     return channel;
 }
 
-static unsigned extra14_v4_next(void *state, stp_laz_decoder *layers, unsigned channel,
-                                unsigned char *out)
+static unsigned extra14_v4_next(void *state, stp_laz_stream *layers, unsigned channel,
+                                unsigned char *item)
 {
-    extra14_next(state, layers, channel, false, out);
+    extra14_next(state, layers, channel, false, item);
     return channel;
 }
 
 #define EXTRA14_CODER(item_version, item_next)                                                     \
     {                                                                                              \
         .type = STP_LAZ_BYTES14, .version = (item_version), .bytes_most = STP_LAZ_EXTRA_MOST,      \
-        .layers = 1, .state_bytes = sizeof(extra14), .place = extra14_place,                       \
+        .layers = 1, .packs = true, .state_bytes = sizeof(extra14), .place = extra14_place,        \
         .begin = extra14_begin, .next = (item_next)                                                \
     }
 const stp_laz_coder stp_laz_bytes14_v3 = EXTRA14_CODER(3, extra14_v3_next);

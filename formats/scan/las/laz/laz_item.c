@@ -1,5 +1,5 @@
 /* Finds the coder of a LAZ item. */
-#include "formats/scan/las/laz_item.h"
+#include "formats/scan/las/laz/laz_item.h"
 
 #define SKIPPED_WAVE(item_version)                                                                 \
     {                                                                                              \

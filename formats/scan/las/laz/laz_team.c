@@ -1,8 +1,8 @@
 /* Unpacks chunks of a LAZ file side by side. */
-#include "formats/scan/las/laz_team.h"
+#include "formats/scan/las/laz/laz_team.h"
 
 #include "base/memory.h"
-#include "formats/scan/las/laz_layout.h"
+#include "formats/scan/las/laz/laz_chunks.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* What each scanner channel keeps of its last point, for layered items other than POINT14. */
-#ifndef STP_FORMATS_SCAN_LAS_LAZ_LAST_H
-#define STP_FORMATS_SCAN_LAS_LAZ_LAST_H
+#ifndef STP_FORMATS_SCAN_LAS_LAZ_LAZ_LAST_H
+#define STP_FORMATS_SCAN_LAS_LAZ_LAZ_LAST_H
 
-#include "formats/scan/las/laz_item.h"
+#include "formats/scan/las/laz/laz_item.h"
 
 #include <string.h>
 

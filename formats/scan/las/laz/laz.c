@@ -1,9 +1,10 @@
 /* Unpacks the points of a LAZ file, chunk by chunk. */
-#include "formats/scan/las/laz.h"
+#include "formats/scan/las/laz/laz.h"
 
 #include "base/memory.h"
 #include "formats/scan/las/las_bytes.h"
-#include "formats/scan/las/laz_layout.h"
+#include "formats/scan/las/laz/laz_chunks.h"
+#include "formats/scan/las/laz/laz_items.h"
 #include "formats/scan/remote/mirror.h"
 
 #include <stdlib.h>
@@ -18,17 +19,14 @@ struct stp_laz {
     stp_laz_params params;
     stp_laz_layout layout;
     stp_laz_chunks chunks;
-    void *states[STP_LAZ_ITEMS_MOST];
-    uint16_t *words; /* of all models */
-    unsigned layer_count;
-    stp_laz_decoder *decoders; /* one for each layer; not layered: one for all */
-    uint32_t *layer_bytes;     /* of the chunk */
-    uint32_t epoch;            /* number of chunks opened */
-    size_t chunk;              /* the chunk that is read */
-    uint64_t next, end;        /* points; end: behind the chunk's last. next = end: none is open */
-    bool begun;                /* the chunk's first point was unpacked */
-    bool chosen;               /* chunks are nodes that were chosen, each with a count of its own */
-    unsigned char *first;      /* the chunk's first record */
+    stp_laz_items items;
+    uint32_t *layer_bytes; /* of the chunk */
+    uint32_t epoch;        /* number of chunks opened */
+    size_t chunk;          /* the chunk that is read */
+    uint64_t next, end;    /* points; end: behind the chunk's last. next = end: none is open */
+    bool begun;            /* the chunk's first point was unpacked */
+    bool chosen;           /* chunks are nodes that were chosen, each with a count of its own */
+    unsigned char *first;  /* the chunk's first record */
 };
 
 static stp_status damaged(const stp_laz *laz, const char *what, stp_error *err)
@@ -43,8 +41,8 @@ static stp_status damaged(const stp_laz *laz, const char *what, stp_error *err)
 /* Says what a decoder met, if it ran out of bytes. */
 static stp_status check_decoders(const stp_laz *laz, stp_error *err)
 {
-    for (unsigned i = 0; i < laz->layer_count; i++) {
-        const stp_laz_decoder *d = &laz->decoders[i];
+    for (unsigned i = 0; i < laz->items.stream_count; i++) {
+        const stp_laz_stream *d = &laz->items.streams[i];
         if (d->io_error)
             return stp_error_set(err, STP_IO, "%s: byte %llu: %s", laz->params.source->path,
                                  (unsigned long long)d->next, strerror(d->io_error));
@@ -56,26 +54,6 @@ static stp_status check_decoders(const stp_laz *laz, stp_error *err)
 
 /* ---- opening ---- */
 
-static stp_status place_models(stp_laz *laz, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_laz_arena arena = {0};
-    for (unsigned i = 0; i < laz->layout.item_count; i++) {
-        const stp_laz_coder *coder = laz->layout.items[i].coder;
-        STP_TRY(stp_alloc(&laz->states[i], 1, coder->state_bytes, "LAZ models", err));
-        if (!coder->skipped)
-            coder->place(laz->states[i], laz->layout.items[i].bytes, &arena);
-        laz->layer_count += stp_laz_item_layers(&laz->layout, i);
-    }
-    STP_TRY(stp_alloc(&laz->words, arena.used, sizeof *laz->words, "LAZ models", err));
-    arena = (stp_laz_arena){.words = laz->words};
-    for (unsigned i = 0; i < laz->layout.item_count; i++)
-        if (!laz->layout.items[i].coder->skipped)
-            laz->layout.items[i].coder->place(laz->states[i], laz->layout.items[i].bytes, &arena);
-done:
-    return status;
-}
-
 stp_status stp_laz_open(stp_laz **out, const stp_laz_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -84,12 +62,9 @@ stp_status stp_laz_open(stp_laz **out, const stp_laz_params *params, stp_error *
     STP_TRY(stp_alloc(&laz, 1, sizeof *laz, "LAZ reader", err));
     laz->params = *params;
     STP_TRY(stp_laz_layout_read(&laz->layout, params->record, params->header, source->path, err));
-    STP_TRY(place_models(laz, err));
-    if (!laz->layout.layered)
-        laz->layer_count = 1;
-    STP_TRY(stp_alloc(&laz->decoders, laz->layer_count, sizeof *laz->decoders, "LAZ layers", err));
-    STP_TRY(stp_alloc(&laz->layer_bytes, laz->layer_count, sizeof *laz->layer_bytes, "LAZ layers",
-                      err));
+    STP_TRY(stp_laz_items_create(&laz->items, &laz->layout, err));
+    STP_TRY(stp_alloc(&laz->layer_bytes, laz->items.stream_count, sizeof *laz->layer_bytes,
+                      "LAZ layers", err));
     STP_TRY(stp_alloc(&laz->first, 1, params->header->record_bytes, "a record", err));
     laz->chosen = params->chosen != NULL;
     if (laz->chosen) {
@@ -111,11 +86,8 @@ void stp_laz_close(stp_laz **laz)
     stp_laz *l = *laz;
     if (!l)
         return;
-    for (unsigned i = 0; i < STP_LAZ_ITEMS_MOST; i++)
-        free(l->states[i]);
+    stp_laz_items_free(&l->items);
     stp_laz_chunks_free(&l->chunks);
-    free(l->words);
-    free(l->decoders);
     free(l->layer_bytes);
     free(l->first);
     free(l);
@@ -144,12 +116,12 @@ static stp_status open_layers(stp_laz *laz, uint64_t begin, uint64_t end, uint64
         const unsigned count = stp_laz_item_layers(&laz->layout, item);
         for (unsigned l = 0; l < count; l++, layer++) {
             const uint32_t bytes = laz->layer_bytes[layer];
-            stp_laz_decoder *d = &laz->decoders[layer];
+            stp_laz_stream *d = &laz->items.streams[layer];
             if (bytes > end - begin)
                 return damaged(laz, "a layer of its chunk is longer than the chunk", err);
-            stp_laz_decoder_open(d, descriptor, begin, begin + bytes);
+            stp_laz_stream_open(d, descriptor, begin, begin + bytes);
             if (bytes > 0 && is_wanted(laz, item, l))
-                stp_laz_decoder_begin(d, laz->epoch);
+                stp_laz_stream_begin(d, laz->epoch);
             else
                 d->length = 0;
             begin += bytes;
@@ -191,13 +163,13 @@ static uint64_t chunk_points(const stp_laz *laz, size_t index)
 static stp_status begin_layered(stp_laz *laz, size_t index, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_laz_decoder *d = &laz->decoders[0];
+    stp_laz_stream *d = &laz->items.streams[0];
     unsigned char bytes[4];
     uint64_t behind = 0;
-    stp_laz_decoder_raw(d, bytes, sizeof bytes);
+    stp_laz_stream_raw(d, bytes, sizeof bytes);
     const uint32_t points = stp_las_u32(bytes);
-    for (unsigned i = 0; i < laz->layer_count; i++) {
-        stp_laz_decoder_raw(d, bytes, sizeof bytes);
+    for (unsigned i = 0; i < laz->items.stream_count; i++) {
+        stp_laz_stream_raw(d, bytes, sizeof bytes);
         laz->layer_bytes[i] = stp_las_u32(bytes);
     }
     STP_TRY(check_decoders(laz, err));
@@ -210,8 +182,8 @@ static stp_status begin_layered(stp_laz *laz, size_t index, stp_error *err)
                          err);
         goto done;
     }
-    STP_TRY(open_layers(laz, stp_laz_decoder_place(d), chunk_limit(laz, index), &behind, err));
-    if (laz->end - laz->next > 1 && laz->decoders[0].length == 0) {
+    STP_TRY(open_layers(laz, stp_laz_stream_place(d), chunk_limit(laz, index), &behind, err));
+    if (laz->end - laz->next > 1 && laz->items.streams[0].length == 0) {
         status = damaged(laz, "its chunk has no positions", err);
         goto done;
     }
@@ -224,28 +196,22 @@ static stp_status open_chunk(stp_laz *laz, size_t index, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint64_t begin = laz->chunks.list[index].begin, end = chunk_limit(laz, index);
-    const unsigned char *at = laz->first;
-    stp_laz_decoder *d = &laz->decoders[0];
-    unsigned channel = 0;
+    stp_laz_stream *d = &laz->items.streams[0];
     laz->chunk = index;
     laz->next = laz->chunks.list[index].first;
     laz->end = laz->next; /* none is open until all is well */
-    for (unsigned i = 0; i < laz->layer_count; i++)
-        laz->decoders[i].cut = false;
+    for (unsigned i = 0; i < laz->items.stream_count; i++)
+        laz->items.streams[i].cut = false;
     if (begin > end)
         return damaged(laz, "its chunk lies outside of the file", err);
     if (laz->params.source->mirror)
         STP_TRY(stp_mirror_need(laz->params.source->mirror, begin, end, err));
-    stp_laz_decoder_open(d, laz->params.source->descriptor, begin, end);
-    stp_laz_decoder_raw(d, laz->first, laz->params.header->record_bytes);
+    stp_laz_stream_open(d, laz->params.source->descriptor, begin, end);
+    stp_laz_stream_raw(d, laz->first, laz->params.header->record_bytes);
     STP_TRY(check_decoders(laz, err));
     laz->epoch++;
     laz->begun = false;
-    for (unsigned i = 0; i < laz->layout.item_count; i++) {
-        if (!laz->layout.items[i].coder->skipped)
-            channel = laz->layout.items[i].coder->begin(laz->states[i], at, channel);
-        at += laz->layout.items[i].bytes;
-    }
+    stp_laz_items_begin(&laz->items, laz->first);
     laz->end = laz->next + chunk_points(laz, index);
     if (laz->layout.layered)
         status = begin_layered(laz, index, err);
@@ -257,20 +223,6 @@ done:
 
 /* ---- points ---- */
 
-static void unpack(stp_laz *laz, unsigned char *record)
-{
-    unsigned layer = 0, channel = 0;
-    for (unsigned i = 0; i < laz->layout.item_count; i++) {
-        const stp_laz_coder *coder = laz->layout.items[i].coder;
-        if (coder->skipped)
-            memset(record, 0, laz->layout.items[i].bytes);
-        else
-            channel = coder->next(laz->states[i], &laz->decoders[layer], channel, record);
-        record += laz->layout.items[i].bytes;
-        layer += stp_laz_item_layers(&laz->layout, i);
-    }
-}
-
 /* Unpacks count points of the open chunk. */
 static void unpack_run(stp_laz *laz, unsigned char *records, size_t count)
 {
@@ -278,14 +230,14 @@ static void unpack_run(stp_laz *laz, unsigned char *records, size_t count)
     size_t i = 0;
     if (!laz->begun && count > 0) {
         memcpy(records, laz->first, bytes);
-        /* A chunk of one point has nothing else. */
-        if (!laz->layout.layered && laz->end - laz->next > 1)
-            stp_laz_decoder_begin(&laz->decoders[0], laz->epoch);
+        /* Behind a chunk's only point nothing is told, and some writers leave the code out. */
+        if (!laz->layout.layered && (laz->end - laz->next > 1 || !laz->chunks.complete))
+            stp_laz_stream_begin(&laz->items.streams[0], laz->epoch);
         laz->begun = true;
         i = 1;
     }
     for (; i < count; i++)
-        unpack(laz, records + i * bytes);
+        stp_laz_items_next(&laz->items, records + i * bytes);
     laz->next += count;
 }
 
@@ -310,7 +262,7 @@ stp_status stp_laz_read(stp_laz *laz, unsigned char *records, size_t count, stp_
         unpack_run(laz, records, part);
         STP_TRY(check_decoders(laz, err));
         if (laz->next == laz->end && !laz->layout.layered)
-            STP_TRY(learn_next(laz, stp_laz_decoder_place(&laz->decoders[0]), err));
+            STP_TRY(learn_next(laz, stp_laz_stream_place(&laz->items.streams[0]), err));
         records += part * laz->params.header->record_bytes;
         count -= part;
     }

@@ -1,7 +1,7 @@
-/* Decodes LAZ's POINT10, the 20 bytes that all points of formats 0 to 5 begin with. */
-#include "formats/scan/las/laz_item.h"
+/* Codes LAZ's POINT10, the 20 bytes that all points of formats 0 to 5 begin with. */
+#include "formats/scan/las/laz/laz_item.h"
 
-#include "formats/scan/las/laz_median.h"
+#include "formats/scan/las/laz/laz_median.h"
 
 #include <string.h>
 
@@ -54,7 +54,7 @@ static int32_t median_of_three(const int32_t v[3])
     return v[2] < low ? low : v[2] > high ? high : v[2];
 }
 
-static unsigned v1_next(void *state, stp_laz_decoder *d, unsigned channel, unsigned char *out)
+static unsigned v1_next(void *state, stp_laz_stream *d, unsigned channel, unsigned char *out)
 {
     point10_v1 *s = state;
     unsigned char *p = s->last;
@@ -148,53 +148,78 @@ static unsigned v2_begin(void *state, const unsigned char *first, unsigned chann
     return channel;
 }
 
-/* Decodes the fields that a point has besides its position. */
-static void v2_fields(point10_v2 *s, stp_laz_decoder *d, unsigned changed)
+/* Which fields change. */
+static unsigned v2_changed(const point10_v2 *s, const unsigned char *item)
+{
+    const unsigned char *p = s->last;
+    const unsigned context = return_context[item[AT_RETURNS] >> 3 & 7][item[AT_RETURNS] & 7];
+    return (p[AT_RETURNS] != item[AT_RETURNS] ? 32u : 0u) |
+           (s->intensities[context] != stp_las_u16(item + AT_INTENSITY) ? 16u : 0u) |
+           (p[AT_CLASS] != item[AT_CLASS] ? 8u : 0u) | (p[AT_ANGLE] != item[AT_ANGLE] ? 4u : 0u) |
+           (p[AT_USER] != item[AT_USER] ? 2u : 0u) |
+           (memcmp(p + AT_SOURCE, item + AT_SOURCE, 2) != 0 ? 1u : 0u);
+}
+
+/* A byte that is coded in the context of the last one. */
+static void code_in_context(stp_laz_stream *d, stp_laz_symbols models[256], unsigned char *last,
+                            unsigned char value)
+{
+    *last = (unsigned char)stp_laz_code_symbol(d, &models[*last], value);
+}
+
+/* Codes the fields that a point has besides its position. */
+static void v2_fields(point10_v2 *s, stp_laz_stream *d, unsigned changed, const unsigned char *item)
 {
     unsigned char *p = s->last;
     if (changed & 32)
-        p[AT_RETURNS] = (unsigned char)stp_laz_decode_symbol(d, &s->returns[p[AT_RETURNS]]);
+        code_in_context(d, s->returns, &p[AT_RETURNS], item[AT_RETURNS]);
     const unsigned context = return_context[p[AT_RETURNS] >> 3 & 7][p[AT_RETURNS] & 7];
     if (changed & 16)
-        s->intensities[context] = (uint16_t)stp_laz_decode_integer(
-            d, &s->intensity, s->intensities[context], stp_laz_at_most(context, 3));
+        s->intensities[context] = (uint16_t)stp_laz_code_integer(
+            d, &s->intensity, s->intensities[context], stp_laz_at_most(context, 3),
+            stp_las_u16(item + AT_INTENSITY));
     stp_las_put_u16(p + AT_INTENSITY, s->intensities[context]);
     if (changed & 8)
-        p[AT_CLASS] = (unsigned char)stp_laz_decode_symbol(d, &s->classes[p[AT_CLASS]]);
+        code_in_context(d, s->classes, &p[AT_CLASS], item[AT_CLASS]);
     if (changed & 4)
-        p[AT_ANGLE] = stp_laz_decode_byte(d, &s->angle[p[AT_RETURNS] >> 6 & 1], p[AT_ANGLE]);
+        p[AT_ANGLE] =
+            stp_laz_code_byte(d, &s->angle[p[AT_RETURNS] >> 6 & 1], p[AT_ANGLE], item[AT_ANGLE]);
     if (changed & 2)
-        p[AT_USER] = (unsigned char)stp_laz_decode_symbol(d, &s->user[p[AT_USER]]);
+        code_in_context(d, s->user, &p[AT_USER], item[AT_USER]);
     if (changed & 1)
-        stp_las_put_u16(p + AT_SOURCE, (uint16_t)stp_laz_decode_integer(
-                                           d, &s->source, stp_las_u16(p + AT_SOURCE), 0));
+        stp_las_put_u16(p + AT_SOURCE,
+                        (uint16_t)stp_laz_code_integer(d, &s->source, stp_las_u16(p + AT_SOURCE), 0,
+                                                       stp_las_u16(item + AT_SOURCE)));
 }
 
-static unsigned v2_next(void *state, stp_laz_decoder *d, unsigned channel, unsigned char *out)
+static unsigned v2_next(void *state, stp_laz_stream *d, unsigned channel, unsigned char *item)
 {
     point10_v2 *s = state;
     unsigned char *p = s->last;
-    const unsigned changed = stp_laz_decode_symbol(d, &s->changed);
+    const unsigned changed =
+        stp_laz_code_symbol(d, &s->changed, d->packs ? v2_changed(s, item) : 0);
     if (changed)
-        v2_fields(s, d, changed);
+        v2_fields(s, d, changed, item);
     const unsigned number = p[AT_RETURNS] & 7, count = p[AT_RETURNS] >> 3 & 7;
     const unsigned context = return_context[count][number];
     const unsigned level = count > number ? count - number : number - count;
     const unsigned single = count == 1;
-    stp_laz_decode_along(d, &s->x, &s->x_median[context], single, p + AT_X);
-    stp_laz_decode_along(d, &s->y, &s->y_median[context],
-                         single + stp_laz_at_most(s->x.size & ~1u, 20), p + AT_Y);
+    stp_laz_code_along(d, &s->x, &s->x_median[context], single, p + AT_X, item + AT_X);
+    stp_laz_code_along(d, &s->y, &s->y_median[context],
+                       single + stp_laz_at_most(s->x.size & ~1u, 20), p + AT_Y, item + AT_Y);
     const unsigned size = (s->x.size + s->y.size) / 2;
-    s->heights[level] = stp_laz_decode_integer(d, &s->z, s->heights[level],
-                                               single + stp_laz_at_most(size & ~1u, 18));
+    s->heights[level] =
+        stp_laz_code_integer(d, &s->z, s->heights[level], single + stp_laz_at_most(size & ~1u, 18),
+                             (int32_t)stp_las_u32(item + AT_Z));
     stp_las_put_u32(p + AT_Z, (uint32_t)s->heights[level]);
-    memcpy(out, p, sizeof s->last);
+    memcpy(item, p, sizeof s->last);
     return channel;
 }
 
 const stp_laz_coder stp_laz_point10_v2 = {.type = STP_LAZ_POINT10,
                                           .version = 2,
                                           .bytes = STP_LAZ_POINT10_BYTES,
+                                          .packs = true,
                                           .state_bytes = sizeof(point10_v2),
                                           .place = v2_place,
                                           .begin = v2_begin,

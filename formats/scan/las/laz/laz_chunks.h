@@ -1,32 +1,14 @@
-/* How the points of a LAZ file are packed: the record "laszip encoded", and where each chunk of
- * points begins. Threads: any. */
-#ifndef STP_FORMATS_SCAN_LAS_LAZ_LAYOUT_H
-#define STP_FORMATS_SCAN_LAS_LAZ_LAYOUT_H
+/* Where each chunk of points begins in a LAZ file: its table of chunks. Threads: any. */
+#ifndef STP_FORMATS_SCAN_LAS_LAZ_LAZ_CHUNKS_H
+#define STP_FORMATS_SCAN_LAS_LAZ_LAZ_CHUNKS_H
 
 #include "base/error.h"
+#include "base/file.h"
 #include "formats/scan/las/las_header.h"
-#include "formats/scan/las/las_records.h"
-#include "formats/scan/las/laz_item.h"
+#include "formats/scan/las/laz/laz_layout.h"
 
-/* POINT, time, colour, waveform, extra bytes. */
-#define STP_LAZ_ITEMS_MOST 5u
-
-typedef struct stp_laz_layout {
-    bool layered;          /* each field of a chunk has its own stream */
-    bool chunked;          /* else all points are one chunk, without a table */
-    uint32_t chunk_points; /* UINT32_MAX: the table says how many each chunk has */
-    unsigned item_count;
-    struct {
-        const stp_laz_coder *coder;
-        unsigned bytes;
-    } items[STP_LAZ_ITEMS_MOST];
-} stp_laz_layout;
-
-/* Reads the record. Errors: CORRUPT, UNSUPPORTED (a coder that is not known). */
-stp_status stp_laz_layout_read(stp_laz_layout *out, const stp_las_record *record,
-                               const stp_las_header *header, const char *path, stp_error *err);
-/* Layers of an item: the streams of it in a chunk. */
-unsigned stp_laz_item_layers(const stp_laz_layout *layout, unsigned item);
+/* The points begin with a u64: where the table lies. */
+#define STP_LAZ_TABLE_PLACE_BYTES 8u
 
 typedef struct stp_laz_chunk {
     uint64_t begin; /* in the file */
@@ -52,5 +34,10 @@ stp_status stp_laz_chunks_read(stp_laz_chunks *out, const stp_laz_layout *layout
 stp_status stp_laz_chunks_add(stp_laz_chunks *chunks, uint64_t begin, uint64_t first,
                               stp_error *err);
 void stp_laz_chunks_free(stp_laz_chunks *chunks);
+
+/* Appends the table of chunks that have equal numbers of points, and so many bytes each. Errors:
+ * IO, OUT_OF_MEMORY. */
+stp_status stp_laz_chunks_write(const uint32_t *bytes, uint32_t count, stp_output *output,
+                                stp_error *err);
 
 #endif

@@ -5,8 +5,8 @@
  * read are left out unless asked for: their fields are then those of the chunk's first point.
  * Waveforms of layered files are zero. Memory: bounded, some 2 MiB.
  * Threads: one at a time per reader. */
-#ifndef STP_FORMATS_SCAN_LAS_LAZ_H
-#define STP_FORMATS_SCAN_LAS_LAZ_H
+#ifndef STP_FORMATS_SCAN_LAS_LAZ_LAZ_H
+#define STP_FORMATS_SCAN_LAS_LAZ_LAZ_H
 
 #include "base/error.h"
 #include "formats/scan/las/las_header.h"

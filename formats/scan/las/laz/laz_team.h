@@ -4,11 +4,11 @@
  * stp_laz_team_together, if there is no pool, if chunks have no table or are large, after a seek,
  * and if chosen nodes come from an address. Memory: twice STP_LAZ_TEAM_BYTES, and 2 MiB for each
  * reader. Threads: the pool's, while stp_laz_team_read runs; else one at a time. */
-#ifndef STP_FORMATS_SCAN_LAS_LAZ_TEAM_H
-#define STP_FORMATS_SCAN_LAS_LAZ_TEAM_H
+#ifndef STP_FORMATS_SCAN_LAS_LAZ_LAZ_TEAM_H
+#define STP_FORMATS_SCAN_LAS_LAZ_LAZ_TEAM_H
 
 #include "base/pool.h"
-#include "formats/scan/las/laz.h"
+#include "formats/scan/las/laz/laz.h"
 
 /* Unpacked records of all readers together, at most. */
 #define STP_LAZ_TEAM_BYTES ((size_t)16 << 20)
