@@ -1,5 +1,5 @@
-/* Tests the LAS writer: its files are read back and compared with the standard byte by byte. Files
- * appear whole or not at all. */
+/* Tests the writer of LAS and LAZ: its files are read back and compared with the standard byte by
+ * byte. Files appear whole or not at all. */
 #include "formats/scan/las/las_write.h"
 #include "tests/fixtures/las_fixture.h"
 
@@ -68,6 +68,43 @@ static void points_come_back(void **state)
         free(points);
         las_expect_note("trip.las", "counts", "");
     }
+}
+
+/* A packed file has the same header, but for the packing, and the same points. */
+static void packed_points_come_back(void **state)
+{
+    (void)state;
+    enum { COUNT = 60000 };
+    stp_error err = {0};
+    stp_scan_info info, packed_info;
+    stp_las_writer_params params = params_0;
+    params.attributes = ALL | STP_POINT_HAS_STATION;
+    params.wkt = "GEOGCS[\"x\"]";
+    for (int packed = 0; packed < 2; packed++) {
+        params.packed = packed;
+        stp_las_writer *writer = create(packed ? "trip.laz" : "trip.las", &params);
+        for (size_t i = 0; i < COUNT; i++) {
+            const stp_point point = sample(i);
+            assert_int_equal(stp_las_writer_points(writer, &point, 1, &err), STP_OK);
+        }
+        assert_int_equal(stp_las_writer_finish(&writer, &err), STP_OK);
+    }
+    stp_point *points = scan_fixture_read("trip.las", NULL, &info);
+    stp_point *unpacked = scan_fixture_read("trip.laz", NULL, &packed_info);
+    assert_int_equal(packed_info.point_count, COUNT);
+    assert_memory_equal(points, unpacked, COUNT * sizeof *points);
+    free(points);
+    free(unpacked);
+    size_t size, packed_size;
+    unsigned char *plain = scan_fixture_load("trip.las", &size);
+    unsigned char *small = scan_fixture_load("trip.laz", &packed_size);
+    assert_true(packed_size < size / 2);
+    assert_int_equal(small[104], plain[104] | 0x80);
+    assert_int_equal(las_bytes_get(small + 96, 4), las_bytes_get(plain + 96, 4) + 54 + 34 + 12);
+    assert_int_equal(las_bytes_get(small + 100, 4), 2);
+    assert_memory_equal(small + 105, plain + 105, 375 - 105);
+    free(plain);
+    free(small);
 }
 
 static double get_double(const las_file *f, size_t at)
@@ -179,13 +216,22 @@ static void no_points(void **state)
     assert_int_equal(stp_las_writer_finish(&writer, &err), STP_OK);
     free(scan_fixture_read("none.las", NULL, &info));
     assert_int_equal(info.point_count, 0);
+    stp_las_writer_params packed = params_0;
+    packed.packed = true;
+    writer = create("none.laz", &packed);
+    assert_int_equal(stp_las_writer_finish(&writer, &err), STP_OK);
+    free(scan_fixture_read("none.laz", NULL, &info));
+    assert_int_equal(info.point_count, 0);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(points_come_back), cmocka_unit_test(bytes_of_the_standard),
-        cmocka_unit_test(finest_steps),     cmocka_unit_test(faults),
+        cmocka_unit_test(points_come_back),
+        cmocka_unit_test(bytes_of_the_standard),
+        cmocka_unit_test(finest_steps),
+        cmocka_unit_test(faults),
+        cmocka_unit_test(packed_points_come_back),
         cmocka_unit_test(no_points),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -166,11 +166,18 @@ wrong=$(paste "$FOLDER/las.txt" "$FOLDER/ply.txt" | awk -v step="$step" -v rise=
 prep "$FOLDER/p.las" --quiet
 run "$STIPPLE" verify "$FOLDER/s.stipple" --quiet
 expect_code 0
+run "$STIPPLE" gen terrain -n 30000 --noise 0.5 -o "$FOLDER/p.laz" --force --quiet
+expect_code 0
+[ "$(stat -c %s "$FOLDER/p.laz")" -lt $(($(stat -c %s "$FOLDER/p.las") / 2)) ] || fail "LAZ is not half of LAS"
+for ending in las laz; do
+    prep "$FOLDER/p.$ending" --quiet
+    run "$STIPPLE" export "$FOLDER/s.stipple" -o "$FOLDER/$ending.ply" --force --quiet
+    expect_code 0
+done
+cmp "$FOLDER/las.ply" "$FOLDER/laz.ply" || fail "LAZ has other points than LAS"
 run "$STIPPLE" gen sphere -n 10 --normals -o "$FOLDER/none.las"
 expect_usage "LAS has no normals"
-run "$STIPPLE" gen sphere -n 10 -o "$FOLDER/none.laz"
-expect_usage "compressed LAS (LAZ) is not written"
-[ -e "$FOLDER/none.las" ] || [ -e "$FOLDER/none.laz" ] && fail "a refused request left a LAS file"
+[ -e "$FOLDER/none.las" ] && fail "a refused request left a LAS file"
 
 options="bumpy -n 100000 --order random --noise 0.2 --normals --quiet --force"
 # shellcheck disable=SC2086

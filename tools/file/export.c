@@ -1,4 +1,5 @@
-/* `stipple export`: writes the level-0 samples of the leaf chunks as PLY, with edges and faces. */
+/* `stipple export`: writes the level-0 samples of the leaf chunks as PLY, with edges and faces, or
+ * as LAS or LAZ. */
 #include "tools/cli/cli.h"
 
 #include "base/file.h"
@@ -13,7 +14,7 @@ static int run(int argc, char **argv);
 
 const cli_command cli_export = {
     .name = "export",
-    .summary = "write the points and lines of a chunk file as PLY or LAS",
+    .summary = "write the points and lines of a chunk file as PLY, LAS or LAZ",
     .usage = "stipple export M.stipple -o F.ply [options]",
     .details =
         "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
@@ -23,7 +24,9 @@ const cli_command cli_export = {
         "width. Normals of tubes are 0 0 0. Triangles become faces.\n"
         "Attributes that prep kept are properties by their names.\n"
         "A name that ends in .las gets LAS 1.4: points without normals, with every attribute that\n"
-        "prep kept, on the lattice and in the coordinate system of the first scan.\n"
+        "prep kept, on the lattice and in the coordinate system of the first scan. A name that "
+        "ends\n"
+        "in .laz gets the same, packed without loss (LAZ).\n"
         "--where takes fields, numbers, == != < <= > >=, !, &&, || and brackets. Fields are x, y, "
         "z,\n"
         "intensity, class, outlier, red, green and blue (0 to 255), and the kept attributes, "
@@ -92,7 +95,7 @@ static int run(int argc, char **argv)
     if (code != CLI_CONTINUE)
         return code;
     if (!output)
-        return cli_usage(&cli_export, "no output given: add -o F.ply or -o F.las");
+        return cli_usage(&cli_export, "no output given: add -o F.ply, -o F.las or -o F.laz");
     const export_params params = {output, force, choice, cli_progress(&common)};
     if (sandbox_options_enter(no_sandbox, path, output, &err) != STP_OK ||
         export_path(path, &params, timeout_s, &common, &err) != STP_OK)

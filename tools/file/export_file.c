@@ -1,4 +1,4 @@
-/* Exports the points and shapes of a chunk file as PLY or LAS. */
+/* Exports the points and shapes of a chunk file as PLY, LAS or LAZ. */
 #include "tools/file/export_file.h"
 
 #include "base/memory.h"
@@ -271,6 +271,7 @@ static stp_status create_las(stp_las_writer **out, stp_chunk_file *file,
     char *wkt = NULL;
     const uint32_t normals = STP_POINT_HAS_NORMAL; /* LAS has none */
     stp_las_writer_params las = {.force = params->force,
+                                 .packed = export_las_is_packed(params->output),
                                  .attributes =
                                      point_attributes(stp_chunk_file_get_info(file)) & ~normals,
                                  .numbers = numbers->list};

@@ -1,4 +1,4 @@
-/* How a chunk file becomes LAS. */
+/* How a chunk file becomes LAS or LAZ. */
 #include "tools/file/export_las.h"
 
 #include "base/memory.h"
@@ -9,10 +9,20 @@
 #include <string.h>
 #include <strings.h>
 
+static bool ends_with(const char *path, const char *ending)
+{
+    const size_t length = strlen(path), ending_length = strlen(ending);
+    return length > ending_length && strcasecmp(path + length - ending_length, ending) == 0;
+}
+
+bool export_las_is_packed(const char *path)
+{
+    return ends_with(path, ".laz");
+}
+
 bool export_las_is_named(const char *path)
 {
-    const size_t length = strlen(path);
-    return length > 4 && strcasecmp(path + length - 4, ".las") == 0;
+    return ends_with(path, ".las") || export_las_is_packed(path);
 }
 
 /* Whether every point of the box has integers on the lattice. */

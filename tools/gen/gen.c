@@ -189,8 +189,6 @@ static const char *check(const options *o, gen_shape shape)
         return "no output: give -o F.ply, --mesh F.ply or --truth I.png";
     if (o->output != NULL && o->point_count == 0)
         return "no number of points: give -n N, 1 or more";
-    if (o->output != NULL && gen_scan_is_laz(o->output))
-        return "compressed LAS (LAZ) is not written: give -o F.las";
     if (o->output != NULL && o->normals && gen_scan_is_las(o->output))
         return "--normals: LAS has no normals; give -o F.ply";
     if (o->truth != NULL && shape != GEN_BUMPY)
@@ -213,7 +211,7 @@ static int run(int argc, char **argv)
     stp_error error = {0};
     const cli_option own[] = {
         {"--points", 'n', CLI_UINT, &o.point_count, "N", "number of points", NULL},
-        {"--output", 'o', CLI_STRING, &o.output, "F.ply|F.las", "the scan to write", NULL},
+        {"--output", 'o', CLI_STRING, &o.output, "F.ply|F.las|F.laz", "the scan to write", NULL},
         {"--order", 0, CLI_CHOICE, &o.order, "scan|random",
          "scan: neighbours in space are neighbours in the file; random: not (scan)", NULL},
         {"--noise", 0, CLI_NUMBER, &o.noise, "SPACINGS",
@@ -259,7 +257,7 @@ const cli_command cli_gen = {
         "apart),\n"
         "tree (leaves and branches; its mesh has about N vertices, 16 million at most),\n"
         "building (twenty rooms with doors, windows and furniture).\n"
-        "The scan is LAS 1.4 if its name ends in .las, else PLY.\n"
+        "The scan is LAS 1.4 if its name ends in .las, packed (LAZ) if in .laz, else PLY.\n"
         "Points are spread evenly over the true surface. Memory grows with the tree, but not with\n"
         "the number of points of other shapes.\n"
         "With --stations, a PLY file says where the stations are and which one saw a point. A LAS\n"

@@ -19,12 +19,7 @@ static bool ends_with(const char *path, const char *ending)
 
 bool gen_scan_is_las(const char *path)
 {
-    return ends_with(path, ".las");
-}
-
-bool gen_scan_is_laz(const char *path)
-{
-    return ends_with(path, ".laz");
+    return ends_with(path, ".las") || ends_with(path, ".laz");
 }
 
 static stp_status create_las(gen_scan *out, const char *path, bool force, uint32_t attributes,
@@ -33,7 +28,8 @@ static stp_status create_las(gen_scan *out, const char *path, bool force, uint32
 {
     const gen_surface *surface = sampling->surface;
     const double spacing = gen_sampler_spacing(sampler);
-    stp_las_writer_params params = {.force = force, .attributes = attributes};
+    stp_las_writer_params params = {
+        .force = force, .packed = ends_with(path, ".laz"), .attributes = attributes};
     params.offset = (stp_dvec3){nearbyint(surface->centre.x), nearbyint(surface->centre.y),
                                 nearbyint(surface->centre.z)};
     const double reach = stp_dvec3_length(stp_dvec3_sub(surface->centre, params.offset)) +

@@ -1,4 +1,4 @@
-/* The file that `stipple gen` writes a scan to: LAS if its name ends so, else PLY. */
+/* The file that `stipple gen` writes a scan to: LAS or LAZ if its name ends so, else PLY. */
 #ifndef STP_TOOLS_GEN_GEN_SCAN_H
 #define STP_TOOLS_GEN_GEN_SCAN_H
 
@@ -11,9 +11,8 @@ typedef struct gen_scan {
     stp_las_writer *las;
 } gen_scan;
 
-/* True if the name asks for LAS; for LAZ, which is not written. */
+/* True if the name asks for LAS or LAZ. */
 bool gen_scan_is_las(const char *path);
-bool gen_scan_is_laz(const char *path);
 /* Starts the file of a sampler that was made with these params. PLY coordinates are floats. The
  * step of LAS is the coarsest power of ten below a hundredth of the sample spacing, if 32 bits
  * permit it. Errors: those of the writers. */

@@ -1,4 +1,4 @@
-/* Writes points as a stream of LAS 1.4. */
+/* Writes points as a stream of LAS 1.4, or of LAZ. */
 #include "formats/scan/las/las_write.h"
 
 #include "base/file.h"
@@ -6,6 +6,7 @@
 #include "formats/scan/las/las_bytes.h"
 #include "formats/scan/las/las_header.h"
 #include "formats/scan/las/las_numbers.h"
+#include "formats/scan/las/laz/laz_pack.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -21,6 +22,8 @@
 #define EXTRA_BYTES 192u
 #define VLR_CONTENT_MOST 65535u
 #define RETURNS 15u
+/* Added to the byte of the point format if points are packed. */
+#define PACKED 0x80u
 
 struct stp_las_writer {
     stp_output *output;
@@ -36,6 +39,9 @@ struct stp_las_writer {
     bool extra[STP_ATTRIBUTES_LIMIT];           /* it lies in extra bytes */
     uint32_t record_bytes, extra_count;
     unsigned char *block;
+    stp_laz_packer *packer;                     /* NULL: not packed */
+    unsigned char packing[STP_LAZ_RECORD_MOST]; /* "laszip encoded" */
+    size_t packing_bytes;                       /* 0: not packed */
 };
 
 double stp_las_finest_step(double reach)
@@ -56,6 +62,8 @@ static uint64_t records_bytes(const stp_las_writer *w)
     uint64_t bytes = w->extra_count > 0 ? VLR_BYTES + (uint64_t)w->extra_count * EXTRA_BYTES : 0;
     if (w->params.wkt)
         bytes += VLR_BYTES + strlen(w->params.wkt) + 1;
+    if (w->packing_bytes > 0)
+        bytes += VLR_BYTES + w->packing_bytes;
     return bytes;
 }
 
@@ -75,8 +83,9 @@ static void put_header(const stp_las_writer *w, unsigned char *h)
     memcpy(h + 58, generating_software, sizeof generating_software);
     stp_las_put_u16(h + 94, STP_LAS_HEADER_BYTES_1_4);
     stp_las_put_u32(h + 96, (uint32_t)points_begin);
-    stp_las_put_u32(h + 100, (w->extra_count > 0 ? 1u : 0u) + (w->params.wkt ? 1u : 0u));
-    h[104] = (unsigned char)w->point_format;
+    stp_las_put_u32(h + 100, (w->extra_count > 0 ? 1u : 0u) + (w->params.wkt ? 1u : 0u) +
+                                 (w->packing_bytes > 0 ? 1u : 0u));
+    h[104] = (unsigned char)(w->point_format | (w->packing_bytes > 0 ? PACKED : 0));
     stp_las_put_u16(h + 105, (uint16_t)w->record_bytes);
     for (int axis = 0; axis < 3; axis++) {
         stp_las_put_double(h + 131 + 8 * axis, w->steps[axis]);
@@ -185,6 +194,11 @@ static stp_status write_records(stp_las_writer *w, stp_error *err)
             put_extra(&list->items[a], extra);
             STP_TRY(stp_output_write(w->output, extra, sizeof extra, err));
         }
+    if (w->packing_bytes > 0) {
+        put_vlr(head, "laszip encoded", 22204, w->packing_bytes);
+        STP_TRY(stp_output_write(w->output, head, sizeof head, err));
+        STP_TRY(stp_output_write(w->output, w->packing, w->packing_bytes, err));
+    }
 done:
     return status;
 }
@@ -195,6 +209,7 @@ stp_status stp_las_writer_create(stp_las_writer **out, const char *path,
     stp_status status = STP_OK;
     stp_las_writer *w = NULL;
     unsigned char header[STP_LAS_HEADER_BYTES_1_4];
+    stp_laz_layout layout;
     if (params->attributes & STP_POINT_HAS_NORMAL)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "%s: LAS has no normals: write PLY, or no normals", path);
@@ -214,6 +229,11 @@ stp_status stp_las_writer_create(stp_las_writer **out, const char *path,
     w->point_format = choose_format(params);
     w->format = stp_las_format_get(w->point_format);
     place_numbers(w);
+    if (params->packed) {
+        STP_TRY(stp_laz_layout_make(&layout, w->format, w->record_bytes, STP_LAZ_CHUNK_POINTS, path,
+                                    err));
+        w->packing_bytes = stp_laz_layout_put(&layout, w->packing);
+    }
     STP_TRY(stp_alloc(&w->block, STP_LAS_BLOCK_RECORDS, w->record_bytes, "LAS writer", err));
     for (int axis = 0; axis < 3; axis++) {
         w->steps[axis] = params->steps[axis] > 0.0 ? params->steps[axis] : params->step;
@@ -225,6 +245,8 @@ stp_status stp_las_writer_create(stp_las_writer **out, const char *path,
     put_header(w, header);
     STP_TRY(stp_output_write(w->output, header, sizeof header, err));
     STP_TRY(write_records(w, err));
+    if (params->packed)
+        STP_TRY(stp_laz_packer_create(&w->packer, &layout, w->output, err));
     *out = w;
     w = NULL;
 done:
@@ -298,7 +320,11 @@ stp_status stp_las_writer_numbered_points(stp_las_writer *writer, const stp_poin
         for (size_t i = 0; i < part; i++)
             STP_TRY(put_point(writer, writer->block + i * bytes, &points[i],
                               packed ? packed + i * stride : NULL, err));
-        STP_TRY(stp_output_write(writer->output, writer->block, part * bytes, err));
+        status = writer->packer
+                     ? stp_laz_packer_records(writer->packer, writer->block, part, err)
+                     : stp_output_write(writer->output, writer->block, part * bytes, err);
+        if (status != STP_OK)
+            goto done;
         writer->written += part;
         points += part;
         packed = packed ? packed + part * stride : NULL;
@@ -313,6 +339,8 @@ stp_status stp_las_writer_finish(stp_las_writer **writer, stp_error *err)
     stp_status status = STP_OK;
     stp_las_writer *w = *writer;
     unsigned char header[STP_LAS_HEADER_BYTES_1_4];
+    if (w->packer)
+        STP_TRY(stp_laz_packer_finish(w->packer, err));
     put_header(w, header);
     STP_TRY(stp_output_write_at(w->output, 0, header, sizeof header, err));
     STP_TRY(stp_output_commit(&w->output, err));
@@ -326,6 +354,7 @@ void stp_las_writer_destroy(stp_las_writer **writer)
     stp_las_writer *w = *writer;
     if (!w)
         return;
+    stp_laz_packer_destroy(&w->packer);
     stp_output_destroy(&w->output);
     free(w->block);
     free(w->wkt);

@@ -1,4 +1,4 @@
-/* Writes points as a stream of LAS 1.4.
+/* Writes points as a stream of LAS 1.4, or of LAZ.
  *
  * Point format 7 with colour (16 bits), else 6. With attributes (params.numbers): the least of
  * formats 0 to 3 if one of them is scan_angle_rank, else of 6 to 8; an attribute that the format
@@ -21,6 +21,7 @@
 
 typedef struct stp_las_writer_params {
     bool force;          /* replace an existing file */
+    bool packed;         /* LAZ: the points are packed, in chunks of STP_LAZ_CHUNK_POINTS */
     uint32_t attributes; /* STP_POINT_HAS_*: COLOUR chooses the format; NORMAL is refused */
     double step;         /* of coordinates on all axes, the file's scale */
     double steps[3];     /* by axis; zero: step */
@@ -36,7 +37,7 @@ typedef struct stp_las_writer stp_las_writer;
 double stp_las_finest_step(double reach);
 
 /* Writes a header. path is copied. Errors: EXISTS, IO, OUT_OF_MEMORY; INVALID_ARGUMENT (normals, a
- * step that is not finite and positive). */
+ * step that is not finite and positive); UNSUPPORTED (more extra bytes than LAZ can have). */
 stp_status stp_las_writer_create(stp_las_writer **out, const char *path,
                                  const stp_las_writer_params *params, stp_error *err);
 /* Appends count points. Errors: IO; INVALID_ARGUMENT (a coordinate is not finite or too far from
