@@ -1,12 +1,10 @@
-/* Tests LAZ: chunks found with and without a table, records that lie, files that are cut. If
- * STIPPLE_SCANS names real scans, every LAZ file there is unpacked, cut and damaged, too, and
- * compared with its unpacked twin. */
+/* Tests LAZ: chunks found with and without a table, records that lie, seeks, files that are cut and
+ * damaged, of every format that we can pack. If STIPPLE_SCANS names real scans, every LAZ file
+ * there is read, cut and damaged in the same way, and compared with its unpacked twin. */
 #include "formats/scan/las/las_numbers.h"
-#include "formats/scan/las/laz.h"
-#include "tests/fixtures/las_fixture.h"
+#include "tests/fixtures/laz_fixture.h"
 
 #include <ftw.h>
-#include <unistd.h>
 
 /* LASzip's record: way of packing, coder, version, options, points of a chunk, special records,
  * then items of type, bytes and version. */
@@ -14,8 +12,6 @@ typedef struct packing {
     unsigned way, coder, chunk_points, item_count;
     unsigned items[6][3];
 } packing;
-
-static const packing by_points = {2, 0, 1, 2, {{6, 20, 2}, {7, 8, 2}}};
 
 static size_t make_record(unsigned char *out, const packing *p)
 {
@@ -32,54 +28,54 @@ static size_t make_record(unsigned char *out, const packing *p)
     return size;
 }
 
-enum { COUNT = 300 };
-
-/* Makes a file of format 1 whose chunks have one point each, which stands as it is. Its table of
- * chunks lies at `table`. */
-static void make_file(las_file *f, const packing *p, uint64_t table)
+/* Makes a file of format 1 that says it is packed in this way. */
+static void make_file(las_file *f, const packing *p)
 {
     unsigned char record[128];
     las_begin(f, 2, 1, 28);
     las_add_vlr(f, "laszip encoded", 22204, record, make_record(record, p));
     f->bytes[104] |= 0x80;
-    las_set_count(f, COUNT);
-    las_put(f, f->size, 8, table);
-    f->size += 8;
-    for (int i = 0; i < COUNT; i++) {
-        const size_t at = las_add_point(f, i * 7919, -i, i / 3);
-        las_put(f, at + 12, 2, (uint64_t)i + 1000);
-        las_put(f, at + 15, 1, (uint64_t)i % 29);
-    }
+    las_set_count(f, 300);
+    las_put(f, f->size, 8, UINT64_MAX);
+    f->size += 8 + (size_t)300 * 28;
 }
 
-static void check_points(const char *path)
+/* Without a table of chunks, points are found chunk by chunk, and so is the place where the file
+ * was cut. */
+static void check_no_table(const laz_way *way, size_t count, const char *words)
 {
-    stp_scan_info info;
-    stp_point *points = scan_fixture_read(path, NULL, &info);
-    assert_int_equal(info.point_count, COUNT);
-    for (int i = 0; i < COUNT; i++) {
-        scan_fixture_position(&points[i], i * 7919 * 0.5 + 1000.0, -i * 0.25 - 2000.0,
-                              i / 3 * 0.125 + 3000.0);
-        scan_fixture_scalars(&points[i], (uint16_t)(i + 1000), (uint8_t)(i % 29));
+    static const uint64_t places[] = {UINT64_MAX, 0, 1, 500, UINT64_MAX / 2};
+    stp_error err = {0};
+    size_t size;
+    unsigned char *records = laz_make_records(way->format, way->record_bytes, count, true);
+    laz_write("a.laz", way, records, count);
+    unsigned char *file = scan_fixture_load("a.laz", &size);
+    const size_t at = las_bytes_get(file + 96, 4), end = las_bytes_get(file + at, 8);
+    assert_true(end < size);
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        laz_unpacked u = {0};
+        las_bytes_put(file + at, 8, places[i]);
+        scan_fixture_bytes("a.laz", file, end);
+        if (laz_unpack(&u, "a.laz", true, &err) != STP_OK)
+            fail_msg("%s", err.message);
+        assert_memory_equal(u.bytes, records, u.size);
+        laz_unpacked_free(&u);
     }
-    free(points);
+    scan_fixture_bytes("a.laz", file, end - 14);
+    scan_fixture_fails("a.laz", NULL, STP_CORRUPT, words);
+    free(file);
+    free(records);
 }
 
-/* A file without a table is read chunk by chunk. */
 static void no_table(void **state)
 {
     (void)state;
-    las_file f;
-    const uint64_t places[] = {UINT64_MAX, 0, 1, 400, UINT64_MAX / 2};
-    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
-        make_file(&f, &by_points, places[i]);
-        las_save(&f, "a.laz");
-        check_points("a.laz");
-    }
-    make_file(&f, &by_points, UINT64_MAX);
-    f.size -= 14;
-    las_save(&f, "a.laz");
-    scan_fixture_fails("a.laz", NULL, STP_CORRUPT, "point 299 of 300: its chunk ends too early");
+    const laz_way by_points = {.format = 1, .record_bytes = 28, .chunk_points = 100};
+    const laz_way in_layers = {.format = 7, .record_bytes = 40, .chunk_points = 100};
+    const laz_way single = {.format = 1, .record_bytes = 28, .chunk_points = 1};
+    check_no_table(&by_points, 350, "of 350: its chunk ends too early");
+    check_no_table(&in_layers, 350, "of 350: a layer of its chunk is longer than the chunk");
+    check_no_table(&single, 30, "point 29 of 30: its chunk ends too early");
 }
 
 static void records_that_lie(void **state)
@@ -106,7 +102,7 @@ static void records_that_lie(void **state)
         {{2, 0, UINT32_MAX, 2, {{6, 20, 2}, {7, 8, 2}}}, STP_CORRUPT, "table of chunks is missing"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        make_file(&f, &cases[i].record, UINT64_MAX);
+        make_file(&f, &cases[i].record);
         las_save(&f, "a.laz");
         scan_fixture_fails("a.laz", NULL, cases[i].status, cases[i].words);
     }
@@ -118,73 +114,18 @@ static void records_that_lie(void **state)
     scan_fixture_fails("a.laz", NULL, STP_CORRUPT, "without the record that says how");
 }
 
-/* ---- real scans ---- */
-
-/* A LAZ file that is open, with all of its points' records. */
-typedef struct unpacked {
-    stp_source source;
-    stp_las_header header;
-    stp_las_records records;
-    unsigned char *bytes;
-    size_t size;
-} unpacked;
-
-static void unpacked_free(unpacked *u)
-{
-    stp_las_records_free(&u->records);
-    stp_source_close(&u->source);
-    free(u->bytes);
-}
-
-static stp_status open_laz(unpacked *u, const char *path, stp_laz **laz, bool all, stp_error *err)
-{
-    *u = (unpacked){.source.descriptor = -1};
-    stp_status status = stp_source_open(&u->source, path, err);
-    if (status == STP_OK)
-        status = stp_las_header_read(&u->header, &u->source, err);
-    if (status == STP_OK)
-        status = stp_las_records_read(&u->records, &u->header, &u->source, err);
-    const stp_laz_params params = {.source = &u->source,
-                                   .header = &u->header,
-                                   .record = &u->records.kept[STP_LAS_LASZIP],
-                                   .all_fields = all};
-    return status == STP_OK ? stp_laz_open(laz, &params, err) : status;
-}
-
-static stp_status unpack(unpacked *u, const char *path, bool all, stp_error *err)
-{
-    stp_laz *laz = NULL;
-    stp_status status = open_laz(u, path, &laz, all, err);
-    const size_t bytes = u->header.record_bytes;
-    uint64_t count = status == STP_OK ? u->header.point_count : 0;
-    count = count < 200000 ? count : 200000; /* a damaged count has no room */
-    u->size = (size_t)count * bytes;
-    u->bytes = calloc(u->size + 1, 1);
-    for (uint64_t i = 0; status == STP_OK && i < count;) {
-        const size_t part = count - i < 997 ? (size_t)(count - i) : 997;
-        status = stp_laz_read(laz, u->bytes + i * bytes, part, err);
-        i += part;
-    }
-    stp_laz_close(&laz);
-    return status;
-}
-
-static const char *scans_path(char out[4096], const char *name)
-{
-    const char *folder = getenv("STIPPLE_SCANS");
-    snprintf(out, 4096, "%s/%s", folder ? folder : "", name);
-    return folder && access(out, R_OK) == 0 ? out : NULL;
-}
+/* ---- whole files ---- */
 
 static void twins_agree(void **state)
 {
     (void)state;
     char packed[4096], plain[4096];
     stp_error err = {0};
-    unpacked u = {0};
-    if (!scans_path(packed, "laz/simple.laz") || !scans_path(plain, "odd/pdal_1.2-with-color.las"))
+    laz_unpacked u = {0};
+    if (!laz_scans_path(packed, "laz/simple.laz") ||
+        !laz_scans_path(plain, "odd/pdal_1.2-with-color.las"))
         skip();
-    assert_int_equal(unpack(&u, packed, true, &err), STP_OK);
+    assert_int_equal(laz_unpack(&u, packed, true, &err), STP_OK);
     FILE *f = fopen(plain, "rb");
     assert_non_null(f);
     unsigned char *bytes = malloc(u.size);
@@ -195,19 +136,19 @@ static void twins_agree(void **state)
     assert_memory_equal(bytes, u.bytes, u.size);
     free(bytes);
     fclose(f);
-    unpacked_free(&u);
+    laz_unpacked_free(&u);
 }
 
 /* Points read after a seek are those of the whole. */
-static void check_seeks(const unpacked *whole, const char *path)
+static void check_seeks(const laz_unpacked *whole, const char *path)
 {
     stp_error err = {0};
     stp_laz *laz = NULL;
-    unpacked u = {0};
+    laz_unpacked u = {0};
     const size_t bytes = whole->header.record_bytes;
     const uint64_t count = whole->size / bytes;
     unsigned char *got = malloc(3 * bytes);
-    assert_int_equal(open_laz(&u, path, &laz, true, &err), STP_OK);
+    assert_int_equal(laz_open(&u, path, &laz, true, &err), STP_OK);
     for (uint64_t i = 0; i < 40 && count > 3; i++) {
         const uint64_t point = i * 7919 * 131 % (count - 3);
         assert_int_equal(stp_laz_seek(laz, point, &err), STP_OK);
@@ -216,11 +157,11 @@ static void check_seeks(const unpacked *whole, const char *path)
     }
     free(got);
     stp_laz_close(&laz);
-    unpacked_free(&u);
+    laz_unpacked_free(&u);
 }
 
 /* The attributes of a scan are those of all records, layered or not. */
-static void check_numbers(const unpacked *whole, const char *path)
+static void check_numbers(const laz_unpacked *whole, const char *path)
 {
     stp_error err = {0};
     const stp_scan_params params = {.numbers = true};
@@ -250,29 +191,30 @@ static void check_numbers(const unpacked *whole, const char *path)
 static void check_damaged(const char *path, const unsigned char *bytes, size_t size)
 {
     stp_error err = {0};
-    unpacked u = {0};
+    laz_unpacked u = {0};
     scan_fixture_bytes("d.laz", bytes, size);
-    if (unpack(&u, "d.laz", true, &err) != STP_OK && !strstr(err.message, "d.laz"))
+    if (laz_unpack(&u, "d.laz", true, &err) != STP_OK && !strstr(err.message, "d.laz"))
         fail_msg("%s: %s", path, err.message);
-    unpacked_free(&u);
+    laz_unpacked_free(&u);
 }
 
 static int check_file(const char *path, const struct stat *st, int kind, struct FTW *where)
 {
     stp_error err = {0};
-    unpacked all = {0}, some = {0};
+    laz_unpacked all = {0}, some = {0};
     (void)where;
     if (kind != FTW_F || !strstr(path, ".laz") || st->st_size > 1 << 20)
         return 0;
-    if (unpack(&all, path, true, &err) != STP_OK || unpack(&some, path, false, &err) != STP_OK)
+    if (laz_unpack(&all, path, true, &err) != STP_OK ||
+        laz_unpack(&some, path, false, &err) != STP_OK)
         fail_msg("%s", err.message);
     const size_t bytes = all.header.record_bytes;
     for (size_t i = 0; i < all.size; i += bytes) /* positions, intensity */
         assert_memory_equal(all.bytes + i, some.bytes + i, 14);
     check_seeks(&all, path);
     check_numbers(&all, path);
-    unpacked_free(&all);
-    unpacked_free(&some);
+    laz_unpacked_free(&all);
+    laz_unpacked_free(&some);
     size_t size;
     unsigned char *content = scan_fixture_load(path, &size);
     unsigned random = 1;
@@ -291,11 +233,30 @@ static int check_file(const char *path, const struct stat *st, int kind, struct 
     return 0;
 }
 
+/* Chunks are small, so that seeks and damage meet many. */
+static void packed_files(void **state)
+{
+    (void)state;
+    static const unsigned formats[] = {0, 1, 2, 3, 6, 7, 8};
+    const struct stat small = {.st_size = 1};
+    for (unsigned i = 0; i < 2 * sizeof formats / sizeof *formats; i++) {
+        const unsigned format = formats[i / 2];
+        const laz_way way = {.format = format,
+                             .record_bytes = las_record_bytes[format] + i % 4,
+                             .chunk_points = 300,
+                             .version_4 = format >= 6 && i % 2};
+        unsigned char *records = laz_make_records(format, way.record_bytes, 1000, i % 2);
+        laz_write("p.laz", &way, records, 1000);
+        assert_int_equal(check_file("p.laz", &small, FTW_F, NULL), 0);
+        free(records);
+    }
+}
+
 static void real_files(void **state)
 {
     (void)state;
     char folder[4096];
-    if (!scans_path(folder, "laz"))
+    if (!laz_scans_path(folder, "laz"))
         skip();
     assert_int_equal(nftw(folder, check_file, 8, 0), 0);
 }
@@ -303,9 +264,8 @@ static void real_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_table),
-        cmocka_unit_test(records_that_lie),
-        cmocka_unit_test(twins_agree),
+        cmocka_unit_test(no_table),     cmocka_unit_test(records_that_lie),
+        cmocka_unit_test(packed_files), cmocka_unit_test(twins_agree),
         cmocka_unit_test(real_files),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -1,8 +1,9 @@
 /* Tests that several readers of a LAZ file give the points, and the errors, of one: of a COPC file
- * with a chunk for each point, and, if STIPPLE_SCANS names real scans, of every LAZ file there;
- * also if the file is cut. */
+ * with a chunk for each point, of packed files, and, if STIPPLE_SCANS names real scans, of every
+ * LAZ file there; also if the file is cut or damaged. */
 #include "base/pool.h"
 #include "tests/fixtures/ept_fixture.h"
+#include "tests/fixtures/laz_fixture.h"
 
 #include <ftw.h>
 #include <unistd.h>
@@ -108,6 +109,23 @@ static int check_file(const char *path, const struct stat *st, int kind, struct 
     return 0;
 }
 
+static void packed_files(void **state)
+{
+    (void)state;
+    static const unsigned formats[] = {1, 3, 6, 8};
+    for (unsigned i = 0; i < 4; i++) {
+        const laz_way way = {.format = formats[i],
+                             .record_bytes = las_record_bytes[formats[i]] + i,
+                             .chunk_points = 700};
+        unsigned char *records = laz_make_records(way.format, way.record_bytes, 9000, true);
+        laz_write("p.laz", &way, records, 9000);
+        assert_int_equal(check_file("p.laz", NULL, FTW_F, NULL), 0);
+        free(records);
+    }
+    assert_int_equal(files_compared, 4);
+    files_compared = 0;
+}
+
 static void real_files(void **state)
 {
     (void)state;
@@ -124,6 +142,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(chosen_chunks),
+        cmocka_unit_test(packed_files),
         cmocka_unit_test(real_files),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
