@@ -160,7 +160,9 @@ stp_status stp_laz_chunks_write(const uint32_t *bytes, uint32_t count, stp_outpu
         last = stp_laz_code_integer(&t->stream, &t->number, last, CONTEXT_BYTES, (int32_t)bytes[i]);
     const size_t size = count > 0 ? stp_laz_stream_finish(&t->stream) : 0;
     if (t->stream.cut)
-        status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for a table of chunks");
+        status =
+            stp_error_set(err, STP_OUT_OF_MEMORY,
+                          "no memory for a table of chunks: close other programs or write LAS");
     else
         status = stp_output_write(output, t->stream.packed, size, err);
 done:

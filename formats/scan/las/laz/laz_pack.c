@@ -97,7 +97,8 @@ static stp_status end_chunk(stp_laz_packer *p, stp_error *err)
         const size_t size = is_written(p, i) ? stp_laz_stream_finish(&p->items.streams[i]) : 0;
         stp_las_put_u32(p->head + 4 * (1 + (size_t)i), (uint32_t)size);
         if (p->items.streams[i].cut)
-            return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for a chunk of LAZ");
+            return stp_error_set(err, STP_OUT_OF_MEMORY,
+                                 "no memory for a chunk of LAZ: close other programs or write LAS");
     }
     STP_TRY(stp_grow(&p->chunk_bytes, &p->chunk_capacity, (size_t)p->chunk_count + 1,
                      sizeof *p->chunk_bytes, "chunks of points", err));
