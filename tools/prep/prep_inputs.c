@@ -110,7 +110,7 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
             STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &params, err));
         }
         STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
-        if (in->numbers.list.count > 0)
+        if (in->numbers.joined.list.count > 0)
             STP_TRY(prep_numbers_take(&in->numbers, stp_scan_get_info(in->scan)->extra,
                                       stp_scan_numbers(in->scan), *count, err));
         if (in->facts[in->current].way.projection)
@@ -506,10 +506,10 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
                              in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
     STP_TRY(prep_numbers_check(&in->numbers, err));
     if (in->lines.strip_count > 0 || in->triangles.triangle_count > 0)
-        prep_numbers_add_shapes(&in->numbers);
+        stp_attribute_union_lack(&in->numbers.joined);
     source->context = in;
     source->read = read_inputs;
-    source->kept = &in->numbers.list;
+    source->kept = &in->numbers.joined.list;
     source->numbers = packed_numbers;
     source->leaves_out = leave_out_current;
     source->file = &in->current;

@@ -35,55 +35,18 @@ static bool is_wanted(const prep_numbers *numbers, const char *attribute)
     return false;
 }
 
-/* Makes attribute i hold what `other` has; NULL: some points lack it. Different scales become plain
- * numbers: then the type is a float. */
-static void join(prep_numbers *n, uint32_t i, const stp_attribute *other)
-{
-    stp_attribute *a = &n->list.items[i];
-    stp_attribute_type *plain = &n->plain[i];
-    const bool rescaled = other && (other->scale != a->scale || other->offset != a->offset);
-    if (other && (other->coarse != a->coarse || other->coarse_scale != a->coarse_scale))
-        a->coarse = STP_COARSE_NOT;
-    if (other)
-        *plain = stp_attribute_join(*plain, other->type, false);
-    if (rescaled) {
-        *plain = STP_ATTRIBUTE_F64;
-        a->scale = 1.0;
-        a->offset = 0.0;
-    }
-    a->has_missing |= other == NULL;
-    a->type = a->has_missing ? stp_attribute_join(*plain, *plain, true) : *plain;
-    a->missing = stp_attribute_is_float(a->type) ? 0 : stp_attribute_spare(a->type);
-    if (stp_attribute_is_float(a->type))
-        a->coarse = STP_COARSE_NOT;
-}
-
 stp_status prep_numbers_add(prep_numbers *n, const stp_attribute_list *extra, const char *path,
                             stp_error *err)
 {
-    stp_attribute_list *list = &n->list;
-    static const stp_attribute_list none = {.count = 0};
-    extra = extra ? extra : &none;
-    for (uint32_t i = 0; i < list->count; i++) {
-        const uint32_t k = stp_attribute_find(extra, list->items[i].name);
-        join(n, i, k == UINT32_MAX ? NULL : &extra->items[k]);
-    }
-    for (uint32_t k = 0; k < extra->count; k++) {
-        const stp_attribute *own = &extra->items[k];
-        if (!is_wanted(n, own->name) || stp_attribute_find(list, own->name) != UINT32_MAX)
-            continue;
-        if (list->count == STP_ATTRIBUTES_LIMIT)
-            return stp_error_set(err, STP_LIMIT,
-                                 "%s: with it the inputs have more than %u attributes: name those "
-                                 "to keep (--attributes)",
-                                 path, STP_ATTRIBUTES_LIMIT);
-        list->items[list->count] = *own;
-        n->plain[list->count] = own->type;
-        if (n->begun) /* the inputs before lack it */
-            join(n, list->count, NULL);
-        list->count++;
-    }
-    n->begun = true;
+    stp_attribute_list wanted = {.count = 0};
+    for (uint32_t i = 0; extra && i < extra->count; i++)
+        if (is_wanted(n, extra->items[i].name))
+            wanted.items[wanted.count++] = extra->items[i];
+    if (!stp_attribute_union_add(&n->joined, &wanted))
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: with it the inputs have more than %u attributes: name those to "
+                             "keep (--attributes)",
+                             path, STP_ATTRIBUTES_LIMIT);
     return STP_OK;
 }
 
@@ -99,12 +62,6 @@ void prep_numbers_leave_out(prep_numbers *n, const stp_attribute_list *extra)
                                    extra->items[i].name);
 }
 
-void prep_numbers_add_shapes(prep_numbers *n)
-{
-    for (uint32_t i = 0; i < n->list.count; i++)
-        join(n, i, NULL);
-}
-
 stp_status prep_numbers_check(const prep_numbers *n, stp_error *err)
 {
     const char *text = n->wanted, *name = NULL;
@@ -115,14 +72,14 @@ stp_status prep_numbers_check(const prep_numbers *n, stp_error *err)
     while (next_name(&text, &name, &length)) {
         char own[STP_ATTRIBUTE_NAME_BYTES];
         snprintf(own, sizeof own, "%.*s", (int)length, name);
-        if (stp_attribute_find(&n->list, own) != UINT32_MAX)
+        if (stp_attribute_find(&n->joined.list, own) != UINT32_MAX)
             continue;
-        for (uint32_t i = 0, at = 0; i < n->list.count && at < sizeof known - 64; i++)
+        for (uint32_t i = 0, at = 0; i < n->joined.list.count && at < sizeof known - 64; i++)
             at += (uint32_t)snprintf(known + at, sizeof known - at, "%s%s",
                                      i ? ", "
                                        : ": of those "
                                          "named, the inputs have ",
-                                     n->list.items[i].name);
+                                     n->joined.list.items[i].name);
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--attributes: no input has the attribute \"%s\"%s (all keeps "
                              "everything, none nothing)",
@@ -131,39 +88,29 @@ stp_status prep_numbers_check(const prep_numbers *n, stp_error *err)
     return STP_OK;
 }
 
-/* The word of the model's attribute for a word of the input's. */
-static uint64_t to_model(const stp_attribute *to, const stp_attribute *from, uint64_t word)
-{
-    if (from->scale == to->scale && from->offset == to->offset)
-        return stp_attribute_convert(from->type, word, to->type);
-    const double value = stp_attribute_value(from, word);
-    uint64_t out = 0;
-    memcpy(&out, &value, sizeof out);
-    return stp_attribute_convert(STP_ATTRIBUTE_F64, out, to->type);
-}
-
 stp_status prep_numbers_take(prep_numbers *n, const stp_attribute_list *extra, const uint8_t *from,
                              size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
-    const size_t bytes = stp_attribute_list_bytes(&n->list);
+    const size_t bytes = stp_attribute_list_bytes(&n->joined.list);
     const size_t from_bytes = from ? stp_attribute_list_bytes(extra) : 0;
     uint8_t *to = NULL;
     STP_TRY(stp_grow(&n->packed, &n->capacity, count * bytes + 1, 1, "attributes", err));
     to = n->packed;
-    for (uint32_t a = 0; a < n->list.count; a++) {
-        const stp_attribute *own = &n->list.items[a];
+    for (uint32_t a = 0; a < n->joined.list.count; a++) {
+        const stp_attribute *own = &n->joined.list.items[a];
         const uint32_t k = from ? stp_attribute_find(extra, own->name) : UINT32_MAX;
         const uint8_t *at = from;
         for (uint32_t i = 0; k != UINT32_MAX && i < k; i++)
             at += stp_attribute_bytes(extra->items[i].type);
         for (size_t i = 0; i < count; i++)
-            stp_attribute_put(own->type,
-                              k == UINT32_MAX ? stp_attribute_missing(own)
-                                              : to_model(own, &extra->items[k],
-                                                         stp_attribute_get(extra->items[k].type,
-                                                                           at + i * from_bytes)),
-                              to + i * bytes);
+            stp_attribute_put(
+                own->type,
+                k == UINT32_MAX ? stp_attribute_missing(own)
+                                : stp_attribute_union_word(
+                                      own, &extra->items[k],
+                                      stp_attribute_get(extra->items[k].type, at + i * from_bytes)),
+                to + i * bytes);
         to += stp_attribute_bytes(own->type);
     }
 done:

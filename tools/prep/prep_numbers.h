@@ -3,15 +3,13 @@
 #define STP_TOOLS_PREP_PREP_NUMBERS_H
 
 #include "base/error.h"
-#include "formats/attribute/attribute.h"
+#include "formats/attribute/attribute_list.h"
 
 typedef struct prep_numbers {
-    const char *wanted;      /* "all", "none" or NULL, or names with commas between them */
-    stp_attribute_list list; /* of the model */
-    stp_attribute_type plain[STP_ATTRIBUTES_LIMIT]; /* types without room for "missing" */
-    bool begun;                                     /* an input with points was looked at */
-    char left_out[320]; /* if none is wanted: names of the first input's that has any */
-    uint8_t *packed;    /* the numbers of the points read last, as the model's list has them */
+    const char *wanted;         /* "all", "none" or NULL, or names with commas between them */
+    stp_attribute_union joined; /* of the model, from the inputs with points */
+    char left_out[320];         /* if none is wanted: names of the first input's that has any */
+    uint8_t *packed; /* the numbers of the points read last, as the model's list has them */
     size_t capacity;
 } prep_numbers;
 
@@ -23,8 +21,6 @@ stp_status prep_numbers_add(prep_numbers *numbers, const stp_attribute_list *ext
                             const char *path, stp_error *err);
 /* Notes the attributes of an input, of which none is wanted. */
 void prep_numbers_leave_out(prep_numbers *numbers, const stp_attribute_list *extra);
-/* Some samples will come from lines or triangles, which have no attributes. */
-void prep_numbers_add_shapes(prep_numbers *numbers);
 /* Checks that each wanted name was found. Errors: INVALID_ARGUMENT, with the names there are. */
 stp_status prep_numbers_check(const prep_numbers *numbers, stp_error *err);
 /* Takes the numbers of `count` points of an input into numbers->packed. from NULL: it has none.

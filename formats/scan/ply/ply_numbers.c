@@ -1,5 +1,6 @@
 /* The attributes of a PLY file: scalar properties of vertices that points have no field for. */
 #include "base/memory.h"
+#include "formats/attribute/attribute_list.h"
 #include "formats/scan/ply/ply.h"
 
 #include <stdlib.h>
@@ -16,13 +17,8 @@ static const stp_attribute_type types[] = {
  */
 static bool is_extra(const stp_ply_property *p)
 {
-    const size_t length = strlen(p->name);
-    for (size_t i = 0; i < length; i++)
-        if (p->name[i] < 32 || p->name[i] > 126)
-            return false;
-    return !p->is_list && length > 0 && length < STP_ATTRIBUTE_NAME_BYTES &&
-           (p->target == STP_PLY_TARGET_COUNT ||
-            (p->target == STP_PLY_INTENSITY && p->type != STP_PLY_UINT8));
+    return !p->is_list && (p->target == STP_PLY_TARGET_COUNT ||
+                           (p->target == STP_PLY_INTENSITY && p->type != STP_PLY_UINT8));
 }
 
 void stp_ply_numbers_find(stp_ply *ply)
@@ -30,13 +26,8 @@ void stp_ply_numbers_find(stp_ply *ply)
     stp_ply_numbers *n = &ply->numbers;
     for (size_t i = 0; i < ply->vertex->property_count; i++) {
         stp_ply_property *p = &ply->header.properties[ply->vertex->property_first + i];
-        if (!is_extra(p) || n->list.count == STP_ATTRIBUTES_LIMIT ||
-            stp_attribute_find(&n->list, p->name) != UINT32_MAX)
-            continue;
-        stp_attribute *a = &n->list.items[n->list.count++];
-        *a = (stp_attribute){.type = types[p->type], .scale = 1.0};
-        memcpy(a->name, p->name, strlen(p->name) + 1);
-        p->extra = n->list.count;
+        if (is_extra(p) && stp_attribute_list_add(&n->list, p->name, types[p->type]))
+            p->extra = n->list.count;
     }
 }
 
