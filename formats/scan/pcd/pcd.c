@@ -53,7 +53,9 @@ static void list_left_out(reader *r)
 {
     const stp_pcd_header *h = &r->values.header;
     for (size_t i = 0; i < h->field_count; i++)
-        if (h->fields[i].target == STP_PCD_TARGET_COUNT && !stp_pcd_field_is_padding(&h->fields[i]))
+        if (h->fields[i].target == STP_PCD_TARGET_COUNT &&
+            !stp_pcd_field_is_padding(&h->fields[i]) &&
+            !(h->fields[i].extra > 0 && r->values.keeps_numbers))
             stp_name_list_add(&r->left_out, h->fields[i].name);
     r->note = (stp_scan_note){"left_out", r->left_out.text};
 }
@@ -89,6 +91,7 @@ static void fill_info(const reader *r, stp_scan_info *info)
     if (h->height > 1 && h->height <= UINT32_MAX && h->points / h->height <= UINT32_MAX)
         info->grid = (stp_scan_grid){.columns = (uint32_t)(h->points / h->height),
                                      .rows = (uint32_t)h->height};
+    info->extra = r->values.numbers.list.count > 0 ? &r->values.numbers.list : NULL;
     info->notes = &r->note;
     info->note_count = r->left_out.text[0] ? 1 : 0;
 }
@@ -145,12 +148,15 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
     reader *r = state;
     stp_pcd_values *v = &r->values;
     size_t got = 0;
+    if (v->keeps_numbers)
+        STP_TRY(stp_pcd_numbers_reserve(&v->numbers, capacity, err));
     while (got < capacity && v->index < v->header.points) {
         size_t part = capacity - got;
         const uint64_t left = v->header.points - v->index;
         part = part < v->block_points ? part : v->block_points;
         part = part < left ? part : (size_t)left;
-        STP_TRY(stp_pcd_values_read(v, part, err));
+        STP_TRY(stp_pcd_values_read(
+            v, part, v->keeps_numbers ? v->numbers.packed + got * v->numbers.stride : NULL, err));
         columns_to_points(r, points + got, part);
         got += part;
     }
@@ -170,8 +176,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
 {
     stp_status status = STP_OK;
     reader *r = state;
-    (void)params;
     r->values.source.descriptor = -1;
+    r->values.keeps_numbers = params->numbers;
     STP_TRY(stp_pcd_values_open(&r->values, path, err));
     find_attributes(r);
     STP_TRY(stp_pcd_values_find_packing(&r->values, err));
@@ -183,5 +189,10 @@ done:
     return status;
 }
 
+static const uint8_t *packed_numbers(const void *state)
+{
+    return ((const reader *)state)->values.numbers.packed;
+}
+
 const stp_scan_reader stp_pcd_reader = {sizeof(reader), open_reader, read_points,
-                                        close_reader,   NULL,        NULL};
+                                        close_reader,   NULL,        packed_numbers};

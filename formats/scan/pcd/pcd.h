@@ -3,7 +3,8 @@
  *
  * Fields that are read, of any type: x y z, normal_x normal_y normal_z, rgb or rgba (packed in 4
  * bytes) or r g b, intensity, and label or class. For packed colours of TYPE F in text, see
- * stp_pcd_values_find_packing. The note "left_out" names all other fields, and fields with a COUNT.
+ * stp_pcd_values_find_packing. All other fields, and fields with a COUNT, are attributes
+ * (pcd_numbers.h); the note "left_out" names those that are not kept.
  * If HEIGHT is above 1, the cloud is organised: it is a grid, and a point with a coordinate that is
  * not finite is a ray without a return. The position of VIEWPOINT is the station of all points. If
  * the line is not the default 0 0 0 1 0 0 0, the station is claimed; else the origin is the default

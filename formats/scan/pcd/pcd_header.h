@@ -47,6 +47,7 @@ typedef struct stp_pcd_field {
     uint64_t count;
     size_t offset; /* in a binary record */
     stp_pcd_target target;
+    uint32_t extra; /* 1 + index among the extras of pcd_numbers.h; 0: none */
 } stp_pcd_field;
 
 typedef struct stp_pcd_header {

@@ -7,6 +7,7 @@
 #include "formats/scan/value_range.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -120,30 +121,49 @@ static uint32_t packed_of_text(const stp_pcd_values *v, const stp_pcd_field *fie
     return bits;
 }
 
-static stp_status read_token(stp_pcd_values *v, const stp_pcd_field *field, const char **at,
-                             const char *end, size_t row, stp_error *err)
+/* A token of a field, and the number of its value among those of the record. */
+typedef struct token {
+    const char *begin, *end;
+    uint64_t k;
+} token;
+
+static stp_status bad_token(const stp_pcd_values *v, const token *t, const stp_pcd_field *field,
+                            stp_error *err)
+{
+    const int length = (int)(t->end - t->begin < 40 ? t->end - t->begin : 40);
+    const bool typed = field->extra > 0;
+    char type[128] = "";
+    if (typed)
+        snprintf(type, sizeof type, " that fits field `%s` (TYPE %c, SIZE %u)", field->name,
+                 field->type, field->size);
+    return stp_error_set(err, STP_CORRUPT,
+                         "%s: line %llu: `%.*s` is not a number%s (point %llu of %llu): mend the "
+                         "line or export the file again",
+                         v->source.path, (unsigned long long)v->source.line, length, t->begin, type,
+                         (unsigned long long)v->index, (unsigned long long)v->header.points);
+}
+
+/* Puts a value of a field that is kept into a packed point. */
+static stp_status keep_token(const stp_pcd_values *v, const stp_pcd_field *field, const token *t,
+                             uint8_t *numbers, stp_error *err)
+{
+    const stp_pcd_extra *extra = &v->numbers.extras[field->extra - 1];
+    uint64_t word = 0;
+    if (!stp_pcd_number_parse(extra->type, t->begin, t->end, &word))
+        return bad_token(v, t, field, err);
+    stp_attribute_put(extra->type, word, numbers + extra->at + t->k * field->size);
+    return STP_OK;
+}
+
+static stp_status read_token(stp_pcd_values *v, const stp_pcd_field *field, const token *t,
+                             size_t row, stp_error *err)
 {
     double value;
-    const char *token = stp_token(at, end);
-    if (!token)
-        return stp_error_set(err, STP_CORRUPT,
-                             "%s: line %llu has fewer values than the %llu that the header "
-                             "declares (point %llu of %llu): mend the line or export the file "
-                             "again",
-                             v->source.path, (unsigned long long)v->source.line,
-                             (unsigned long long)v->header.values, (unsigned long long)v->index,
-                             (unsigned long long)v->header.points);
-    if (field->target == STP_PCD_TARGET_COUNT)
-        return STP_OK;
-    if (!stp_number_parse(token, *at, &value))
-        return stp_error_set(err, STP_CORRUPT,
-                             "%s: line %llu: `%.*s` is not a number (point %llu of %llu): mend the "
-                             "line or export the file again",
-                             v->source.path, (unsigned long long)v->source.line,
-                             (int)(*at - token < 40 ? *at - token : 40), token,
-                             (unsigned long long)v->index, (unsigned long long)v->header.points);
+    if (!stp_number_parse(t->begin, t->end, &value))
+        return bad_token(v, t, field, err);
     if (field->target == STP_PCD_PACKED) {
-        v->float_seen = v->float_seen || (field->type == 'F' && is_float_text(token, *at, value));
+        v->float_seen =
+            v->float_seen || (field->type == 'F' && is_float_text(t->begin, t->end, value));
         v->packed[row] = packed_of_text(v, field, value);
     } else {
         v->columns[field->target][row] = value;
@@ -151,7 +171,32 @@ static stp_status read_token(stp_pcd_values *v, const stp_pcd_field *field, cons
     return STP_OK;
 }
 
-static stp_status read_line(stp_pcd_values *v, size_t row, stp_error *err)
+/* Reads the values of one field of a line. */
+static stp_status read_field(stp_pcd_values *v, const stp_pcd_field *field, const char **at,
+                             const char *end, size_t row, uint8_t *numbers, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (token t = {.k = 0}; t.k < field->count; t.k++) {
+        t.begin = stp_token(at, end);
+        t.end = *at;
+        if (!t.begin)
+            return stp_error_set(err, STP_CORRUPT,
+                                 "%s: line %llu has fewer values than the %llu that the header "
+                                 "declares (point %llu of %llu): mend the line or export the file "
+                                 "again",
+                                 v->source.path, (unsigned long long)v->source.line,
+                                 (unsigned long long)v->header.values, (unsigned long long)v->index,
+                                 (unsigned long long)v->header.points);
+        if (field->target != STP_PCD_TARGET_COUNT)
+            STP_TRY(read_token(v, field, &t, row, err));
+        if (field->extra > 0 && numbers)
+            STP_TRY(keep_token(v, field, &t, numbers, err));
+    }
+done:
+    return status;
+}
+
+static stp_status read_line(stp_pcd_values *v, size_t row, uint8_t *numbers, stp_error *err)
 {
     stp_status status = STP_OK;
     const char *at, *end, *ahead;
@@ -162,8 +207,7 @@ static stp_status read_line(stp_pcd_values *v, size_t row, stp_error *err)
         ahead = at;
     } while (!stp_token(&ahead, end));
     for (size_t i = 0; i < v->header.field_count; i++)
-        for (uint64_t k = 0; k < v->header.fields[i].count; k++)
-            STP_TRY(read_token(v, &v->header.fields[i], &at, end, row, err));
+        STP_TRY(read_field(v, &v->header.fields[i], &at, end, row, numbers, err));
     if (stp_token(&at, end))
         status = stp_error_set(err, STP_CORRUPT,
                                "%s: line %llu has more values than the %llu that the header "
@@ -178,7 +222,7 @@ done:
     return status;
 }
 
-static stp_status read_binary(stp_pcd_values *v, size_t count, stp_error *err)
+static stp_status read_binary(stp_pcd_values *v, size_t count, uint8_t *numbers, stp_error *err)
 {
     stp_status status = STP_OK;
     const size_t bytes = count * v->header.stride;
@@ -192,13 +236,20 @@ static stp_status read_binary(stp_pcd_values *v, size_t count, stp_error *err)
         if (field->target != STP_PCD_TARGET_COUNT)
             load_field(v, field, data + field->offset, v->header.stride, count);
     }
+    for (uint32_t e = 0; numbers && e < v->numbers.count; e++) {
+        const stp_pcd_extra *extra = &v->numbers.extras[e];
+        const size_t offset = v->header.fields[extra->field].offset;
+        for (size_t i = 0; i < count; i++)
+            memcpy(numbers + i * v->numbers.stride + extra->at,
+                   data + i * v->header.stride + offset, extra->bytes);
+    }
     stp_source_consume(&v->source, bytes);
     v->index += count;
 done:
     return status;
 }
 
-static stp_status read_compressed(stp_pcd_values *v, size_t count, stp_error *err)
+static stp_status read_compressed(stp_pcd_values *v, size_t count, uint8_t *numbers, stp_error *err)
 {
     stp_status status = STP_OK;
     unsigned char bytes[8 * STP_PCD_BLOCK_POINTS];
@@ -209,20 +260,26 @@ static stp_status read_compressed(stp_pcd_values *v, size_t count, stp_error *er
         STP_TRY(stp_lzf_read(&v->decoders[t], bytes, count * field->size, err));
         load_field(v, field, bytes, field->size, count);
     }
+    for (uint32_t e = 0; numbers && e < v->numbers.count; e++) {
+        const stp_pcd_extra *extra = &v->numbers.extras[e];
+        for (size_t i = 0; i < count; i++)
+            STP_TRY(stp_lzf_read(&v->decoders[STP_PCD_TARGET_COUNT + e],
+                                 numbers + i * v->numbers.stride + extra->at, extra->bytes, err));
+    }
     v->index += count;
 done:
     return status;
 }
 
-stp_status stp_pcd_values_read(stp_pcd_values *v, size_t count, stp_error *err)
+stp_status stp_pcd_values_read(stp_pcd_values *v, size_t count, uint8_t *numbers, stp_error *err)
 {
     stp_status status = STP_OK;
     if (v->header.encoding == STP_PCD_BINARY)
-        return read_binary(v, count, err);
+        return read_binary(v, count, numbers, err);
     if (v->header.encoding == STP_PCD_COMPRESSED)
-        return read_compressed(v, count, err);
+        return read_compressed(v, count, numbers, err);
     for (size_t row = 0; row < count; row++)
-        STP_TRY(read_line(v, row, err));
+        STP_TRY(read_line(v, row, numbers ? numbers + row * v->numbers.stride : NULL, err));
 done:
     return status;
 }
@@ -298,7 +355,9 @@ static stp_status open_compressed(stp_pcd_values *v, stp_error *err)
         return STP_OK;
     STP_TRY(find_block(v, &b, err));
     STP_TRY(stp_alloc(&scout, 1, sizeof *scout, "decoder", err));
-    STP_TRY(stp_alloc(&v->decoders, STP_PCD_TARGET_COUNT, sizeof *v->decoders, "decoders", err));
+    STP_TRY(stp_alloc(&v->decoders,
+                      STP_PCD_TARGET_COUNT + (v->keeps_numbers ? v->numbers.count : 0),
+                      sizeof *v->decoders, "decoders", err));
     stp_lzf_init(scout, v->source.descriptor, v->source.path, b.begin, b.end, b.size);
     for (size_t i = 0; i < v->header.field_count; i++) {
         const stp_pcd_field *field = &v->header.fields[i];
@@ -306,6 +365,8 @@ static stp_status open_compressed(stp_pcd_values *v, stp_error *err)
             continue;
         if (field->target != STP_PCD_TARGET_COUNT)
             v->decoders[field->target] = *scout;
+        if (field->extra > 0 && v->keeps_numbers)
+            v->decoders[STP_PCD_TARGET_COUNT + field->extra - 1] = *scout;
         /* No overflow: all fields together are `size`. */
         STP_TRY(stp_lzf_read(scout, NULL, field->size * field->count * v->header.points, err));
     }
@@ -320,6 +381,7 @@ stp_status stp_pcd_values_open(stp_pcd_values *v, const char *path, stp_error *e
     stp_status status = STP_OK;
     STP_TRY(stp_source_open(&v->source, path, err));
     STP_TRY(stp_pcd_header_read(&v->header, &v->source, err));
+    stp_pcd_numbers_find(&v->numbers, &v->header);
     v->block_points = BLOCK_BYTES / v->header.stride;
     if (v->block_points > STP_PCD_BLOCK_POINTS)
         v->block_points = STP_PCD_BLOCK_POINTS;
@@ -337,6 +399,7 @@ void stp_pcd_values_close(stp_pcd_values *v)
 {
     stp_source_close(&v->source);
     stp_pcd_header_free(&v->header);
+    stp_pcd_numbers_clear(&v->numbers);
     free(v->decoders);
     v->decoders = NULL;
 }
@@ -367,7 +430,7 @@ static stp_status sample_spread(stp_pcd_values *v, stp_pcd_target first, stp_pcd
         const size_t count = block_of(v, total - at);
         stp_source_seek(&v->source, v->header.data_offset + at * v->header.stride, 0);
         v->index = at;
-        STP_TRY(read_binary(v, count, err));
+        STP_TRY(read_binary(v, count, NULL, err));
         *maximum = column_maximum(v, first, last, count, *maximum);
         next = at + count;
     }
@@ -382,7 +445,7 @@ static stp_status sample_prefix(stp_pcd_values *v, stp_pcd_target first, stp_pcd
     uint64_t left = v->header.points < SAMPLE_PREFIX ? v->header.points : SAMPLE_PREFIX;
     while (left > 0) {
         const size_t count = block_of(v, left);
-        STP_TRY(stp_pcd_values_read(v, count, err));
+        STP_TRY(stp_pcd_values_read(v, count, NULL, err));
         *maximum = column_maximum(v, first, last, count, *maximum);
         left -= count;
     }

@@ -4,8 +4,9 @@
  * header declares is a fault. binary: records of a fixed size. binary_compressed: one LZF block
  * (lzf.h) has the fields one after the other, each for all points. To read the fields side by side,
  * open decodes the whole block once and keeps a decoder where each wanted field begins. That takes
- * about 40 KiB for each of at most 12 fields and twice the decoding time, instead of up to 4 GiB of
- * memory for the block. So open also finds a damaged block.
+ * about 40 KiB for each of at most 12 fields, and of at most 64 with attributes, and twice the
+ * decoding time, instead of up to 4 GiB of memory for the block. So open also finds a damaged
+ * block.
  *
  * Memory: the decoders, and a block of records. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_PCD_PCD_VALUES_H
@@ -14,6 +15,7 @@
 #include "base/error.h"
 #include "formats/scan/pcd/lzf.h"
 #include "formats/scan/pcd/pcd_header.h"
+#include "formats/scan/pcd/pcd_numbers.h"
 #include "formats/scan/source.h"
 
 #include <stddef.h>
@@ -26,21 +28,27 @@ typedef struct stp_pcd_values {
     stp_pcd_header header;
     uint64_t index;      /* of the next record */
     size_t block_points; /* largest number of records per read */
-    stp_lzf *decoders;   /* compressed: one per target; else NULL */
-    bool float_seen;     /* a packed colour so far was written in a way that only floats are */
-    bool packed_floats;  /* so all packed colours are the bits of floats */
+    stp_pcd_numbers numbers;
+    bool keeps_numbers; /* attributes are wanted */
+    stp_lzf *decoders;  /* compressed: one per target, then one per extra; else NULL */
+    bool float_seen;    /* a packed colour so far was written in a way that only floats are */
+    bool packed_floats; /* so all packed colours are the bits of floats */
     double columns[STP_PCD_PACKED][STP_PCD_BLOCK_POINTS];
     uint32_t packed[STP_PCD_BLOCK_POINTS];
 } stp_pcd_values;
 
 /* Reads the header and goes to the first record. *values must be zero, except source.descriptor,
- * which is -1. Close *values even after a failure. path must outlive it. Errors: as stp_scan_open.
+ * which is -1, and keeps_numbers. Close *values even after a failure. path must outlive it. Errors:
+ * as stp_scan_open.
  */
 stp_status stp_pcd_values_open(stp_pcd_values *values, const char *path, stp_error *err);
 void stp_pcd_values_close(stp_pcd_values *values);
-/* Reads the next count <= block_points records, which must exist, into columns and packed. Errors:
- * IO, CORRUPT, LIMIT, OUT_OF_MEMORY. */
-stp_status stp_pcd_values_read(stp_pcd_values *values, size_t count, stp_error *err);
+/* Reads the next count <= block_points records, which must exist, into columns and packed. numbers:
+ * room for count packed points, if values->keeps_numbers; NULL: their attributes are passed over.
+ * In a compressed file, they must be taken for all records or none. Errors: IO, CORRUPT, LIMIT,
+ * OUT_OF_MEMORY. */
+stp_status stp_pcd_values_read(stp_pcd_values *values, size_t count, uint8_t *numbers,
+                               stp_error *err);
 /* Looks at the first 65,536 records of an ascii file and decides how packed colours of TYPE F are
  * written. They are floats whose bits are the colour, if one of them has a fraction or is rounded
  * above the ones (4.2108e+06). Else they are whole numbers, 0xRRGGBB in decimal. Goes back to the
