@@ -113,6 +113,14 @@ const char *stp_column_name(stp_column column)
     return names[column];
 }
 
+void stp_column_copy_name(char *out, size_t capacity, stp_field field)
+{
+    size_t length = 0;
+    for (const char *at = field.begin; at < field.end && length + 1 < capacity; at++)
+        out[length++] = *at >= ' ' && *at <= '~' ? *at : '?';
+    out[length] = '\0';
+}
+
 uint32_t stp_columns_find(const stp_columns *columns, stp_column column)
 {
     for (uint32_t i = 0; i < columns->count; i++)
@@ -166,6 +174,7 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
         }
         const size_t name = find_name(field);
         const uint32_t place = columns.count++;
+        stp_column_copy_name(columns.names[place], sizeof columns.names[place], field);
         if (name == STP_NAMES || name >= names[known_names[name].column])
             continue;
         const stp_column column = known_names[name].column;
@@ -203,7 +212,51 @@ static stp_status check_list(const stp_columns *columns, const char *list, stp_e
     return STP_OK;
 }
 
-stp_status stp_columns_from_list(stp_columns *out, const char *list, stp_error *err)
+/* True if an earlier column has this meaning or, without a meaning, this name. */
+static bool is_named_before(const stp_columns *columns, uint32_t place, stp_column column)
+{
+    if (column != STP_COLUMN_NONE)
+        return has(columns, column);
+    for (uint32_t i = 0; i < place; i++)
+        if (strcmp(columns->names[i], columns->names[place]) == 0)
+            return true;
+    return false;
+}
+
+static bool is_letter(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
+/* Adds the next column of a list. */
+static stp_status add_listed(stp_columns *columns, const char *list, stp_field field, bool others,
+                             stp_error *err)
+{
+    const int length = field.end - field.begin < 40 ? (int)(field.end - field.begin) : 40;
+    const uint32_t place = columns->count++;
+    if (length == 1 && (*field.begin == '_' || *field.begin == '-'))
+        return STP_OK;
+    const size_t name = find_name(field);
+    if (name == STP_NAMES && !(others && length > 0 && is_letter(*field.begin)))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--columns %.200s: `%.*s` is no known column: give x, y, z, r, g, b, "
+                             "i, nx, ny, nz, class, or _ for one to pass over (%s)",
+                             list, length, field.begin,
+                             others ? "names of attributes begin with a letter"
+                                    : "--attributes keeps columns of other names");
+    const stp_column column = name == STP_NAMES ? STP_COLUMN_NONE : known_names[name].column;
+    if (column == STP_COLUMN_NONE)
+        stp_column_copy_name(columns->names[place], sizeof columns->names[place], field);
+    if (is_named_before(columns, place, column))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--columns %.200s: `%.*s` is named twice: give each column once, _ "
+                             "for one to pass over",
+                             list, length, field.begin);
+    columns->targets[place] = (uint8_t)column;
+    return STP_OK;
+}
+
+stp_status stp_columns_from_list(stp_columns *out, const char *list, bool others, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_columns columns = {.separator = out->separator, .open_end = true};
@@ -211,28 +264,12 @@ stp_status stp_columns_from_list(stp_columns *out, const char *list, stp_error *
     const char *end = list + strlen(list);
     memset(columns.targets, STP_COLUMN_NONE, sizeof columns.targets);
     for (const char *at = list; stp_field_next(STP_SEPARATOR_COMMA, &at, end, &field);) {
-        const int length = field.end - field.begin < 40 ? (int)(field.end - field.begin) : 40;
         if (columns.count == STP_COLUMNS_MAX)
             return stp_error_set(err, STP_INVALID_ARGUMENT,
                                  "--columns: more than %u columns: name those up to the last that "
                                  "is wanted",
                                  STP_COLUMNS_MAX);
-        const uint32_t place = columns.count++;
-        if (length == 1 && (*field.begin == '_' || *field.begin == '-'))
-            continue;
-        const size_t name = find_name(field);
-        if (name == STP_NAMES)
-            return stp_error_set(err, STP_INVALID_ARGUMENT,
-                                 "--columns %.200s: `%.*s` is no known column: give x, y, z, r, g, "
-                                 "b, i, nx, ny, nz, class, or _ for one to pass over",
-                                 list, length, field.begin);
-        if (has(&columns, known_names[name].column))
-            return stp_error_set(
-                err, STP_INVALID_ARGUMENT,
-                "--columns %.200s: `%.*s` is named twice: give each column once, _ "
-                "for one to pass over",
-                list, length, field.begin);
-        columns.targets[place] = (uint8_t)known_names[name].column;
+        STP_TRY(add_listed(&columns, list, field, others, err));
     }
     STP_TRY(check_list(&columns, list, err));
     *out = columns;

@@ -7,7 +7,8 @@
  * (elevation, height, altitude, h), r g b (red green blue), i (intensity, reflectance,
  * reflectivity, amplitude), nx ny nz (normalx ...), class (classification, label); columns.c has
  * them all. If two columns mean the same, the one whose name is earlier in this list is read; if
- * their names are equal, the first column.
+ * their names are equal, the first column. Columns with other names are attributes
+ * (text_numbers.h).
  *
  * By content, of n numbers per line the first three are x y z. The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.
@@ -26,6 +27,7 @@
 #define STP_FORMATS_SCAN_TEXT_COLUMNS_H
 
 #include "base/error.h"
+#include "formats/attribute/attribute.h"
 #include "formats/scan/text/text_line.h"
 
 #include <stdbool.h>
@@ -56,6 +58,9 @@ typedef struct stp_columns {
     uint32_t count;                   /* fields per line that are used, at most STP_COLUMNS_MAX */
     bool open_end;                    /* lines may have more fields */
     uint8_t targets[STP_COLUMNS_MAX]; /* stp_column of each */
+    uint8_t extras[STP_COLUMNS_MAX];  /* 1 + index of its attribute (text_numbers.h); 0: none */
+    char names[STP_COLUMNS_MAX]
+              [STP_ATTRIBUTE_NAME_BYTES]; /* by header, or attributes by list; "": none */
 } stp_columns;
 
 /* Statistics of one column over the sampled lines. */
@@ -78,6 +83,8 @@ typedef struct stp_columns_sample {
 
 /* "red", ...: for messages. */
 const char *stp_column_name(stp_column column);
+/* Copies a name as far as it fits, without characters that are not plain. */
+void stp_column_copy_name(char *out, size_t capacity, stp_field field);
 /* STP_POINT_HAS_*. */
 uint32_t stp_columns_attributes(const stp_columns *columns);
 /* The index of the column; STP_COLUMNS_MAX if there is none. */
@@ -88,8 +95,9 @@ uint32_t stp_columns_find(const stp_columns *columns, stp_column column);
 bool stp_columns_from_header(stp_columns *out, stp_separator separator, const char *begin,
                              const char *end);
 /* Takes the columns from a list of names with commas; _ or - skips a column. Leaves out's
- * separator. Lines may have more columns. Errors: INVALID_ARGUMENT. */
-stp_status stp_columns_from_list(stp_columns *out, const char *list, stp_error *err);
+ * separator. Lines may have more columns. others: names of attributes are allowed; they begin with
+ * a letter. Errors: INVALID_ARGUMENT. */
+stp_status stp_columns_from_list(stp_columns *out, const char *list, bool others, stp_error *err);
 
 /* Adds a line to the sample, if it has as many fields as the sample has columns. */
 void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator, const char *begin,

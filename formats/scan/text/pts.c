@@ -78,6 +78,7 @@ static stp_status find_columns(stp_text *text, const first_point *first, const c
     } else {
         STP_TRY(stp_text_guess(text, begin, end, true, sample, err));
     }
+    stp_text_decide(text, sample);
     stp_text_note_columns(text, list ? "as given" : "by content", NULL, NULL, STP_SEPARATOR_SPACE,
                           sample->count);
 done:
@@ -93,6 +94,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     first_point *first = NULL;
     stp_columns_sample *sample = NULL;
     text->source.descriptor = -1;
+    text->numbers.keep = params->numbers;
     STP_TRY(stp_alloc(&first, 1, sizeof *first, "lines", err));
     STP_TRY(stp_alloc(&sample, 1, sizeof *sample, "columns", err));
     STP_TRY(stp_text_open(text, path, err));
@@ -100,7 +102,6 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(survey(text, &info->point_count, first, err));
     if (first->length > 0)
         STP_TRY(find_columns(text, first, params->columns, sample, err));
-    stp_text_decide(text, sample);
     stp_text_fill_info(text, sample, info);
     info->format = "PTS";
     stp_source_seek(&text->source, start, 0);
@@ -117,6 +118,7 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
     pts *p = state;
     const char *begin, *end;
     size_t done_count = 0;
+    STP_TRY(stp_text_numbers_begin(&p->text.numbers, capacity, err));
     while (done_count < capacity) {
         while (p->left == 0)
             STP_TRY(stp_text_next_count(&p->text, "the number of points", &p->left, err));
@@ -125,7 +127,8 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
         STP_TRY(stp_text_next(&p->text, &begin, &end, err));
         if (!begin)
             return stp_text_few_lines(&p->text, 1, p->left, 0, err);
-        STP_TRY(stp_text_point(&p->text, begin, end, &points[done_count], err));
+        STP_TRY(stp_text_point(&p->text, begin, end, &points[done_count],
+                               stp_text_numbers_at(&p->text.numbers, done_count), err));
         done_count++;
         p->left--;
     }
@@ -140,5 +143,10 @@ static void close_reader(void *state)
     stp_text_close(&p->text);
 }
 
+static const uint8_t *packed_numbers(const void *state)
+{
+    return ((const pts *)state)->text.numbers.packed;
+}
+
 const stp_scan_reader stp_pts_reader = {sizeof(pts),  open_reader, read_points,
-                                        close_reader, NULL,        NULL};
+                                        close_reader, NULL,        packed_numbers};

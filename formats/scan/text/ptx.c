@@ -262,8 +262,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     stp_status status = STP_OK;
     ptx *p = state;
     stp_text *text = &p->text;
-    (void)params;
     text->source.descriptor = -1;
+    text->numbers.keep = params->numbers;
     for (uint32_t fields = 0; fields <= STP_PTX_FIELDS_MAX; fields++)
         p->samples[fields].count = fields;
     STP_TRY(stp_text_open(text, path, err));
@@ -294,6 +294,9 @@ static stp_status next_scan(ptx *p, stp_error *err)
     p->left = scan->point_count;
     p->text.columns = columns_of(scan->fields < 3 ? 3 : scan->fields);
     p->text.attributes = stp_columns_attributes(&p->text.columns);
+    const uint32_t intensity = stp_columns_find(&p->text.columns, STP_COLUMN_INTENSITY);
+    if (intensity < STP_COLUMNS_MAX) /* the only attribute there may be */
+        p->text.columns.extras[intensity] = (uint8_t)p->text.numbers.list.count;
 done:
     return status;
 }
@@ -307,7 +310,7 @@ static void to_world(const ptx_scan *scan, stp_dvec3 *position)
     position->z = m[2][0] * p.x + m[2][1] * p.y + m[2][2] * p.z + m[2][3];
 }
 
-static stp_status read_point(ptx *p, stp_point *out, stp_error *err)
+static stp_status read_point(ptx *p, stp_point *out, uint8_t *numbers, stp_error *err)
 {
     stp_status status = STP_OK;
     const char *begin, *end;
@@ -317,7 +320,7 @@ static stp_status read_point(ptx *p, stp_point *out, stp_error *err)
     if (p->scans[p->current - 1].fields == 0 || is_missing(begin, end)) {
         *out = (stp_point){.reject = STP_REJECT_NO_RETURN};
     } else {
-        STP_TRY(stp_text_point(&p->text, begin, end, out, err));
+        STP_TRY(stp_text_point(&p->text, begin, end, out, numbers, err));
         to_world(&p->scans[p->current - 1], &out->position);
         if (p->has_colour && !(p->text.attributes & STP_POINT_HAS_COLOUR))
             out->rgb[0] = out->rgb[1] = out->rgb[2] = STP_POINT_GREY;
@@ -333,12 +336,14 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
     stp_status status = STP_OK;
     ptx *p = state;
     size_t done_count = 0;
+    STP_TRY(stp_text_numbers_begin(&p->text.numbers, capacity, err));
     while (done_count < capacity && (p->left > 0 || p->current < p->scan_count)) {
         if (p->left == 0) {
             STP_TRY(next_scan(p, err));
             continue;
         }
-        STP_TRY(read_point(p, &points[done_count], err));
+        STP_TRY(read_point(p, &points[done_count],
+                           stp_text_numbers_at(&p->text.numbers, done_count), err));
         done_count++;
         p->left--;
     }
@@ -356,5 +361,10 @@ static void close_reader(void *state)
     free(p->ups);
 }
 
+static const uint8_t *packed_numbers(const void *state)
+{
+    return ((const ptx *)state)->text.numbers.packed;
+}
+
 const stp_scan_reader stp_ptx_reader = {sizeof(ptx),  open_reader, read_points,
-                                        close_reader, NULL,        NULL};
+                                        close_reader, NULL,        packed_numbers};

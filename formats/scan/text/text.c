@@ -47,6 +47,7 @@ done:
 void stp_text_close(stp_text *text)
 {
     stp_source_close(&text->source);
+    stp_text_numbers_clear(&text->numbers);
 }
 
 stp_status stp_text_next(stp_text *text, const char **begin, const char **end, stp_error *err)
@@ -149,7 +150,7 @@ stp_status stp_text_use_list(stp_text *text, const char *list, const char *begin
 {
     stp_status status = STP_OK;
     text->columns.separator = stp_separator_find(begin, end);
-    STP_TRY(stp_columns_from_list(&text->columns, list, err));
+    STP_TRY(stp_columns_from_list(&text->columns, list, text->numbers.keep, err));
     const uint32_t fields = stp_fields_count(text->columns.separator, begin, end).fields;
     if (begin && fields < text->columns.count)
         status = stp_error_set(err, STP_INVALID_ARGUMENT,
@@ -219,15 +220,19 @@ void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
         find_colour_scale(text, sample);
     if (text->attributes & STP_POINT_HAS_INTENSITY)
         find_intensity_scale(text, sample);
+    const bool byte_intensity =
+        text->intensity_low == 0.0 && text->intensity_scale == 65535.0 / 255.0;
+    stp_text_numbers_find(&text->numbers, &text->columns, sample->ranges, byte_intensity);
 }
 
-/* Copies a name of the header, without characters that are not plain. */
-static void copy_name(char *out, size_t capacity, stp_field field)
+/* What a column is read as; NULL: it is not read. */
+static const char *meaning_of(const stp_text *text, uint32_t i)
 {
-    size_t length = 0;
-    for (const char *at = field.begin; at < field.end && length + 1 < capacity; at++)
-        out[length++] = *at >= ' ' && *at <= '~' ? *at : '?';
-    out[length] = '\0';
+    const stp_columns *c = &text->columns;
+    if (c->targets[i] < STP_COLUMN_COUNT)
+        return stp_column_name((stp_column)c->targets[i]);
+    return text->numbers.keep && c->extras[i] > 0 ? text->numbers.list.items[c->extras[i] - 1].name
+                                                  : NULL;
 }
 
 void stp_text_note_columns(stp_text *text, const char *from, const char *header,
@@ -237,22 +242,20 @@ void stp_text_note_columns(stp_text *text, const char *from, const char *header,
     char name[48];
     stp_field field;
     const char *at = header;
+    const stp_columns *c = &text->columns;
     size_t used = 0;
     text->left_out = (stp_name_list){{0}};
-    for (uint32_t i = 0; i < field_count || i < text->columns.count; i++) {
-        const uint8_t target =
-            i < text->columns.count ? text->columns.targets[i] : (uint8_t)STP_COLUMN_NONE;
-        const bool read = target < STP_COLUMN_COUNT;
+    for (uint32_t i = 0; i < field_count || i < c->count; i++) {
+        const char *meaning = i < c->count ? meaning_of(text, i) : NULL;
         const bool named = header && stp_field_next(header_separator, &at, header_end, &field);
-        if (i < text->columns.count)
+        if (i < c->count)
             used += (size_t)snprintf(text->order + used, sizeof text->order - used, "%s%s",
-                                     i > 0 ? "," : "",
-                                     read ? stp_column_name((stp_column)target) : "_");
-        if (read)
+                                     i > 0 ? "," : "", meaning ? meaning : "_");
+        if (meaning)
             continue;
         snprintf(name, sizeof name, "column %u", i + 1);
         if (named && field.begin < field.end)
-            copy_name(name, sizeof name, field);
+            stp_column_copy_name(name, sizeof name, field);
         stp_name_list_add(&text->left_out, name);
     }
     snprintf(text->order + used, sizeof text->order - used, " (%s)", from);
@@ -262,6 +265,7 @@ void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_sc
 {
     info->coordinate_step = sample ? step_of(text, sample) : 0.0;
     info->attributes = text->attributes;
+    info->extra = text->numbers.list.count > 0 ? &text->numbers.list : NULL;
     info->note_count = 0;
     if (text->order[0])
         text->notes[info->note_count++] = (stp_scan_note){"columns", text->order};
@@ -328,28 +332,41 @@ static const char *fast_number(stp_separator separator, const char *at, const ch
     return *stop == stp_separator_character(separator) || (tabs && *stop == '\t') ? stop + 1 : NULL;
 }
 
+/* Puts a number where the packed point has the attribute; extra: 1 + its index. */
+static void keep_number(uint8_t *numbers, uint8_t extra, double value)
+{
+    uint64_t word;
+    memcpy(&word, &value, sizeof word);
+    stp_attribute_put(STP_ATTRIBUTE_F64, word, numbers + (extra - 1u) * sizeof value);
+}
+
 static stp_status read_values(const stp_text *text, const char *begin, const char *end,
-                              double *values, stp_error *err)
+                              double *values, uint8_t *numbers, stp_error *err)
 {
     const stp_columns *c = &text->columns;
     const char *at = begin;
     for (uint32_t i = 0; i < c->count; i++) {
-        const uint8_t target = c->targets[i];
+        const uint8_t target = c->targets[i], extra = numbers ? c->extras[i] : 0;
         stp_field field;
+        double *value = &values[target];
         const char *next = NULL;
-        if (target != STP_COLUMN_NONE)
-            next = fast_number(c->separator, at, end, &values[target]);
+        if (target != STP_COLUMN_NONE || extra > 0)
+            next = fast_number(c->separator, at, end, value);
         if (next) {
             at = next;
-            continue;
-        }
-        if (!stp_field_next(c->separator, &at, end, &field)) {
+        } else if (!stp_field_next(c->separator, &at, end, &field)) {
             if (i + 1 == c->count && may_miss_last(c, begin, end))
                 break;
             return few_columns(text, i, err);
+        } else if (target == STP_COLUMN_NONE && extra == 0) {
+            continue;
+        } else if (!stp_field_number(c->separator, field, value)) {
+            if (target != STP_COLUMN_NONE)
+                return bad_number(text, i, field, err);
+            continue; /* stays missing */
         }
-        if (target != STP_COLUMN_NONE && !stp_field_number(c->separator, field, &values[target]))
-            return bad_number(text, i, field, err);
+        if (extra > 0)
+            keep_number(numbers, extra, *value);
     }
     if (at < end && !c->open_end && !rest_is_empty(c->separator, at, end))
         return stp_error_set(
@@ -361,11 +378,11 @@ static stp_status read_values(const stp_text *text, const char *begin, const cha
 }
 
 stp_status stp_text_point(const stp_text *text, const char *begin, const char *end, stp_point *out,
-                          stp_error *err)
+                          uint8_t *numbers, stp_error *err)
 {
     stp_status status = STP_OK;
-    double v[STP_COLUMN_COUNT + 1] = {0.0};
-    STP_TRY(read_values(text, begin, end, v, err));
+    double v[STP_COLUMN_COUNT + 1] = {0.0}; /* the last: of columns without a meaning */
+    STP_TRY(read_values(text, begin, end, v, numbers, err));
     *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], v[STP_COLUMN_Z]}};
     if (text->attributes & STP_POINT_HAS_NORMAL)
         out->normal =

@@ -18,6 +18,7 @@
 #include "formats/scan/scan.h"
 #include "formats/scan/source.h"
 #include "formats/scan/text/columns.h"
+#include "formats/scan/text/text_numbers.h"
 
 /* A header line and the first line of numbers are shorter than this. */
 #define STP_TEXT_LINE_MAX 8192u
@@ -28,8 +29,9 @@ typedef struct stp_text {
     stp_columns columns;
     uint32_t attributes;                                 /* STP_POINT_HAS_* of the columns */
     double colour_scale, intensity_scale, intensity_low; /* (value - low) * scale */
+    stp_text_numbers numbers;
     stp_name_list left_out;
-    char order[1024]; /* room for STP_COLUMNS_MAX of the longest names */
+    char order[STP_COLUMNS_MAX * STP_ATTRIBUTE_NAME_BYTES + 64]; /* all names and their origin */
     stp_scan_note notes[2];
 } stp_text;
 
@@ -54,19 +56,20 @@ stp_status stp_text_guess(stp_text *text, const char *begin, const char *end, bo
 /* Takes the columns from a list of names, for lines like this one. Errors: INVALID_ARGUMENT. */
 stp_status stp_text_use_list(stp_text *text, const char *list, const char *begin, const char *end,
                              stp_error *err);
-/* Sets attributes and scales. Call it when the columns are known. */
+/* Sets attributes of both kinds and scales. Call it when the columns are known. */
 void stp_text_decide(stp_text *text, const stp_columns_sample *sample);
-/* Makes two notes. `columns`: the order of the columns and its origin, as in "x,y,z,_ (header)".
- * `left_out`: columns of a line with field_count fields that are not read, by their names in the
- * header; header may be NULL. */
+/* Makes two notes, after stp_text_decide. `columns`: the order of the columns and its origin, as in
+ * "x,y,z,_ (header)". `left_out`: columns of a line with field_count fields that are not read, by
+ * their names in the header; header may be NULL. */
 void stp_text_note_columns(stp_text *text, const char *from, const char *header,
                            const char *header_end, stp_separator header_separator,
                            uint32_t field_count);
 /* Fills in attributes and notes and, if one sample holds for all lines, the step (sample NULL: no
  * step). The text must not move while info is used. */
 void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_scan_info *info);
-/* Parses the line that was read last as a point. Errors: CORRUPT. */
+/* Parses the line that was read last as a point, and its attributes into `numbers`, which says
+ * "missing" so far; NULL: none. Errors: CORRUPT. */
 stp_status stp_text_point(const stp_text *text, const char *begin, const char *end, stp_point *out,
-                          stp_error *err);
+                          uint8_t *numbers, stp_error *err);
 
 #endif

@@ -154,6 +154,7 @@ static stp_status find_columns(stp_text *text, const beginning *b, const char *l
         sample->count = row_fields(text, row);
         STP_TRY(stp_text_sample(text, text->columns.separator, sample, err));
     }
+    stp_text_decide(text, sample);
     const bool named = from[0] == 't';
     if (row->end || named)
         stp_text_note_columns(text, from, named ? header->text : NULL, header->end, separator,
@@ -171,12 +172,12 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     stp_columns_sample *sample = NULL;
     uint64_t count = 0;
     text->source.descriptor = -1;
+    text->numbers.keep = params->numbers;
     STP_TRY(stp_alloc(&b, 1, sizeof *b, "lines", err));
     STP_TRY(stp_alloc(&sample, 1, sizeof *sample, "columns", err));
     STP_TRY(stp_text_open(text, path, err));
     STP_TRY(read_beginning(text, b, err));
     STP_TRY(find_columns(text, b, params->columns, sample, err));
-    stp_text_decide(text, sample);
     STP_TRY(stp_text_count(text, &count, err));
     stp_text_rewind(text);
     stp_text_fill_info(text, sample, info);
@@ -195,11 +196,13 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
     stp_text *text = state;
     const char *begin, *end;
     size_t done_count = 0;
+    STP_TRY(stp_text_numbers_begin(&text->numbers, capacity, err));
     while (done_count < capacity) {
         STP_TRY(stp_text_next(text, &begin, &end, err));
         if (!begin)
             break;
-        STP_TRY(stp_text_point(text, begin, end, &points[done_count], err));
+        STP_TRY(stp_text_point(text, begin, end, &points[done_count],
+                               stp_text_numbers_at(&text->numbers, done_count), err));
         done_count++;
     }
     *count = done_count;
@@ -212,5 +215,10 @@ static void close_reader(void *state)
     stp_text_close(state);
 }
 
+static const uint8_t *packed_numbers(const void *state)
+{
+    return ((const stp_text *)state)->numbers.packed;
+}
+
 const stp_scan_reader stp_xyz_reader = {sizeof(stp_text), open_reader, read_points,
-                                        close_reader,     NULL,        NULL};
+                                        close_reader,     NULL,        packed_numbers};
