@@ -41,6 +41,19 @@ static inline void fuzz_take_triangles(stp_scan *scan)
     stp_triangle_set_clear(&set);
 }
 
+/* Checks the attributes of points: their names are unique, and every byte of theirs is there. */
+static inline void fuzz_check_numbers(const stp_scan *scan, size_t count)
+{
+    const stp_attribute_list *list = stp_scan_get_info(scan)->extra;
+    const uint8_t *packed = stp_scan_numbers(scan);
+    unsigned sum = 0;
+    for (size_t i = 0; packed && i < count * stp_attribute_list_bytes(list); i++)
+        sum += packed[i];
+    fuzz_require(sum <= count * 255u * 8u * STP_ATTRIBUTES_LIMIT, "a sum of bytes");
+    for (uint32_t i = 0; list && i < list->count; i++)
+        fuzz_require(stp_attribute_find(list, list->items[i].name) == i, "names are unique");
+}
+
 /* Reads a scan to its end. A failure must have a message. A success must give as many points as it
  * promised, all in range. */
 static inline void fuzz_read_scan(const char *path, const stp_scan_params *params)
@@ -69,6 +82,8 @@ static inline void fuzz_read_scan(const char *path, const stp_scan_params *param
             fuzz_require(points[i].station <= stp_scan_get_info(scan)->station_count,
                          "a point's station has a position");
         }
+        if (status == STP_OK)
+            fuzz_check_numbers(scan, count);
         total += status == STP_OK ? count : 0;
     }
     if (status == STP_OK)
@@ -112,8 +127,10 @@ static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
     const stp_scan_params hybrid = {.hybrid = true, .sample_count = 90, .line_radius = 0.5};
     const stp_scan_region box = {.bounded = true, .min = {-10, -10, -10}, .max = {1e5, 1e5, 1e5}};
     const stp_scan_params part = {.region = &box};
+    const stp_scan_params numbers = {.numbers = true};
     fuzz_read_scan(path, NULL);
     fuzz_read_scan(path, &part);
+    fuzz_read_scan(path, &numbers);
     fuzz_read_scan(path, &sampled);
     fuzz_read_scan(path, &plain);
     fuzz_read_scan(path, &hybrid);

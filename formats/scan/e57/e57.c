@@ -3,6 +3,7 @@
 
 #include "base/checked.h"
 #include "base/memory.h"
+#include "formats/scan/e57/e57_numbers.h"
 #include "formats/scan/e57/e57_pose.h"
 #include "formats/scan/e57/e57_prototype.h"
 #include "formats/scan/e57/e57_ranges.h"
@@ -23,6 +24,7 @@ typedef struct reader {
     stp_e57_pose pose;
     uint32_t attributes; /* STP_POINT_HAS_* */
     stp_e57_ranges ranges;
+    stp_e57_numbers numbers;
     stp_dvec3 *stations, *ups; /* positions and z axes of scans that have a station, in order */
     uint16_t station_count, stations_begun;
     stp_scan_note notes[2];
@@ -43,6 +45,14 @@ static void drop(reader *r, stp_e57_scan *scan, stp_e57_target first, stp_e57_ta
         stp_e57_leave_out(&r->document, scan, (stp_e57_target)t);
 }
 
+static bool has_extra_time(const reader *r, const stp_e57_scan *scan)
+{
+    for (uint32_t e = 0; e < scan->extra_count; e++)
+        if (r->document.extras[scan->extra_first + e].invalid == STP_E57_TIME_INVALID)
+            return true;
+    return false;
+}
+
 /* Drops fields that cannot be used: a part is missing, there is a better field, or the field says
  * whether a missing field is valid. */
 static void drop_useless(reader *r, stp_e57_scan *scan)
@@ -61,6 +71,8 @@ static void drop_useless(reader *r, stp_e57_scan *scan)
         drop(r, scan, STP_E57_RED, STP_E57_COLOUR_INVALID);
     if (!scan->fields[STP_E57_INTENSITY].present)
         drop(r, scan, STP_E57_INTENSITY_INVALID, STP_E57_INTENSITY_INVALID);
+    if (!r->document.keeps_numbers || !has_extra_time(r, scan))
+        drop(r, scan, STP_E57_TIME_INVALID, STP_E57_TIME_INVALID);
 }
 
 static stp_status decide_scan(reader *r, stp_e57_scan *scan, stp_error *err)
@@ -122,6 +134,7 @@ static stp_status decide_scans(reader *r, stp_error *err)
     stp_e57_pose pose;
     uint64_t bits = 0;
     STP_TRY(stp_alloc(&r->stations, r->document.scan_count, sizeof *r->stations, "stations", err));
+    STP_TRY(stp_e57_vector_create(&r->vector, &r->document, err));
     STP_TRY(stp_alloc(&r->ups, r->document.scan_count, sizeof *r->ups, "stations", err));
     for (size_t i = 0; i < r->document.scan_count; i++) {
         stp_e57_scan *scan = &r->document.scans[i];
@@ -136,6 +149,7 @@ static stp_status decide_scans(reader *r, stp_error *err)
     if (r->station_count > 0)
         r->attributes |= STP_POINT_HAS_STATION;
     STP_TRY(stp_e57_ranges_find(&r->ranges, &r->document, &r->vector, &r->pages, err));
+    stp_e57_numbers_find(&r->numbers, &r->document, &r->ranges);
 done:
     return status;
 }
@@ -166,6 +180,7 @@ static void fill_info(reader *r, stp_scan_info *info)
     info->stations = r->stations;
     info->station_ups = r->ups;
     info->station_count = r->station_count;
+    info->extra = r->numbers.all.list.count > 0 ? &r->numbers.all.list : NULL;
     info->notes = r->notes;
     info->note_count = 0;
     if (r->document.wkt)
@@ -283,6 +298,7 @@ static stp_status begin_scan(reader *r, stp_error *err)
         scan++;
     r->next_scan = (size_t)(scan - r->document.scans) + 1;
     STP_TRY(stp_e57_vector_open(&r->vector, &r->pages, scan, err));
+    stp_e57_numbers_begin(&r->numbers, &r->document, scan);
     STP_TRY(stp_e57_pose_of(&r->pose, scan, r->pages.path, err));
     r->station = 0;
     if (has_station(scan, &r->pose))
@@ -298,6 +314,8 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
     reader *r = state;
     stp_e57_vector *v = &r->vector;
     size_t got = 0;
+    if (r->document.keeps_numbers)
+        STP_TRY(stp_e57_numbers_reserve(&r->numbers, capacity, err));
     while (got < capacity && r->points_left > 0) {
         if (!v->scan || v->index == v->scan->record_count)
             STP_TRY(begin_scan(r, err));
@@ -307,6 +325,8 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
         part = part < left ? part : (size_t)left;
         STP_TRY(stp_e57_vector_read(v, part, err));
         columns_to_points(r, points + got, part);
+        if (r->document.keeps_numbers)
+            stp_e57_numbers_pack(&r->numbers, v, got, part);
         got += part;
         r->points_left -= part;
     }
@@ -319,6 +339,8 @@ static void close_reader(void *state)
 {
     reader *r = state;
     stp_e57_pages_close(&r->pages);
+    stp_e57_vector_free(&r->vector);
+    stp_e57_numbers_clear(&r->numbers);
     stp_e57_document_free(&r->document);
     free(r->stations);
     free(r->ups);
@@ -329,8 +351,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
 {
     stp_status status = STP_OK;
     reader *r = state;
-    (void)params;
     r->pages.descriptor = -1;
+    r->document.keeps_numbers = params->numbers;
     STP_TRY(stp_e57_pages_open(&r->pages, path, err));
     STP_TRY(stp_e57_xml_read(&r->document, &r->pages, err));
     STP_TRY(decide_scans(r, err));
@@ -340,5 +362,10 @@ done:
     return status;
 }
 
+static const uint8_t *packed_numbers(const void *state)
+{
+    return ((const reader *)state)->numbers.packed;
+}
+
 const stp_scan_reader stp_e57_reader = {sizeof(reader), open_reader, read_points,
-                                        close_reader,   NULL,        NULL};
+                                        close_reader,   NULL,        packed_numbers};

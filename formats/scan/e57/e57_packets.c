@@ -61,7 +61,7 @@ stp_status stp_e57_section_open(stp_e57_section *s, stp_e57_pages *pages, const 
     s->end = begin + h.size;
     s->stream_count = scan->stream_count;
     s->uses = 0;
-    for (size_t i = 0; i < STP_E57_PACKETS_KEPT; i++)
+    for (size_t i = 0; i < s->packet_count; i++)
         s->packets[i].at = s->packets[i].last_used = 0;
 done:
     return status;
@@ -129,7 +129,7 @@ static stp_status get_packet(stp_e57_section *s, uint64_t at, const stp_e57_pack
     stp_e57_packet *oldest = &s->packets[0];
     uint32_t size = 0;
     *out = NULL;
-    for (size_t i = 0; i < STP_E57_PACKETS_KEPT; i++) {
+    for (size_t i = 0; i < s->packet_count; i++) {
         if (s->packets[i].at == at) {
             s->packets[i].last_used = ++s->uses;
             *out = &s->packets[i];

@@ -3,9 +3,9 @@
  *
  * A section is a header and packets of at most 64 KiB: data, index or empty. A data packet has the
  * next bytes of every field's bytestream. The writer chooses how many of each, so the fields are
- * not in step and each field has a cursor of its own. As many packets are kept as there are
- * cursors, so that each packet is read about once. Memory: those packets, 64 KiB for each of
- * STP_E57_PACKETS_KEPT. Threads: one at a time. */
+ * not in step and each field has a cursor of its own. As many packets are kept as there may
+ * be cursors, so that each packet is read about once. Memory: those packets, 64 KiB each. Threads:
+ * one at a time. */
 #ifndef STP_FORMATS_SCAN_E57_E57_PACKETS_H
 #define STP_FORMATS_SCAN_E57_E57_PACKETS_H
 
@@ -18,7 +18,6 @@
 #include <stdint.h>
 
 #define STP_E57_PACKET_BYTES 65536u
-#define STP_E57_PACKETS_KEPT STP_E57_TARGET_COUNT
 
 /* A data packet. */
 typedef struct stp_e57_packet {
@@ -32,7 +31,8 @@ typedef struct stp_e57_section {
     uint64_t first, end;  /* logical addresses of the first packet and of the end of the last */
     uint32_t stream_count;
     uint64_t uses;
-    stp_e57_packet packets[STP_E57_PACKETS_KEPT];
+    stp_e57_packet *packets; /* owned by the vector */
+    size_t packet_count;
 } stp_e57_section;
 
 /* The place where a bytestream is read. */

@@ -2,6 +2,7 @@
 #include "formats/scan/e57/e57_prototype.h"
 
 #include "base/checked.h"
+#include "formats/attribute/attribute_list.h"
 #include "formats/scan/number.h"
 
 #include <math.h>
@@ -104,6 +105,7 @@ static const char *const target_names[STP_E57_TARGET_COUNT] = {
     [STP_E57_INTENSITY] = "intensity",
     [STP_E57_INTENSITY_INVALID] = "isIntensityInvalid",
     [STP_E57_CLASS] = "classification",
+    [STP_E57_TIME_INVALID] = "isTimeStampInvalid",
 };
 
 static stp_e57_target target_of(const char *name)
@@ -121,6 +123,48 @@ void stp_e57_leave_out(stp_e57_document *document, stp_e57_scan *scan, stp_e57_t
     scan->fields[target].present = false;
 }
 
+/* The index of a name among those of all extras; adds it if it is new. False: it is no name of an
+ * attribute, or there are too many. */
+static bool find_extra_name(stp_attribute_list *names, const char *name, uint32_t *out)
+{
+    *out = stp_attribute_find(names, name);
+    if (*out != UINT32_MAX)
+        return true;
+    *out = names->count;
+    return stp_attribute_list_add(names, name, STP_ATTRIBUTE_U8) != NULL;
+}
+
+static bool has_extra(const stp_e57_document *document, const stp_e57_scan *scan, uint32_t name)
+{
+    for (uint32_t e = 0; e < scan->extra_count; e++)
+        if (document->extras[scan->extra_first + e].name == name)
+            return true;
+    return false;
+}
+
+/* Adds the field as an extra. False: it is none. */
+static bool add_extra(stp_e57_document *document, stp_e57_scan *scan, const char *name,
+                      const stp_e57_field *field, stp_e57_target target)
+{
+    stp_e57_extra extra = {.field = *field, .target = target, .invalid = STP_E57_TARGET_COUNT};
+    if (target == STP_E57_INTENSITY)
+        extra.invalid = STP_E57_INTENSITY_INVALID;
+    else if (strcmp(name, "timeStamp") == 0)
+        extra.invalid = STP_E57_TIME_INVALID;
+    if (!find_extra_name(&document->names, name, &extra.name) ||
+        has_extra(document, scan, extra.name))
+        return false;
+    document->extras[document->extra_count++] = extra;
+    scan->extra_count++;
+    return true;
+}
+
+/* Whether a field of this target may also be an attribute. */
+static bool may_be_extra(stp_e57_target target)
+{
+    return target == STP_E57_TARGET_COUNT || target == STP_E57_INTENSITY || target == STP_E57_CLASS;
+}
+
 const char *stp_e57_prototype_add(stp_e57_document *document, stp_e57_scan *scan, const char *name,
                                   const char *type, const char *const *attributes, bool top)
 {
@@ -128,12 +172,13 @@ const char *stp_e57_prototype_add(stp_e57_document *document, stp_e57_scan *scan
     const char *colon = strchr(name, ':'), *wrong = NULL;
     const char *local = colon ? colon + 1 : name;
     const stp_e57_target target = top ? target_of(local) : STP_E57_TARGET_COUNT;
+    const bool is_text = strcmp(type, "String") == 0;
     if (strcmp(type, "Integer") == 0 || strcmp(type, "ScaledInteger") == 0) {
         field.is_scaled = *type == 'S';
         wrong = read_integer(&field, attributes);
     } else if (strcmp(type, "Float") == 0) {
         wrong = read_float(&field, attributes);
-    } else if (strcmp(type, "String") != 0 || target != STP_E57_TARGET_COUNT) {
+    } else if (!is_text || target != STP_E57_TARGET_COUNT) {
         return "has a type that no field of a point has";
     }
     if (wrong)
@@ -141,11 +186,13 @@ const char *stp_e57_prototype_add(stp_e57_document *document, stp_e57_scan *scan
     if (!stp_add_u64(scan->record_bits, field.bits, &scan->record_bits))
         return "is one too many";
     scan->has_grid |= strcmp(local, "rowIndex") == 0 || strcmp(local, "columnIndex") == 0;
-    if (target == STP_E57_TARGET_COUNT)
-        stp_name_list_add(&document->left_out, name);
-    else if (scan->fields[target].present)
+    if (target != STP_E57_TARGET_COUNT && scan->fields[target].present)
         return "stands there twice";
-    else
+    if (target != STP_E57_TARGET_COUNT)
         scan->fields[target] = field;
+    const bool is_extra =
+        top && !is_text && may_be_extra(target) && add_extra(document, scan, local, &field, target);
+    if (target == STP_E57_TARGET_COUNT && !(is_extra && document->keeps_numbers))
+        stp_name_list_add(&document->left_out, name);
     return NULL;
 }

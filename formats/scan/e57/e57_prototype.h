@@ -15,7 +15,8 @@ bool stp_e57_attribute_number(const char *const *attributes, const char *name, d
 void stp_e57_leave_out(stp_e57_document *document, stp_e57_scan *scan, stp_e57_target target);
 
 /* Adds the field of an element that holds a value. Only names directly below the prototype (top)
- * may have a meaning. Returns NULL, or the fault as the rest of a sentence. */
+ * may have a meaning or be attributes. The document's extras have room for one more. Returns NULL,
+ * or the fault as the rest of a sentence. */
 const char *stp_e57_prototype_add(stp_e57_document *document, stp_e57_scan *scan, const char *name,
                                   const char *type, const char *const *attributes, bool top);
 

@@ -143,7 +143,7 @@ static void begin_scan(reader *r)
         return;
     }
     r->scan = &d->scans[d->scan_count++];
-    *r->scan = (stp_e57_scan){0};
+    *r->scan = (stp_e57_scan){.extra_first = d->extra_count};
 }
 
 static bool attribute_u64(const char *const *attributes, const char *name, uint64_t *out)
@@ -161,6 +161,20 @@ static void begin_points(reader *r, const char *const *attributes)
         fault(r, STP_CORRUPT,
               "`points` has no whole numbers fileOffset and recordCount: export the file again");
     r->scan->has_points = true;
+}
+
+/* Returns the fault of a field, as stp_e57_prototype_add. */
+static const char *begin_field(reader *r, const char *name, const char *type,
+                               const char *const *attributes, bool top)
+{
+    stp_e57_document *d = r->document;
+    stp_error err;
+    if (stp_grow(&d->extras, &d->extra_capacity, d->extra_count + 1, sizeof *d->extras, "fields",
+                 &err) != STP_OK) {
+        fault(r, STP_OUT_OF_MEMORY, "%s", err.message);
+        return NULL;
+    }
+    return stp_e57_prototype_add(d, r->scan, name, type, attributes, top);
 }
 
 static void begin_number(reader *r, const char *type, const char *const *attributes)
@@ -205,8 +219,7 @@ static void begin_element(void *data, const char *name, const char **attributes)
     else if (n == NODE_NUMBER)
         begin_number(r, type, list);
     else if (n == NODE_FIELD)
-        wrong =
-            stp_e57_prototype_add(r->document, r->scan, name, type, list, parent == NODE_PROTOTYPE);
+        wrong = begin_field(r, name, type, list, parent == NODE_PROTOTYPE);
     if (wrong)
         fault(r, STP_CORRUPT, "field `%.40s` %s: export the file again", name, wrong);
 }
@@ -357,7 +370,9 @@ void stp_e57_document_free(stp_e57_document *document)
 {
     free(document->scans);
     free(document->wkt);
+    free(document->extras);
     document->scans = NULL;
+    document->extras = NULL;
     document->wkt = NULL;
     document->scan_count = document->scan_capacity = 0;
 }

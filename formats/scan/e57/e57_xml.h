@@ -5,11 +5,13 @@
  * limits of intensity and colours, and points with its prototype. Everything else is skipped;
  * images2D and blobs are not read. Expat parses the section as a stream. Hostile XML is bounded: no
  * document type (so no entities), at most 64 levels, 64 MiB, 1 MiB in one tag and a million tags
- * and attributes. Memory: some 2 KiB per scan. Threads: any once read. */
+ * and attributes. Memory: some 2 KiB per scan,
+ * and 100 bytes for each field that may be an attribute. Threads: any once read. */
 #ifndef STP_FORMATS_SCAN_E57_E57_XML_H
 #define STP_FORMATS_SCAN_E57_E57_XML_H
 
 #include "base/error.h"
+#include "formats/attribute/attribute.h"
 #include "formats/scan/e57/e57_pages.h"
 #include "formats/scan/name_list.h"
 
@@ -37,7 +39,8 @@ typedef enum stp_e57_target {
     STP_E57_INTENSITY,
     STP_E57_INTENSITY_INVALID,
     STP_E57_CLASS,
-    STP_E57_TARGET_COUNT /* also: not used */
+    STP_E57_TIME_INVALID, /* of the attribute timeStamp */
+    STP_E57_TARGET_COUNT  /* also: not used */
 } stp_e57_target;
 
 typedef enum stp_e57_type { STP_E57_INTEGER, STP_E57_FLOAT, STP_E57_DOUBLE } stp_e57_type;
@@ -55,6 +58,15 @@ typedef struct stp_e57_field {
     double scale, offset; /* 1 and 0 if there are none */
     double low, high;     /* bounds of the value */
 } stp_e57_field;
+
+/* A field that may be an attribute (e57_numbers.h). */
+typedef struct stp_e57_extra {
+    stp_e57_field field;   /* present: it is one */
+    uint32_t name;         /* index in the document's names */
+    stp_e57_target target; /* which also uses it */
+    stp_e57_target
+        invalid; /* which says that a value is not valid; fields[invalid] may be absent */
+} stp_e57_extra;
 
 /* Numbers that a scan may give. */
 typedef enum stp_e57_slot {
@@ -77,8 +89,10 @@ typedef enum stp_e57_slot {
 } stp_e57_slot;
 
 typedef struct stp_e57_scan {
-    stp_e57_field fields[STP_E57_TARGET_COUNT];
-    uint64_t file_offset, record_count; /* of the points; file_offset is physical */
+    stp_e57_field fields[STP_E57_TARGET_COUNT + 1]; /* the last is never present */
+    size_t extra_first;                             /* in the document's extras */
+    uint32_t extra_count;                           /* at most STP_ATTRIBUTES_LIMIT */
+    uint64_t file_offset, record_count;             /* of the points; file_offset is physical */
     uint32_t stream_count;
     uint64_t record_bits; /* bits of all fields whose width is known */
     bool has_points, has_pose;
@@ -90,12 +104,16 @@ typedef struct stp_e57_scan {
 typedef struct stp_e57_document {
     stp_e57_scan *scans;
     size_t scan_count, scan_capacity;
-    char *wkt;              /* NULL: none */
-    stp_name_list left_out; /* fields that are not read */
+    stp_e57_extra *extras; /* scan by scan */
+    size_t extra_count, extra_capacity;
+    stp_attribute_list names; /* of the extras; their types mean nothing */
+    bool keeps_numbers;       /* attributes are wanted, so they are not left out */
+    char *wkt;                /* NULL: none */
+    stp_name_list left_out;   /* fields that are not read */
 } stp_e57_document;
 
-/* Free *document even after a failure. Errors: IO, CORRUPT (with the line), UNSUPPORTED, LIMIT,
- * OUT_OF_MEMORY. */
+/* *document must be zero, except keeps_numbers. Free it even after a failure. Errors: IO, CORRUPT
+ * (with the line), UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_e57_xml_read(stp_e57_document *document, stp_e57_pages *pages, stp_error *err);
 void stp_e57_document_free(stp_e57_document *document);
 
