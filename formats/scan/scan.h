@@ -94,7 +94,9 @@ typedef struct stp_scan_params {
     const char *columns; /* for XYZ, TXT, CSV and PTS, "x,y,z,_,r,g,b" (columns.h); NULL: guessed.
                             Used until the scan is open */
     const stp_grid_params *grid; /* for grids alone; NULL: as the file has it */
-    bool numbers; /* reading also keeps the numbers of all attributes (stp_scan_numbers) */
+    bool numbers;       /* reading also keeps the numbers of all attributes (stp_scan_numbers) */
+    bool keep_withheld; /* points that LAS, LAZ or EPT mark as withheld are no rejects; an attribute
+                           `withheld` says which */
     const stp_scan_region
         *region;               /* NULL: all of it. Must outlive the scan, as the next two must */
     struct stp_mirror *mirror; /* of the address (remote/mirror.h); NULL: the path is no address,

@@ -125,6 +125,16 @@ done
 prepared "$FOLDER/held.las" 997 unknown --rejects "$FOLDER/held.csv"
 printf 'file,index,reason\n"held.las",0,invalid\n"held.las",7,invalid\n"held.las",999,invalid\n' |
     cmp -s - <(sed "s|$FOLDER/||" "$FOLDER/held.csv") || fail "withheld points are not the rejects: $(head -5 "$FOLDER/held.csv")"
+# Kept on request, they are points with an attribute, and a LAS file that is written withholds them again.
+prepared "$FOLDER/held.las" 1000 unknown --withheld keep
+run "$STIPPLE" prep "$FOLDER/held.las" -o "$FOLDER/kept.stipple" --withheld keep --attributes all --quiet
+expect_code 0
+run "$STIPPLE" export "$FOLDER/kept.stipple" -o "$FOLDER/kept.ply" --where 'withheld==1' --quiet
+expect_code 0
+[ "$(sed -n 's/^element vertex //p;/^end_header/q' "$FOLDER/kept.ply")" = 3 ] || fail "other points are withheld"
+run "$STIPPLE" export "$FOLDER/kept.stipple" -o "$FOLDER/kept.las" --quiet
+expect_code 0
+prepared "$FOLDER/kept.las" 997 unknown
 head -c 20000 "$FOLDER/held.las" >"$FOLDER/held-cut.las"
 refused "$FOLDER/held-cut.las" "declares 1000 points, but the 19625 bytes from byte 375 on hold 545"
 

@@ -2,6 +2,7 @@
  * lie. If STIPPLE_SCANS names real scans, all points of the set there are read, too. */
 #include "formats/scan/octree/octree.h"
 #include "tests/fixtures/ept_fixture.h"
+#include "tests/fixtures/numbers_fixture.h"
 
 #include <math.h>
 
@@ -101,6 +102,36 @@ static void attributes(void **state)
         }
         assert_int_equal(total, EPT_POINTS);
         stp_scan_close(&scan);
+    }
+}
+
+/* Withheld points that are kept come with an attribute that says so. */
+static void withheld(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < EPT_KINDS; kind++) {
+        char path[64];
+        snprintf(path, sizeof path, "%s/ept.json", folders[kind]);
+        numbers n = numbers_read_with(path, &(stp_scan_params){.keep_withheld = true});
+        uint64_t marked = 0, wanted = 0;
+        for (uint64_t i = 0; i < EPT_POINTS; i++) {
+            const bool is_withheld = numbers_word(&n, "withheld", i) == 1;
+            const double time = numbers_value(&n, "gps_time", i);
+            assert_int_equal(n.points[i].reject, STP_REJECT_NONE);
+            wanted += ept_point_at(i).withheld;
+            for (uint64_t k = 0; is_withheld && k < EPT_POINTS; k++) {
+                const ept_point p = ept_point_at(k);
+                marked += p.withheld && 0.25 * p.intensity == time &&
+                          ept_position(&p).x == n.points[i].position.x &&
+                          ept_position(&p).y == n.points[i].position.y;
+            }
+        }
+        assert_true(wanted > 0);
+        assert_int_equal(marked, wanted);
+        numbers_free(&n);
+        n = numbers_read(path, NULL);
+        numbers_lack(&n, "withheld");
+        numbers_free(&n);
     }
 }
 
@@ -394,11 +425,17 @@ static void real_set(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(attributes),     cmocka_unit_test(all_points),
-        cmocka_unit_test(regions),        cmocka_unit_test(needs_no_more),
-        cmocka_unit_test(tells),          cmocka_unit_test(keys),
-        cmocka_unit_test(heads_that_lie), cmocka_unit_test(hierarchies_that_lie),
-        cmocka_unit_test(tiles_that_lie), cmocka_unit_test(frames_that_lie),
+        cmocka_unit_test(attributes),
+        cmocka_unit_test(withheld),
+        cmocka_unit_test(all_points),
+        cmocka_unit_test(regions),
+        cmocka_unit_test(needs_no_more),
+        cmocka_unit_test(tells),
+        cmocka_unit_test(keys),
+        cmocka_unit_test(heads_that_lie),
+        cmocka_unit_test(hierarchies_that_lie),
+        cmocka_unit_test(tiles_that_lie),
+        cmocka_unit_test(frames_that_lie),
         cmocka_unit_test(real_set),
     };
     return cmocka_run_group_tests(tests, enter, scan_fixture_leave);

@@ -112,6 +112,14 @@ static void withheld_points(void **state)
         for (unsigned i = 0; i < 3; i++)
             assert_int_equal(points[i].reject, i == 1 ? STP_REJECT_INVALID : STP_REJECT_NONE);
         free(points);
+        const stp_scan_params keep = {.keep_withheld = true};
+        points = scan_fixture_read("withheld.las", &keep, &info);
+        for (unsigned i = 0; i < 3; i++) {
+            assert_int_equal(points[i].reject, STP_REJECT_NONE);
+            scan_fixture_position(&points[i], points[0].position.x, points[0].position.y,
+                                  points[0].position.z);
+        }
+        free(points);
     }
 }
 

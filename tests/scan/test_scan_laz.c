@@ -171,7 +171,7 @@ static void check_numbers(const laz_unpacked *whole, const char *path)
     assert_int_equal(stp_scan_open(&scan, path, &params, &err), STP_OK);
     const bool coloured = stp_scan_get_info(scan)->attributes & STP_POINT_HAS_COLOUR;
     const stp_las_depth depth = {.colour = coloured ? STP_LAS_COLOUR_16 : STP_LAS_COLOUR_NONE};
-    stp_las_numbers_of_file(&numbers, &whole->header, &whole->records, &depth);
+    stp_las_numbers_of_file(&numbers, &whole->header, &whole->records, &depth, false);
     const size_t bytes = stp_attribute_list_bytes(&numbers.list);
     const size_t record = whole->header.record_bytes, total = whole->size / record;
     uint8_t *wanted = malloc(500 * bytes);

@@ -17,7 +17,7 @@
 #endif
 
 /* Options of prep_main; those of grids and of regions follow. */
-#define OWN_OPTIONS 27
+#define OWN_OPTIONS 28
 
 /* The choice "2" among FORMAT_CHOICES. */
 #define DEFAULT_FORMAT 1
@@ -28,7 +28,8 @@ typedef struct prep_options {
     uint64_t neighbours, sample, seed, memory;
     double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
-    int lines; /* 1: meshes of plants become lines */
+    int lines;    /* 1: meshes of plants become lines */
+    int withheld; /* 1: withheld points are kept */
     int codec, format, progress, outliers, shade;
     int layers; /* 1: overlapping layers are joined */
     prep_grid grid;
@@ -114,7 +115,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                                  .line_radius = o->line_radius,
                                  .hybrid = o->hybrid,
                                  .columns = o->columns,
-                                 .recompute_normals = o->recompute_normals},
+                                 .recompute_normals = o->recompute_normals,
+                                 .keep_withheld = o->withheld == 1},
                       .plants = o->lines == 1};
     stp_prep_params params = prep_params(o);
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
@@ -268,6 +270,8 @@ static int prep_main(int argc, char **argv)
         prep_system_option(&o.system),
         {"--attributes", 0, CLI_STRING, &o.attributes, "all|none|NAMES",
          "keep what the points have besides, as GPS time and returns (none)", NULL},
+        {"--withheld", 0, CLI_CHOICE, &o.withheld, "drop|keep",
+         "keep: also points that LAS, LAZ and EPT mark as withheld (drop)", NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
          "keep, mark or drop points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",

@@ -17,7 +17,7 @@ typedef struct las_reader {
     stp_las_depth depth;
     stp_las_notes notes;
     stp_las_numbers numbers;
-    bool keeps_numbers;
+    bool keeps_numbers, keeps_withheld;
     uint8_t *packed; /* numbers of the points read last */
     size_t packed_capacity;
     char format[40];
@@ -71,7 +71,8 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
         part = part < s->block_points ? part : s->block_points;
         part = part < left ? part : (size_t)left;
         STP_TRY(stp_las_stream_next(s, part, &records, err));
-        stp_las_decode(&s->header, &las->depth, records, points + done_count, part);
+        stp_las_decode(&s->header, &las->depth, las->keeps_withheld, records, points + done_count,
+                       part);
         if (las->keeps_numbers)
             stp_las_numbers_pack(&las->numbers, records, s->header.record_bytes, part,
                                  las->packed + done_count * stride);
@@ -126,6 +127,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     stp_status status = STP_OK;
     las_reader *las = state;
     las->keeps_numbers = params->numbers;
+    las->keeps_withheld = params->keep_withheld;
     las->stream.source.descriptor = -1;
     STP_TRY(open_file(las, path, params, err));
     const stp_las_header *header = &las->stream.header;
@@ -140,7 +142,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->heights = true;
     info->intensity_full = las->depth.intensity_8 ? 255.0 : 65535.0;
     info->coordinate_step = fmin(header->scale[0], fmin(header->scale[1], header->scale[2]));
-    stp_las_numbers_of_file(&las->numbers, header, &las->stream.records, &las->depth);
+    stp_las_numbers_of_file(&las->numbers, header, &las->stream.records, &las->depth,
+                            las->keeps_withheld);
     info->extra = &las->numbers.list;
     info->notes = las->notes.list;
     info->note_count = las->notes.count;

@@ -74,7 +74,8 @@ stp_attribute *stp_las_numbers_add(stp_las_numbers *out, const char *name, stp_a
     return a;
 }
 
-void stp_las_numbers_of_format(stp_las_numbers *out, const stp_las_format *format, bool coloured)
+void stp_las_numbers_of_format(stp_las_numbers *out, const stp_las_format *format, bool coloured,
+                               bool withheld)
 {
     static const char *const colours[3] = {"red", "green", "blue"};
     const known_field *known = format->extended ? extended_fields : legacy_fields;
@@ -83,6 +84,9 @@ void stp_las_numbers_of_format(stp_las_numbers *out, const stp_las_format *forma
     *out = (stp_las_numbers){0};
     for (size_t i = 0; i < count; i++)
         stp_las_numbers_add(out, known[i].name, known[i].type, known[i].field, known[i].scale);
+    if (withheld)
+        stp_las_numbers_add(out, "withheld", STP_ATTRIBUTE_U8,
+                            (stp_las_field){15, format->extended ? 2 : 7, 1}, 1.0);
     if (format->gps_time > 0)
         stp_las_numbers_add(out, "gps_time", STP_ATTRIBUTE_F64,
                             (stp_las_field){format->gps_time, 0, 0}, 1.0);
@@ -181,10 +185,11 @@ void stp_las_numbers_relate(stp_las_numbers *out, const stp_las_depth *depth)
 }
 
 void stp_las_numbers_of_file(stp_las_numbers *out, const stp_las_header *header,
-                             const stp_las_records *records, const stp_las_depth *depth)
+                             const stp_las_records *records, const stp_las_depth *depth,
+                             bool withheld)
 {
     const bool coloured = depth->colour != STP_LAS_COLOUR_NONE;
-    stp_las_numbers_of_format(out, header->format, coloured);
+    stp_las_numbers_of_format(out, header->format, coloured, withheld);
     stp_las_numbers_relate(out, depth);
     add_extra(out, header, &records->kept[STP_LAS_EXTRA_BYTES]);
 }

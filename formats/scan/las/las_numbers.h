@@ -28,11 +28,14 @@ stp_attribute *stp_las_numbers_add(stp_las_numbers *out, const char *name, stp_a
                                    stp_las_field field, double scale);
 /* Says what the samples' 8 bits tell of colours and intensities of 16 bits. */
 void stp_las_numbers_relate(stp_las_numbers *out, const stp_las_depth *depth);
-/* The attributes of a point format, without extra bytes. Colours if `coloured`. */
-void stp_las_numbers_of_format(stp_las_numbers *out, const stp_las_format *format, bool coloured);
+/* The attributes of a point format, without extra bytes. Colours if `coloured`. withheld: also the
+ * flag of this name. */
+void stp_las_numbers_of_format(stp_las_numbers *out, const stp_las_format *format, bool coloured,
+                               bool withheld);
 /* Those of a file. What the depth makes certain is derived from the sample. */
 void stp_las_numbers_of_file(stp_las_numbers *out, const stp_las_header *header,
-                             const stp_las_records *records, const stp_las_depth *depth);
+                             const stp_las_records *records, const stp_las_depth *depth,
+                             bool withheld);
 /* Packs `count` records of `stride` bytes into points of stp_attribute_list_bytes. */
 void stp_las_numbers_pack(const stp_las_numbers *numbers, const unsigned char *records,
                           size_t stride, size_t count, uint8_t *out);

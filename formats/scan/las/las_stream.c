@@ -130,7 +130,7 @@ static bool is_withheld(const unsigned char *record, bool extended)
     return record[AT_CLASS_AND_FLAGS] & (extended ? 0x04 : 0x80);
 }
 
-void stp_las_decode(const stp_las_header *header, const stp_las_depth *depth,
+void stp_las_decode(const stp_las_header *header, const stp_las_depth *depth, bool keep_withheld,
                     const unsigned char *records, stp_point *points, size_t count)
 {
     const size_t stride = header->record_bytes;
@@ -145,7 +145,8 @@ void stp_las_decode(const stp_las_header *header, const stp_las_depth *depth,
                          (int32_t)stp_las_u32(at + 8) * scale[2] + offset[2]},
             .intensity = narrow ? stp_las_widen(intensity) : intensity,
             .class_id = extended ? at[AT_EXTENDED_CLASS] : at[AT_CLASS_AND_FLAGS] & 0x1f,
-            .reject = is_withheld(at, extended) ? STP_REJECT_INVALID : STP_REJECT_NONE};
+            .reject =
+                !keep_withheld && is_withheld(at, extended) ? STP_REJECT_INVALID : STP_REJECT_NONE};
     }
     if (header->format->rgb > 0 && depth->colour != STP_LAS_COLOUR_NONE)
         decode_colours(header, depth->colour, records, points, count);

@@ -44,8 +44,9 @@ stp_status stp_las_stream_next(stp_las_stream *las, size_t count, const unsigned
                                stp_error *err);
 void stp_las_stream_close(stp_las_stream *las);
 
-/* Decodes count records. Colours stay zero if depth has none, or if the point format has none. */
-void stp_las_decode(const stp_las_header *header, const stp_las_depth *depth,
+/* Decodes count records. Colours stay zero if depth has none, or if the point format has none.
+ * Withheld points are rejects, unless keep_withheld. */
+void stp_las_decode(const stp_las_header *header, const stp_las_depth *depth, bool keep_withheld,
                     const unsigned char *records, stp_point *points, size_t count);
 
 #endif

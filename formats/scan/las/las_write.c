@@ -125,7 +125,7 @@ static void place_numbers(stp_las_writer *w)
 {
     const stp_attribute_list *list = w->params.numbers;
     stp_las_numbers known;
-    stp_las_numbers_of_format(&known, w->format, true);
+    stp_las_numbers_of_format(&known, w->format, true, true);
     w->record_bytes = w->format->bytes;
     for (uint32_t a = 0; list && a < list->count; a++) {
         const stp_attribute *attribute = &list->items[a];

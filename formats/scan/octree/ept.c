@@ -112,7 +112,8 @@ done:
 static void numbers_of(const ept_reader *ept, stp_las_numbers *out)
 {
     if (ept->header.packing == STP_EPT_LASZIP) {
-        stp_las_numbers_of_file(out, &ept->tile.las.header, &ept->tile.las.records, &ept->depth);
+        stp_las_numbers_of_file(out, &ept->tile.las.header, &ept->tile.las.records, &ept->depth,
+                                ept->header.keeps_withheld);
         return;
     }
     *out = ept->header.numbers;
@@ -189,6 +190,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     ept->tile.las.source.descriptor = ept->tile.source.descriptor = -1;
     ept->files = stp_ept_files_of(path, params->web);
     STP_TRY(stp_ept_files_json(&ept->files, NULL, &json, &name, err));
+    ept->header.keeps_withheld = params->keep_withheld;
     STP_TRY(stp_ept_header_read(&ept->header, json, name, err));
     ept->tile.header = &ept->header;
     ept->tile.files = &ept->files;

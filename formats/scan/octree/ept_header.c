@@ -152,10 +152,11 @@ static void lower_name(const char *name, char out[STP_ATTRIBUTE_NAME_BYTES])
 }
 
 /* Positions, normals, classes and what says that a point is none are no attributes. */
-static bool is_attribute(stp_ept_role role)
+static bool is_attribute(const stp_ept_header *h, stp_ept_role role)
 {
-    return role == STP_EPT_INTENSITY || role == STP_EPT_RED || role == STP_EPT_GREEN ||
-           role == STP_EPT_BLUE || role == STP_EPT_ROLE_COUNT;
+    const bool flags = role == STP_EPT_WITHHELD || role == STP_EPT_CLASS_FLAGS;
+    return (flags && h->keeps_withheld) || role == STP_EPT_INTENSITY || role == STP_EPT_RED ||
+           role == STP_EPT_GREEN || role == STP_EPT_BLUE || role == STP_EPT_ROLE_COUNT;
 }
 
 static void add_number(stp_ept_header *h, const stp_ept_field *field, const char *name)
@@ -196,7 +197,7 @@ static stp_status read_field(stp_ept_header *h, const cJSON *entry, const char *
                              "%s: its schema has the field `%s` twice, or points of more than %u "
                              "bytes: " MEND,
                              path, shown(name, found), STP_EPT_RECORD_MOST);
-    if (is_attribute(role) && h->packing != STP_EPT_LASZIP)
+    if (is_attribute(h, role) && h->packing != STP_EPT_LASZIP)
         add_number(h, &field, name);
     if (role < STP_EPT_ROLE_COUNT) {
         h->fields[role] = field;

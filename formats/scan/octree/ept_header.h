@@ -33,7 +33,7 @@ typedef enum stp_ept_role {
     STP_EPT_NORMAL_X,
     STP_EPT_NORMAL_Y,
     STP_EPT_NORMAL_Z,
-    STP_EPT_WITHHELD,    /* not 0: the point is none */
+    STP_EPT_WITHHELD,    /* not 0: the point is none, unless withheld points are kept */
     STP_EPT_CLASS_FLAGS, /* LAS's: bit 2 is withheld */
     STP_EPT_ROLE_COUNT
 } stp_ept_role;
@@ -48,6 +48,7 @@ typedef struct stp_ept_field {
 } stp_ept_field;
 
 typedef struct stp_ept_header {
+    bool keeps_withheld; /* withheld points are points, with an attribute that says so */
     stp_ept_packing packing;
     stp_octree octree;
     uint64_t point_count;  /* as written */
@@ -59,8 +60,9 @@ typedef struct stp_ept_header {
     stp_las_text left_out;   /* names of fields that are not read */
 } stp_ept_header;
 
-/* Reads the content of ept.json. path is for messages. *out must be zero. Free it even after a
- * failure. Errors: FORMAT, VERSION, UNSUPPORTED (a way of packing), OUT_OF_MEMORY. */
+/* Reads the content of ept.json. path is for messages. *out must be zero, except keeps_withheld.
+ * Free it even after a failure. Errors: FORMAT, VERSION, UNSUPPORTED (a way of packing),
+ * OUT_OF_MEMORY. */
 stp_status stp_ept_header_read(stp_ept_header *out, const cJSON *json, const char *path,
                                stp_error *err);
 void stp_ept_header_free(stp_ept_header *header);

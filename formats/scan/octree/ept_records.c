@@ -90,15 +90,15 @@ void stp_ept_records_decode(const stp_ept_header *h, const stp_las_depth *depth,
     const bool normals = stp_ept_has_normals(h);
     for (size_t i = 0; i < count; i++, records += h->record_bytes) {
         const uint16_t intensity = number_of(h, STP_EPT_INTENSITY, records);
-        const bool withheld = number_of(h, STP_EPT_WITHHELD, records) != 0 ||
-                              (number_of(h, STP_EPT_CLASS_FLAGS, records) & FLAG_WITHHELD) != 0;
-        points[i] =
-            (stp_point){.position = {value_of(&h->fields[STP_EPT_X], records),
-                                     value_of(&h->fields[STP_EPT_Y], records),
-                                     value_of(&h->fields[STP_EPT_Z], records)},
-                        .intensity = depth->intensity_8 ? stp_las_widen(intensity) : intensity,
-                        .class_id = (uint8_t)(number_of(h, STP_EPT_CLASS, records) & 0xff),
-                        .reject = withheld ? STP_REJECT_INVALID : STP_REJECT_NONE};
+        const bool flagged = number_of(h, STP_EPT_WITHHELD, records) != 0 ||
+                             (number_of(h, STP_EPT_CLASS_FLAGS, records) & FLAG_WITHHELD) != 0;
+        points[i] = (stp_point){
+            .position = {value_of(&h->fields[STP_EPT_X], records),
+                         value_of(&h->fields[STP_EPT_Y], records),
+                         value_of(&h->fields[STP_EPT_Z], records)},
+            .intensity = depth->intensity_8 ? stp_las_widen(intensity) : intensity,
+            .class_id = (uint8_t)(number_of(h, STP_EPT_CLASS, records) & 0xff),
+            .reject = flagged && !h->keeps_withheld ? STP_REJECT_INVALID : STP_REJECT_NONE};
         for (unsigned k = 0; k < 3 && colours; k++)
             points[i].rgb[k] =
                 colour_of(number_of(h, (stp_ept_role)(STP_EPT_RED + k), records), depth->colour);

@@ -191,7 +191,8 @@ stp_status stp_ept_tile_read(stp_ept_tile *tile, const stp_las_depth *depth, stp
         STP_TRY(stp_las_stream_next(&tile->las, part, &records, err));
         if (seen)
             stp_las_depth_look(seen, &tile->las.header, records, part);
-        stp_las_decode(&tile->las.header, depth, records, points, part);
+        stp_las_decode(&tile->las.header, depth, tile->header->keeps_withheld, records, points,
+                       part);
         tile->read_bytes = tile->las.header.record_bytes;
     } else {
         STP_TRY(next_records(tile, part, &records, err));
