@@ -1,5 +1,6 @@
 /* Tests attributes: numbers of every type come back, in fewer bytes where they are alike; hostile
  * bytes are refused; each level-0 sample's number is stored once. */
+#include "formats/attribute/attribute_list.h"
 #include "formats/chunk/attribute/attribute_codec.h"
 #include "formats/chunk/attribute/attribute_json.h"
 #include "formats/chunk/attribute/attribute_order.h"
@@ -239,13 +240,43 @@ static void test_order(void **state)
     stp_chunk_destroy(&chunk);
 }
 
+/* Names that are none; a source whose own numbers are missing joins one without. */
+static void test_union(void **state)
+{
+    (void)state;
+    static const char *const none[] = {"", "x", "y", "z", "a\n", "\xc3\xa9", "a"};
+    stp_attribute_list plain = {0}, missing = {0};
+    stp_attribute_union all = {0};
+    assert_non_null(stp_attribute_list_add(&plain, "a", STP_ATTRIBUTE_U8));
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++)
+        assert_null(stp_attribute_list_add(&plain, none[i], STP_ATTRIBUTE_U8));
+    stp_attribute *own = stp_attribute_list_add(&missing, "a", STP_ATTRIBUTE_U8);
+    own->has_missing = true;
+    own->missing = 255;
+    assert_true(stp_attribute_union_add(&all, &missing));
+    assert_true(stp_attribute_union_add(&all, &missing));
+    assert_int_equal(all.list.items[0].type, STP_ATTRIBUTE_U8);
+    assert_true(stp_attribute_union_add(&all, &plain)); /* its 255 is a number */
+    const stp_attribute *a = &all.list.items[0];
+    assert_int_equal(a->type, STP_ATTRIBUTE_U16);
+    assert_int_equal(stp_attribute_union_word(a, own, 255), 65535);
+    assert_int_equal(stp_attribute_union_word(a, own, 254), 254);
+    assert_int_equal(stp_attribute_union_word(a, &plain.items[0], 255), 255);
+    assert_true(isnan(stp_attribute_value(a, 65535)));
+    stp_attribute_union turned = {0};
+    assert_true(stp_attribute_union_add(&turned, &plain));
+    assert_true(stp_attribute_union_add(&turned, &missing));
+    assert_true(turned.list.items[0].has_missing);
+    assert_int_equal(turned.list.items[0].type, STP_ATTRIBUTE_U16);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_names), cmocka_unit_test(test_any_numbers),
         cmocka_unit_test(test_sizes), cmocka_unit_test(test_hostile),
         cmocka_unit_test(test_join),  cmocka_unit_test(test_json),
-        cmocka_unit_test(test_order),
+        cmocka_unit_test(test_order), cmocka_unit_test(test_union),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
