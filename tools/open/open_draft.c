@@ -9,6 +9,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Points of a draft, if time allows. */
 #define DRAFT_POINTS 60000u
@@ -19,8 +20,7 @@
 #define UNPACKED_POINTS 2000000u
 /* With fewer places, a file is read from its beginning to its end. */
 #define PLACES_LEAST 64u
-/* Seeking ends after this time, on a slow disk. Places come in an order in which the first ones are
- * spread as evenly as all of them. */
+/* Seeking ends after this time, on a slow disk. */
 #define SEEK_S 0.6
 #define BLOCK_POINTS 1024u
 /* Of an octree. */
@@ -52,8 +52,8 @@ static pattern pattern_of(const stp_scan_info *info, uint64_t wanted)
     return (pattern){places, apart, depth, depth * places / wanted + 1, true};
 }
 
-static stp_status read_run(draft *d, stp_scan *scan, const pattern *p, uint32_t stations_before,
-                           stp_error *err)
+/* Reads the next points of a scan by a pattern, and adds them to d. */
+static stp_status read_run(draft *d, stp_scan *scan, const pattern *p, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_point block[BLOCK_POINTS];
@@ -65,8 +65,6 @@ static stp_status read_run(draft *d, stp_scan *scan, const pattern *p, uint32_t 
         for (size_t i = (size_t)((p->step - at % p->step) % p->step); i < count; i += p->step) {
             STP_TRY(
                 stp_grow(&d->points, &d->capacity, d->count + 1, sizeof *d->points, "points", err));
-            if (block[i].station > 0)
-                block[i].station = (uint16_t)(block[i].station + stations_before);
             d->points[d->count++] = block[i];
         }
     }
@@ -83,43 +81,105 @@ static uint64_t reversed(uint64_t index, unsigned bits)
     return out;
 }
 
-static stp_status read_scan(draft *d, stp_scan *scan, uint64_t wanted, uint32_t stations_before,
-                            stp_error *err)
+/* One scan's places, which the threads of a pool share. Each thread has the scan open for itself.
+ */
+typedef struct reading {
+    const char *path;
+    const stp_scan_params *params;
+    stp_scan **scans; /* [worker]; those that are NULL are opened when their thread begins */
+    const pattern *pattern;
+    const uint64_t *places; /* in the order in which they are read */
+    draft *runs;            /* of each place */
+    double until_s;
+} reading;
+
+static stp_status read_place(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    reading *r = context;
+    stp_status status = STP_OK;
+    if (index >= PLACES_LEAST && stp_clock_seconds() > r->until_s)
+        return STP_OK;
+    if (r->scans[worker] == NULL)
+        STP_TRY(stp_scan_open(&r->scans[worker], r->path, r->params, err));
+    STP_TRY(stp_scan_seek(r->scans[worker], r->places[index] * r->pattern->apart, err));
+    STP_TRY(read_run(&r->runs[index], r->scans[worker], r->pattern, err));
+done:
+    return status;
+}
+
+/* Adds the runs to d, in their order. */
+static stp_status join_runs(draft *d, const draft *runs, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
-    const pattern p = pattern_of(stp_scan_get_info(scan), wanted);
-    unsigned bits = 0;
-    while (UINT64_C(1) << bits < p.places)
-        bits++;
-    for (uint64_t i = 0, done = 0; i < UINT64_C(1) << bits; i++) {
-        const uint64_t place = reversed(i, bits);
-        if (place >= p.places)
+    for (size_t i = 0; i < count; i++) {
+        if (runs[i].count == 0)
             continue;
-        if (p.seeks && done++ >= PLACES_LEAST && stp_clock_seconds() > d->until_s)
-            break;
-        if (p.seeks)
-            STP_TRY(stp_scan_seek(scan, place * p.apart, err));
-        STP_TRY(read_run(d, scan, &p, stations_before, err));
+        STP_TRY(stp_grow(&d->points, &d->capacity, d->count + runs[i].count, sizeof *d->points,
+                         "points", err));
+        memcpy(d->points + d->count, runs[i].points, runs[i].count * sizeof *d->points);
+        d->count += runs[i].count;
     }
 done:
     return status;
 }
 
+/* The places of a pattern in an order in which the first ones are spread as evenly as all. */
+static void order_places(uint64_t *places, uint64_t count)
+{
+    unsigned bits = 0;
+    while (UINT64_C(1) << bits < count)
+        bits++;
+    for (uint64_t i = 0, n = 0; n < count; i++) {
+        places[n] = reversed(i, bits);
+        n += places[n] < count;
+    }
+}
+
+/* Seeks to the places of a scan. first: the scan, open; it is closed. */
+static stp_status read_places(draft *d, reading *r, stp_scan **first, stp_pool *pool,
+                              stp_error *err)
+{
+    stp_status status = STP_OK;
+    const size_t count = (size_t)r->pattern->places;
+    const unsigned threads = stp_pool_thread_count(pool);
+    uint64_t *places = NULL;
+    STP_TRY(stp_alloc(&places, count, sizeof *places, "places", err));
+    STP_TRY(stp_alloc(&r->runs, count, sizeof *r->runs, "places", err));
+    STP_TRY(stp_alloc(&r->scans, threads, sizeof *r->scans, "scans", err));
+    order_places(places, count);
+    r->places = places;
+    r->scans[0] = *first;
+    *first = NULL;
+    if (r->params->mirror == NULL)
+        STP_TRY(stp_pool_run(pool, count, read_place, r, err));
+    for (size_t i = 0; r->params->mirror != NULL && i < count; i++)
+        STP_TRY(read_place(r, i, 0, err)); /* one thread at a time uses a mirror */
+    STP_TRY(join_runs(d, r->runs, count, err));
+done:
+    for (unsigned i = 0; r->scans != NULL && i < threads; i++)
+        stp_scan_close(&r->scans[i]);
+    for (size_t i = 0; r->runs != NULL && i < count; i++)
+        free(r->runs[i].points);
+    free(r->scans);
+    free(r->runs);
+    free(places);
+    return status;
+}
+
 /* Opens a scan; of an octree, the depths from the root on that have points enough. *count: points
  * of the whole scan. */
-static stp_status open_part(stp_scan **scan, const prep_inputs *in, size_t f,
+static stp_status open_part(stp_scan **scan, const char *path, stp_scan_params *params,
                             stp_scan_region *region, uint64_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_scan_params params = prep_inputs_params(in, f);
-    STP_TRY(stp_scan_open(scan, in->paths[f], &params, err));
+    STP_TRY(stp_scan_open(scan, path, params, err));
     const double spacing = stp_scan_get_info(*scan)->octree_spacing;
     *count = stp_scan_get_info(*scan)->point_count;
-    params.region = region;
     for (int depth = 0; spacing > 0.0 && depth < DEPTHS_MOST; depth++) {
         stp_scan_close(scan);
         *region = (stp_scan_region){.resolution = ldexp(spacing, -depth)};
-        STP_TRY(stp_scan_open(scan, in->paths[f], &params, err));
+        params->region = region;
+        STP_TRY(stp_scan_open(scan, path, params, err));
         const uint64_t part = stp_scan_get_info(*scan)->point_count;
         if (part >= DRAFT_POINTS || part == *count)
             break;
@@ -128,29 +188,46 @@ done:
     return status;
 }
 
-static stp_status read_all(draft *d, prep_inputs *in, uint64_t total, stp_error *err)
+/* Reads a part of a scan. total: points of all scans. */
+static stp_status read_scan(draft *d, const prep_inputs *in, size_t f, uint64_t total,
+                            stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_scan *scan = NULL;
+    stp_scan_region region;
+    stp_scan_params params = prep_inputs_params(in, f);
+    const size_t before = d->count;
+    uint64_t points = 0;
+    STP_TRY(open_part(&scan, in->paths[f], &params, &region, &points, err));
+    const double share = (double)points / (double)total * DRAFT_POINTS;
+    const pattern p = pattern_of(stp_scan_get_info(scan), (uint64_t)share + 1);
+    reading r = {.path = in->paths[f], .params = &params, .pattern = &p, .until_s = d->until_s};
+    STP_TRY(p.seeks ? read_places(d, &r, &scan, pool, err) : read_run(d, scan, &p, err));
+    for (size_t i = before; i < d->count; i++)
+        if (d->points[i].station > 0)
+            d->points[i].station = (uint16_t)(d->points[i].station + in->files[f].station_begin);
+    if (in->facts[f].way.projection)
+        prep_system_move(in->facts[f].way.projection, d->points + before, d->count - before);
+done:
+    stp_scan_close(&scan);
+    return status;
+}
+
+static stp_status read_all(draft *d, prep_inputs *in, uint64_t total, stp_pool *pool,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
     d->until_s = stp_clock_seconds() + SEEK_S;
     for (size_t f = 0; f < in->count; f++) {
         const size_t before = d->count;
         if (in->facts[f].why)
             continue;
-        stp_scan_region region;
-        uint64_t points = 0;
-        STP_TRY(open_part(&scan, in, f, &region, &points, err));
-        const double share = (double)points / (double)total * DRAFT_POINTS;
-        STP_TRY(read_scan(d, scan, (uint64_t)share + 1, in->files[f].station_begin, err));
-        if (in->facts[f].way.projection)
-            prep_system_move(in->facts[f].way.projection, d->points + before, d->count - before);
+        STP_TRY(read_scan(d, in, f, total, pool, err));
         in->files[f].point_count = d->count - before;
         in->files[f].raster.columns = 0; /* what is taken is no grid any more */
         in->files[f].grid.columns = in->files[f].grid.rows = in->files[f].grid.cell_count = 0;
-        stp_scan_close(&scan);
     }
 done:
-    stp_scan_close(&scan);
     return status;
 }
 
@@ -180,13 +257,13 @@ stp_status open_draft_make(bool *made, const prep_paths *scans, const char *path
     if (source.point_count <= OPEN_DRAFT_WORTH || in.lines.strip_count > 0 ||
         in.triangles.triangle_count > 0)
         goto done;
-    STP_TRY(read_all(&d, &in, source.point_count, err));
+    STP_TRY(stp_pool_create(&pool, (unsigned)common->threads, err));
+    STP_TRY(read_all(&d, &in, source.point_count, pool, err));
     source.context = &d;
     source.read = read_draft;
     source.point_count = d.count;
     source.leaves_out = NULL;
     source.rejected = NULL;
-    STP_TRY(stp_pool_create(&pool, (unsigned)common->threads, err));
     const stp_progress silent = *cli_progress(&(cli_common){.quiet = true});
     STP_TRY(stp_prep_run(path, &source, &params, pool, &silent, &stats, err));
     *made = true;
