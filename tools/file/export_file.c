@@ -17,12 +17,11 @@
 /* Number of points per write. */
 #define BATCH_COUNT 4096u
 
-/* The output of points, and the factor of their intensities. */
+/* The output of points and what is chosen for it. */
 typedef struct sink {
     stp_ply_writer *ply; /* or */
     stp_las_writer *las;
     export_numbers *numbers;
-    double intensity_step;
     const bool *stand_ins; /* per chunk: its samples stand in for lost points */
     export_shapes *shapes;
     const export_filter *filter;
@@ -77,9 +76,8 @@ static stp_status needs_double(stp_chunk_file *file, bool *out, stp_error *err)
 static stp_point point_of(const stp_sample *s, const stp_patch *patch, stp_dvec3 origin,
                           double intensity_step)
 {
-    double intensity = fmin(65535.0, s->intensity * intensity_step + 0.5);
     stp_point p = {.position = stp_dvec3_add(origin, stp_sample_position(s, patch)),
-                   .intensity = (uint16_t)intensity,
+                   .intensity = stp_sample_intensity(s, intensity_step),
                    .class_id = s->class_id,
                    .outlier = (s->flags & STP_SAMPLE_OUTLIER) != 0};
     if (stp_sample_is_flat(s)) /* else the direction is a tube's tangent */
@@ -115,8 +113,8 @@ static stp_status add_point(batch *b, const stp_chunk *chunk, const stp_patch *p
     const size_t stride = out->numbers->stride;
     const uint8_t *packed = b->packed ? out->numbers->packed + k * stride : NULL;
     b->radii[b->count] = (float)stp_sample_radius(s, patch);
-    b->points[b->count] = point_of(s, patch, origin, out->intensity_step);
-    if (!export_filter_takes(out->filter, &b->points[b->count], packed))
+    b->points[b->count] = point_of(s, patch, origin, out->filter->intensity_step);
+    if (!export_filter_takes(out->filter, s, b->points[b->count].position, packed))
         return STP_OK;
     out->chosen++;
     if (out->counts)
@@ -306,7 +304,6 @@ stp_status export_file(stp_chunk_file *file, const export_params *params, uint64
     STP_TRY(export_numbers_open(&numbers, file, err));
     STP_TRY(export_filter_make(&filter, &params->choice, file, &numbers, err));
     sink out = {.numbers = &numbers,
-                .intensity_step = noted(info, "intensity_max", 65535.0) / 255.0,
                 .stand_ins = stand_ins,
                 .shapes = &shapes,
                 .filter = &filter,

@@ -3,9 +3,8 @@
 #ifndef STP_TOOLS_FILE_EXPORT_FILTER_H
 #define STP_TOOLS_FILE_EXPORT_FILTER_H
 
-#include "formats/scan/scan.h"
+#include "formats/chunk/attribute/sample_fields.h"
 #include "tools/file/export_numbers.h"
-#include "tools/file/where.h"
 
 /* The options of the command line; NULL: all points. */
 typedef struct export_choice {
@@ -13,17 +12,10 @@ typedef struct export_choice {
     int level;
 } export_choice;
 
-/* Where the value of a name comes from. */
-typedef struct export_field {
-    const stp_attribute *attribute; /* or NULL: */
-    int own;                        /* one of the fields that every point has */
-    size_t at;                      /* of the attribute, in a packed point */
-} export_field;
-
 typedef struct export_filter {
     bool conditional, clipped;
-    where condition;
-    export_field fields[WHERE_NAMES]; /* by name of the condition */
+    stp_condition condition;
+    double intensity_step; /* of the samples */
     stp_dbox clip;
 } export_filter;
 
@@ -37,8 +29,8 @@ static inline bool export_filter_chooses(const export_filter *filter)
 {
     return filter->conditional || filter->clipped;
 }
-/* packed: the point's attributes; NULL: none. */
-bool export_filter_takes(const export_filter *filter, const stp_point *point,
+/* position: of the sample. packed: its attributes; NULL: none. */
+bool export_filter_takes(const export_filter *filter, const stp_sample *sample, stp_dvec3 position,
                          const uint8_t *packed);
 /* Whether a chunk with this box may have points that are taken. */
 static inline bool export_filter_meets(const export_filter *filter, const stp_dbox *box)

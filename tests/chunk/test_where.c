@@ -1,7 +1,7 @@
 /* Tests conditions on fields: truth tables, missing values, and what is no condition. */
+#include "formats/attribute/where.h"
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/support/check.h"
-#include "tools/file/where.h"
 
 #include <math.h>
 
@@ -12,16 +12,16 @@ static bool holds(const char *text)
         const char *name;
         double value;
     } fields[] = {{"a", 1.0}, {"b", 2.0}, {"c", NAN}, {"x y", -0.5}};
-    where w;
-    double values[WHERE_NAMES];
-    check_ok(where_parse(&w, text, err));
+    stp_where w;
+    double values[STP_WHERE_NAMES];
+    check_ok(stp_where_parse(&w, text, err));
     for (unsigned n = 0; n < w.name_count; n++) {
         size_t f = 0;
         while (strcmp(fields[f].name, w.names[n]) != 0)
             assert_true(++f < sizeof fields / sizeof *fields);
         values[n] = fields[f].value;
     }
-    return where_holds(&w, values);
+    return stp_where_holds(&w, values);
 }
 
 static void truths(void **state)
@@ -77,33 +77,33 @@ static void refusals(void **state)
                  {"é==1", "a number or a name"}};
     char text[4096] = "";
     size_t at;
-    where w;
+    stp_where w;
     stp_error error;
     (void)state;
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
-        assert_int_equal(where_parse(&w, wrong[i].text, &error), STP_INVALID_ARGUMENT);
+        assert_int_equal(stp_where_parse(&w, wrong[i].text, &error), STP_INVALID_ARGUMENT);
         if (!strstr(error.message, wrong[i].said))
             fail_msg("%s: %s", wrong[i].text, error.message);
     }
     memset(text, '(', 1000);
-    assert_int_equal(where_parse(&w, text, &error), STP_INVALID_ARGUMENT);
+    assert_int_equal(stp_where_parse(&w, text, &error), STP_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "fewer brackets"));
     memset(text, '!', 1000);
-    assert_int_equal(where_parse(&w, text, &error), STP_INVALID_ARGUMENT);
+    assert_int_equal(stp_where_parse(&w, text, &error), STP_INVALID_ARGUMENT);
     at = (size_t)sprintf(text, "a==0");
     for (int i = 0; i < 100; i++)
         at += (size_t)sprintf(text + at, "||a==0");
-    assert_int_equal(where_parse(&w, text, &error), STP_INVALID_ARGUMENT);
+    assert_int_equal(stp_where_parse(&w, text, &error), STP_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "too long"));
     at = (size_t)sprintf(text, "a0==0");
     for (int i = 1; i < 30; i++)
         at += (size_t)sprintf(text + at, "||a%d==a0", i);
-    check_ok(where_parse(&w, text, err));
+    check_ok(stp_where_parse(&w, text, err));
     assert_int_equal(w.name_count, 30);
     at = (size_t)sprintf(text, "a0<b0");
     for (int i = 1; i < 20; i++)
         at += (size_t)sprintf(text + at, "||a%d<b%d", i, i);
-    assert_int_equal(where_parse(&w, text, &error), STP_INVALID_ARGUMENT);
+    assert_int_equal(stp_where_parse(&w, text, &error), STP_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "more than 32 fields"));
 }
 

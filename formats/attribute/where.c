@@ -1,5 +1,5 @@
 /* Parses and evaluates conditions on fields. */
-#include "tools/file/where.h"
+#include "formats/attribute/where.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -14,7 +14,7 @@ static const char *const signs[] = {"==", "!=", "<=", ">=", "<", ">"};
 #define SIGN_COUNT (sizeof signs / sizeof *signs)
 
 typedef struct parser {
-    where *out;
+    stp_where *out;
     const char *text, *at;
     unsigned depth;
     stp_error *err;
@@ -43,28 +43,28 @@ static bool take(parser *p, const char *sign)
     return true;
 }
 
-static stp_status add(parser *p, const where_step *step)
+static stp_status add(parser *p, const stp_where_step *step)
 {
-    if (p->out->step_count == WHERE_STEPS)
+    if (p->out->step_count == STP_WHERE_STEPS)
         return stp_error_set(p->err, STP_INVALID_ARGUMENT,
                              "--where '%.80s...' is too long: it may have %u parts", p->text,
-                             WHERE_STEPS);
+                             STP_WHERE_STEPS);
     p->out->steps[p->out->step_count++] = *step;
     return STP_OK;
 }
 
-static stp_status add_name(parser *p, const char *name, size_t length, where_side *side)
+static stp_status add_name(parser *p, const char *name, size_t length, stp_where_side *side)
 {
-    where *w = p->out;
+    stp_where *w = p->out;
     if (length == 0 || length >= STP_ATTRIBUTE_NAME_BYTES)
         return expected(p, "a name");
     for (side->name = 0; side->name < (int)w->name_count; side->name++)
         if (strlen(w->names[side->name]) == length &&
             strncmp(w->names[side->name], name, length) == 0)
             return STP_OK;
-    if (w->name_count == WHERE_NAMES)
+    if (w->name_count == STP_WHERE_NAMES)
         return stp_error_set(p->err, STP_INVALID_ARGUMENT, "--where names more than %u fields",
-                             WHERE_NAMES);
+                             STP_WHERE_NAMES);
     memcpy(w->names[w->name_count], name, length);
     w->names[w->name_count++][length] = '\0';
     return STP_OK;
@@ -75,9 +75,9 @@ static bool is_in_name(char c)
     return isalnum((unsigned char)c) || (c && strchr("_-.:[]", c));
 }
 
-static stp_status parse_side(parser *p, where_side *side)
+static stp_status parse_side(parser *p, stp_where_side *side)
 {
-    *side = (where_side){.name = -1};
+    *side = (stp_where_side){.name = -1};
     skip_spaces(p);
     const char *begin = p->at;
     if (*begin == '"') {
@@ -102,7 +102,7 @@ static stp_status parse_side(parser *p, where_side *side)
 
 static stp_status parse_comparison(parser *p)
 {
-    where_step step;
+    stp_where_step step;
     stp_status status = parse_side(p, &step.left);
     if (status != STP_OK)
         return status;
@@ -111,12 +111,12 @@ static stp_status parse_comparison(parser *p)
         sign++;
     if (sign == SIGN_COUNT)
         return expected(p, "one of == != < <= > >=");
-    step.kind = (where_kind)sign;
+    step.kind = (stp_where_kind)sign;
     status = parse_side(p, &step.right);
     return status == STP_OK ? add(p, &step) : status;
 }
 
-static stp_status parse_joined(parser *p, where_kind by);
+static stp_status parse_joined(parser *p, stp_where_kind by);
 
 // NOLINTNEXTLINE(misc-no-recursion): DEPTH_LIMIT
 static stp_status parse_one(parser *p)
@@ -128,9 +128,9 @@ static stp_status parse_one(parser *p)
     if (take(p, "!")) {
         status = parse_one(p);
         if (status == STP_OK)
-            status = add(p, &(where_step){.kind = WHERE_NOT});
+            status = add(p, &(stp_where_step){.kind = STP_WHERE_NOT});
     } else if (take(p, "(")) {
-        status = parse_joined(p, WHERE_OR);
+        status = parse_joined(p, STP_WHERE_OR);
         if (status == STP_OK && !take(p, ")"))
             status = expected(p, ")");
     } else {
@@ -142,62 +142,62 @@ static stp_status parse_one(parser *p)
 
 /* Parts joined by && (AND), or such rows of parts joined by || (OR). */
 // NOLINTNEXTLINE(misc-no-recursion): DEPTH_LIMIT
-static stp_status parse_joined(parser *p, where_kind by)
+static stp_status parse_joined(parser *p, stp_where_kind by)
 {
-    const where_step join = {.kind = by};
-    stp_status status = by == WHERE_OR ? parse_joined(p, WHERE_AND) : parse_one(p);
-    while (status == STP_OK && take(p, by == WHERE_OR ? "||" : "&&")) {
-        status = by == WHERE_OR ? parse_joined(p, WHERE_AND) : parse_one(p);
+    const stp_where_step join = {.kind = by};
+    stp_status status = by == STP_WHERE_OR ? parse_joined(p, STP_WHERE_AND) : parse_one(p);
+    while (status == STP_OK && take(p, by == STP_WHERE_OR ? "||" : "&&")) {
+        status = by == STP_WHERE_OR ? parse_joined(p, STP_WHERE_AND) : parse_one(p);
         if (status == STP_OK)
             status = add(p, &join);
     }
     return status;
 }
 
-stp_status where_parse(where *out, const char *text, stp_error *err)
+stp_status stp_where_parse(stp_where *out, const char *text, stp_error *err)
 {
     parser p = {.out = out, .text = text, .at = text, .err = err};
     out->step_count = out->name_count = 0;
-    stp_status status = parse_joined(&p, WHERE_OR);
+    stp_status status = parse_joined(&p, STP_WHERE_OR);
     skip_spaces(&p);
     return status == STP_OK && *p.at ? expected(&p, "&& or ||") : status;
 }
 
-static double value_of(const where_side *side, const double *values)
+static double value_of(const stp_where_side *side, const double *values)
 {
     return side->name < 0 ? side->number : values[side->name];
 }
 
-static bool compare(const where_step *step, double a, double b)
+static bool compare(const stp_where_step *step, double a, double b)
 {
     switch (step->kind) {
-    case WHERE_EQUAL:
+    case STP_WHERE_EQUAL:
         return a == b;
-    case WHERE_UNEQUAL:
+    case STP_WHERE_UNEQUAL:
         return a < b || a > b; /* not of NaN */
-    case WHERE_LESS_EQUAL:
+    case STP_WHERE_LESS_EQUAL:
         return a <= b;
-    case WHERE_GREATER_EQUAL:
+    case STP_WHERE_GREATER_EQUAL:
         return a >= b;
-    case WHERE_LESS:
+    case STP_WHERE_LESS:
         return a < b;
     default:
         return a > b;
     }
 }
 
-bool where_holds(const where *condition, const double values[WHERE_NAMES])
+bool stp_where_holds(const stp_where *condition, const double values[STP_WHERE_NAMES])
 {
-    bool stack[WHERE_STEPS] = {false};
+    bool stack[STP_WHERE_STEPS] = {false};
     unsigned top = 0;
     for (unsigned i = 0; i < condition->step_count; i++) {
-        const where_step *step = &condition->steps[i];
-        if (step->kind == WHERE_NOT) {
+        const stp_where_step *step = &condition->steps[i];
+        if (step->kind == STP_WHERE_NOT) {
             stack[top - 1] = !stack[top - 1];
-        } else if (step->kind == WHERE_AND || step->kind == WHERE_OR) {
+        } else if (step->kind == STP_WHERE_AND || step->kind == STP_WHERE_OR) {
             top--;
-            stack[top - 1] = step->kind == WHERE_AND ? stack[top - 1] && stack[top]
-                                                     : stack[top - 1] || stack[top];
+            stack[top - 1] = step->kind == STP_WHERE_AND ? stack[top - 1] && stack[top]
+                                                         : stack[top - 1] || stack[top];
         } else {
             stack[top++] =
                 compare(step, value_of(&step->left, values), value_of(&step->right, values));
