@@ -51,6 +51,7 @@ const char *stp_reject_name(stp_reject reject)
         [STP_REJECT_NONE] = "none",           [STP_REJECT_NOT_FINITE] = "not_finite",
         [STP_REJECT_NO_RETURN] = "no_return", [STP_REJECT_INVALID] = "invalid",
         [STP_REJECT_OUTLIER] = "outlier",     [STP_REJECT_OUTSIDE] = "outside",
+        [STP_REJECT_WHERE] = "where",
     };
     return names[reject];
 }

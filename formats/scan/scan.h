@@ -32,6 +32,7 @@ typedef enum stp_reject {
     STP_REJECT_INVALID,    /* the file marks it: withheld, deleted, of unknown position */
     STP_REJECT_OUTLIER,    /* far from everything else; set when all points are read */
     STP_REJECT_OUTSIDE,    /* outside of the region that was asked for */
+    STP_REJECT_WHERE,      /* does not fulfil the condition; set by the caller of the reader */
     STP_REJECT_COUNT
 } stp_reject;
 

@@ -24,7 +24,7 @@
 
 typedef struct prep_options {
     const char *output, *orient, *stats, *temp, *rejects, *columns, *precision, *normal_bits,
-        *system, *attributes;
+        *system, *attributes, *where;
     uint64_t neighbours, sample, seed, memory;
     double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
@@ -131,7 +131,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     in.strict = o->strict;
     in.system.wanted = o->system;
     in.numbers.wanted = o->attributes;
-    in.params.numbers = prep_numbers_wanted(&in.numbers);
+    STP_TRY(prep_where_parse(&in.where, o->where, err));
+    in.params.numbers = prep_numbers_wanted(&in.numbers) || o->where;
     for (size_t i = 0; i < count; i++)
         STP_TRY(prep_paths_add(&paths, arguments[i], err));
     in.paths = paths.list;
@@ -272,6 +273,9 @@ static int prep_main(int argc, char **argv)
          "keep what the points have besides, as GPS time and returns (none)", NULL},
         {"--withheld", 0, CLI_CHOICE, &o.withheld, "drop|keep",
          "keep: also points that LAS, LAZ and EPT mark as withheld (drop)", NULL},
+        {"--where", 0, CLI_STRING, &o.where, "CONDITION",
+         "store only points that fulfil it, like 'return==1 && class!=7' (as export --where)",
+         NULL},
         {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
          "keep, mark or drop points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",

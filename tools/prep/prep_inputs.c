@@ -108,6 +108,7 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
         if (!in->scan) {
             const stp_scan_params params = prep_inputs_params(in, in->current);
             STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &params, err));
+            prep_where_open(&in->where, stp_scan_get_info(in->scan));
         }
         STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
         if (in->numbers.joined.list.count > 0)
@@ -115,6 +116,8 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
                                       stp_scan_numbers(in->scan), *count, err));
         if (in->facts[in->current].way.projection)
             prep_system_move(in->facts[in->current].way.projection, points, *count);
+        prep_where_reject(&in->where, stp_scan_get_info(in->scan), stp_scan_numbers(in->scan),
+                          points, *count);
         in->files[in->current].point_count += *count;
         for (size_t i = 0; i < *count; i++)
             if (points[i].station > 0)
@@ -282,6 +285,13 @@ static stp_status note_part(prep_inputs *in, size_t i, stp_error *err)
     return prep_system_add_note(&in->files[i], "part", text, err);
 }
 
+/* Notes which points of the file are stored. */
+static stp_status note_where(prep_inputs *in, size_t i, stp_error *err)
+{
+    return in->where.text ? prep_system_add_note(&in->files[i], "where", in->where.text, err)
+                          : STP_OK;
+}
+
 /* Copies the grid for the same reason. */
 static stp_status copy_grid(stp_prep_file *file, const stp_scan_grid *grid, stp_error *err)
 {
@@ -390,8 +400,10 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     in->files[i].raster = info->raster;
     STP_TRY(copy_notes(&in->files[i], info, err));
     STP_TRY(note_part(in, i, err));
+    STP_TRY(note_where(in, i, err));
     if (info->point_count > 0) {
         STP_TRY(choose_system(in, i, info, err));
+        STP_TRY(prep_where_add(&in->where, info, in->paths[i], err));
         if (prep_numbers_wanted(&in->numbers))
             STP_TRY(prep_numbers_add(&in->numbers, info->extra, in->paths[i], err));
         else
@@ -504,6 +516,11 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     if (source->point_count == 0 && in->lines.strip_count == 0 && in->triangles.triangle_count == 0)
         return stp_error_set(err, STP_EMPTY, "%s has no points%s: there is nothing to write",
                              in->paths[0], in->count > 1 ? ", nor have the other inputs" : "");
+    if (in->where.text && (in->lines.strip_count > 0 || in->triangles.triangle_count > 0))
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "the inputs have lines or triangles: --where chooses among points "
+                             "alone");
+    STP_TRY(prep_where_check(&in->where, err));
     STP_TRY(prep_numbers_check(&in->numbers, err));
     if (in->lines.strip_count > 0 || in->triangles.triangle_count > 0)
         stp_attribute_union_lack(&in->numbers.joined);

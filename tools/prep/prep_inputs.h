@@ -10,6 +10,7 @@
 #include "preprocess/prep.h"
 #include "tools/prep/prep_numbers.h"
 #include "tools/prep/prep_system.h"
+#include "tools/prep/prep_where.h"
 
 #include <sys/types.h>
 
@@ -34,6 +35,7 @@ typedef struct prep_inputs {
     stp_scan_params params;
     stp_scan *scan;
     prep_numbers numbers;              /* attributes; set wanted before */
+    prep_where where;                  /* parsed before, if only some points are stored */
     prep_input *facts;                 /* per file */
     stp_prep_file *files;              /* per file, for the metadata; names are the paths */
     stp_dvec3 *stations, *station_ups; /* of all inputs, one after the other */
@@ -60,7 +62,8 @@ typedef struct prep_inputs {
  * at once. If one of several files is wrong, or breaks off later, the whole file is left out,
  * unless strict. *source then reads from the inputs. Errors of all files, or of none in particular:
  * those of stp_scan_open, LIMIT (stations), EMPTY (no point and no line in any file),
- * INVALID_ARGUMENT (the same file twice, by whatever names; plants without a mesh). */
+ * INVALID_ARGUMENT (the same file twice, by whatever names; plants without a mesh; a condition with
+ * a name that no input has), UNSUPPORTED (a condition on lines or triangles). */
 stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
 /* How an input is opened, after the survey. */
 stp_scan_params prep_inputs_params(const prep_inputs *inputs, size_t i);
