@@ -26,7 +26,9 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
     const stp_dvec3 eye = stp_unexaggerated(params, view->eye);
     bool every = params->every_sample || params->lod == STP_LOD_FULL;
     double threshold = params->threshold_px > 0.0 ? params->threshold_px : 1.0;
-    double cap = params->radius_cap_px > 0.0 ? params->radius_cap_px : STP_RADIUS_CAP_PX;
+    double cap = params->radius_cap_px > 0.0  ? params->radius_cap_px
+                 : stp_scene_is_chosen(scene) ? STP_RADIUS_CAP_CHOSEN_PX
+                                              : STP_RADIUS_CAP_PX;
     uint32_t terms = params->terms != 0 ? params->terms : STP_TERMS_DEFAULT;
     bool colour = (terms & STP_TERM_COLOUR) != 0 && shows_colours(params);
     frame.quality[0] = every ? 0.0f : (float)threshold;

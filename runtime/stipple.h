@@ -94,6 +94,13 @@ stp_camera stp_model_camera(const stp_model *model, stp_home home, int width, in
  * reading. */
 stp_status stp_model_show_attribute(stp_model *model, const char *name, double range[2],
                                     stp_error *err);
+/* Draws only the samples that fulfil a condition, such as "class==2 && intensity>=200" or, on kept
+ * attributes, "return_number==1" (docs/drawing.md, "Conditions"). Each sample of each level
+ * is asked; so that none that stands for several points is large, the radius cap is then
+ * STP_RADIUS_CAP_CHOSEN_PX, unless the draw parameters give one. Call it before a renderer has the
+ * model, once. Errors: INVALID_ARGUMENT (not a condition, or a name that the model does not have;
+ * the message says where, and what it has), those of reading. */
+stp_status stp_model_choose(stp_model *model, const char *condition, stp_error *err);
 /* GPU bytes of the samples and patches of all chunks. A gpu_memory_bytes above this has no use. */
 uint64_t stp_model_gpu_bytes(const stp_model *model);
 
@@ -201,7 +208,8 @@ typedef struct stp_draw_params {
     stp_palette palette;
     uint32_t hidden_models; /* bit i: model i is not drawn */
     double threshold_px;    /* greatest projected error; 0: 1 pixel */
-    /* Greatest projected radius of a level that is not the finest. 0: STP_RADIUS_CAP_PX. If the
+    /* Greatest projected radius of a level that is not the finest. 0: STP_RADIUS_CAP_PX, or
+     * STP_RADIUS_CAP_CHOSEN_PX. If the
      * threshold t is above 1 px, the cap is multiplied by t^2: a high threshold asks for fewer,
      * larger discs. */
     double radius_cap_px;
@@ -250,6 +258,8 @@ typedef struct stp_draw_params {
 } stp_draw_params;
 
 #define STP_RADIUS_CAP_PX 6.0
+/* The same for models that draw chosen samples alone (stp_model_choose). */
+#define STP_RADIUS_CAP_CHOSEN_PX 1.0
 #define STP_EXAGGERATE_LEAST 0.01
 #define STP_EXAGGERATE_MOST 100.0
 

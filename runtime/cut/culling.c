@@ -63,7 +63,8 @@ static bool add_openings(stp_gpu_frame *frame, const stp_outside *outside, stp_d
 static bool are_hidden(stp_gpu_frame *frame, const stp_draw_params *params, const stp_view *view,
                        const stp_scene *scene)
 {
-    if (params->clip.enabled || params->plane_count > 0 || stp_filter_hides_classes(params))
+    if (params->clip.enabled || params->plane_count > 0 || stp_filter_hides_classes(params) ||
+        stp_scene_is_chosen(scene))
         return false;
     for (size_t i = 0; i < scene->model_count; i++) {
         const stp_model *model = scene->models[i].model;

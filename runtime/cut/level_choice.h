@@ -84,6 +84,7 @@ typedef struct stp_patch_brief {
     uint16_t first_below;
     uint8_t below_count;
     uint8_t shape; /* STP_PATCH_STRIP, STP_PATCH_TRIANGLES or neither */
+    uint8_t empty; /* bit l: no sample of level l is drawn (runtime/stream/chosen.h) */
 } stp_patch_brief;
 
 /* chunk: that of the patch, by its number in the scene. */

@@ -5,6 +5,7 @@
 #include "formats/chunk/convert.h"
 #include "formats/chunk/verify/verify_tree.h"
 #include "runtime/camera/camera_json.h"
+#include "runtime/stream/chosen.h"
 #include "runtime/stream/object_texture.h"
 #include "runtime/stream/shown.h"
 
@@ -122,6 +123,7 @@ void stp_model_close(stp_model **model)
     if (*model == NULL)
         return;
     stp_shown_destroy(&(*model)->shown);
+    stp_chosen_destroy(&(*model)->chosen);
     stp_chunk_file_close(&(*model)->file);
     stp_outside_clear(&(*model)->outside);
     free((*model)->entries);
@@ -136,6 +138,12 @@ stp_status stp_model_show_attribute(stp_model *model, const char *name, double r
 {
     stp_shown_destroy(&model->shown);
     return stp_shown_create(&model->shown, model->file, name, range, err);
+}
+
+stp_status stp_model_choose(stp_model *model, const char *condition, stp_error *err)
+{
+    stp_chosen_destroy(&model->chosen);
+    return stp_chosen_create(&model->chosen, model->file, condition, err);
 }
 
 stp_ball stp_model_ball(const stp_model *model)

@@ -24,7 +24,8 @@ struct stp_model {
     stp_dvec3 up;        /* y or z if the file says which; otherwise zero */
     double first_aspect; /* width / height of the picture that `first` is for */
     bool has_first;
-    struct stp_shown *shown; /* an attribute in place of intensities (shown.h); NULL: none */
+    struct stp_shown *shown;   /* an attribute in place of intensities (shown.h); NULL: none */
+    struct stp_chosen *chosen; /* a condition on what is drawn (chosen.h); NULL: all of it */
 };
 
 /* stp_model_open, with parameters for addresses as stp_chunk_file_open_at takes them. */

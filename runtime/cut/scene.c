@@ -187,6 +187,14 @@ unsigned stp_scene_shapes(const stp_scene *scene)
            (attributes & STP_HAS_TRIANGLES ? STP_PATCH_TRIANGLES : 0u);
 }
 
+bool stp_scene_is_chosen(const stp_scene *scene)
+{
+    bool chosen = false;
+    for (size_t i = 0; i < scene->model_count; i++)
+        chosen |= scene->models[i].model->chosen != NULL;
+    return chosen;
+}
+
 bool stp_scene_has_openings(const stp_scene *scene)
 {
     for (size_t i = 0; i < scene->model_count; i++)

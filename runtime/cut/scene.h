@@ -51,6 +51,8 @@ void stp_scene_destroy(stp_scene *scene);
 
 /* Which of STP_PATCH_SHAPES some model has, as its header says. */
 unsigned stp_scene_shapes(const stp_scene *scene);
+/* Whether any model draws chosen samples alone (stp_model_choose). */
+bool stp_scene_is_chosen(const stp_scene *scene);
 /* Whether any closed surface has openings (docs/closed.md). */
 bool stp_scene_has_openings(const stp_scene *scene);
 /* The model that a chunk belongs to. */

@@ -146,6 +146,13 @@ static stp_gpu_frame narrow(const look *l, size_t index)
     return frame;
 }
 
+/* Whether any sample of the levels from `finest` on is drawn. */
+static bool has_any(const stp_patch_brief *brief, int finest)
+{
+    const unsigned levels = (1u << STP_LEVEL_COUNT) - (1u << finest);
+    return (brief->empty & levels) != levels;
+}
+
 static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_error *err)
 {
     (void)err;
@@ -173,11 +180,15 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         stp_rule_sight sight = stp_rule_look(params->frame, &bound);
         float radius_px = brief->vertex_radius * sight.scale;
         if (params->vertices && stp_vertex_does(params->frame, &sight, brief)) {
+            if (!has_any(brief, STP_LEVEL_COUNT - 1))
+                continue;
             add(l, STP_SIGHT_VERTICES, index, r->placement.level_begin[STP_LEVEL_COUNT - 1] + i);
-        } else {
+        } else if (has_any(brief, draw->finest)) {
             add_patch(l, index, r, i);
             radius_px =
                 patch_radius_px(params->frame, &sight, &r->patches[i], (unsigned)draw->finest);
+        } else {
+            continue;
         }
         greatest = radius_px > greatest ? radius_px : greatest;
     }

@@ -274,14 +274,14 @@ void stp_variant_defines(const stp_variant *v, char out[STP_VARIANT_DEFINES_BYTE
              "#define STP_COLOUR %d\n#define STP_PALETTE %d\n#define STP_SHADE %d\n"
              "#define STP_INVOCATIONS %d\n#define STP_SHARE %d\n"
              "#define STP_CLIP %d\n#define STP_PLANES %d\n#define STP_HIDE_CLASSES %d\n#define "
-             "STP_OVERLAY %d\n"
+             "STP_OVERLAY %d\n#define STP_CHOSEN %d\n"
              "#define STP_CONTOURS %d\n#define STP_EXAGGERATED %d\n#define STP_FADE %d\n"
              "#define STP_TEMPLATE %d\n#define STP_SPLAT %d\n"
              "#define STP_LINES %d\n#define STP_TRIANGLES %d\n#define STP_OPENINGS %d\n",
              v->orthographic, v->box, v->colour, v->palette, v->shade, v->geometry_invocations,
              STP_PATCH_SAMPLES / v->geometry_invocations, v->clip, v->planes, v->classes,
-             v->overlay, v->contours, v->exaggerated, v->fade, v->template_px, v->splat, v->lines,
-             v->triangles, v->openings);
+             v->overlay, v->chosen, v->contours, v->exaggerated, v->fade, v->template_px, v->splat,
+             v->lines, v->triangles, v->openings);
 }
 
 bool stp_variant_equal(const stp_variant *a, const stp_variant *b)
@@ -289,9 +289,9 @@ bool stp_variant_equal(const stp_variant *a, const stp_variant *b)
     return a->orthographic == b->orthographic && a->box == b->box &&
            a->template_px == b->template_px && a->splat == b->splat && a->lines == b->lines &&
            a->triangles == b->triangles && a->openings == b->openings && a->clip == b->clip &&
-           a->planes == b->planes && a->classes == b->classes && a->overlay == b->overlay &&
-           a->edl == b->edl && a->edges == b->edges && a->contours == b->contours &&
-           a->exaggerated == b->exaggerated && a->colour == b->colour && a->palette == b->palette &&
-           a->shade == b->shade && a->geometry_invocations == b->geometry_invocations &&
-           a->fade == b->fade;
+           a->planes == b->planes && a->classes == b->classes && a->chosen == b->chosen &&
+           a->overlay == b->overlay && a->edl == b->edl && a->edges == b->edges &&
+           a->contours == b->contours && a->exaggerated == b->exaggerated &&
+           a->colour == b->colour && a->palette == b->palette && a->shade == b->shade &&
+           a->geometry_invocations == b->geometry_invocations && a->fade == b->fade;
 }

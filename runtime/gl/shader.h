@@ -28,6 +28,7 @@ typedef struct stp_variant {
     bool triangles;      /* the scene has triangles */
     bool openings;       /* closed surfaces have openings */
     bool clip, classes;  /* there is a clip box; there are hidden classes */
+    bool chosen;         /* some samples are marked as not drawn */
     int planes;          /* how many planes clip */
     bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
     bool contours;       /* lines of equal height */
@@ -40,7 +41,7 @@ typedef struct stp_variant {
     bool fade; /* marks pixels by level, and has the program of fade.frag */
 } stp_variant;
 
-#define STP_VARIANT_DEFINES_BYTES 744
+#define STP_VARIANT_DEFINES_BYTES 768
 
 /* The variant as lines for stp_program_params.defines. */
 void stp_variant_defines(const stp_variant *variant, char out[STP_VARIANT_DEFINES_BYTES]);

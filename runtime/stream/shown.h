@@ -1,14 +1,11 @@
 /* Shows an attribute: decoded samples carry its values in place of their intensities.
  *
- * A value becomes 0 to 255 between the two ends of a range. The numbers of a chunk are read when
- * the first of its blocks is decoded, and kept for the others: at most STP_SHOWN_CHUNKS chunks.
- * Threads: any; a lock guards the numbers. */
+ * A value becomes 0 to 255 between the two ends of a range. Threads: any; a lock guards the
+ * numbers. */
 #ifndef STP_RUNTIME_STREAM_SHOWN_H
 #define STP_RUNTIME_STREAM_SHOWN_H
 
-#include "formats/chunk/block.h"
-
-#define STP_SHOWN_CHUNKS 64u
+#include "runtime/stream/numbers.h"
 
 typedef struct stp_shown stp_shown;
 
@@ -17,10 +14,10 @@ typedef struct stp_shown stp_shown;
  * those there are), INVALID_ARGUMENT (the samples have it themselves), those of reading. */
 stp_status stp_shown_create(stp_shown **out, stp_chunk_file *file, const char *name,
                             double range[2], stp_error *err);
-/* Replaces the intensities of a decoded block. blocks: all of its chunk, of which it is `index`.
- * Errors: IO, CORRUPT, CANCELLED, OUT_OF_MEMORY. */
-stp_status stp_shown_fill(stp_shown *shown, const stp_block *blocks, uint32_t index,
-                          uint32_t block_count, stp_chunk *block, stp_error *err);
+/* Replaces the intensities of a decoded block. chunk: the block's, as in *block. Errors: IO,
+ * CORRUPT, CANCELLED, OUT_OF_MEMORY. */
+stp_status stp_shown_fill(stp_shown *shown, const stp_numbers_block *block, stp_chunk *chunk,
+                          stp_error *err);
 /* Its name, and the values at both ends of the range. */
 const char *stp_shown_name(const stp_shown *shown, double range[2]);
 void stp_shown_destroy(stp_shown **shown);

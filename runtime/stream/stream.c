@@ -2,6 +2,7 @@
 #include "runtime/stream/stream.h"
 
 #include "base/memory.h"
+#include "runtime/stream/chosen.h"
 #include "runtime/stream/gather.h"
 #include "runtime/stream/shown.h"
 
@@ -280,11 +281,13 @@ static stp_status mirror_patches(const stp_stream *s, stp_load *load, const stp_
     STP_TRY(stp_alloc(&load->patches, chunk->patch_count, sizeof *load->patches, "patches", err));
     STP_TRY(stp_alloc(&load->briefs, chunk->patch_count, sizeof *load->briefs, "patches", err));
     uint32_t block = load->want.block, of = s->scene->blocks[block].chunk;
+    const stp_scene_model *m = stp_scene_find(s->scene, of);
     stp_gpu_patches_fill(load->patches, chunk, &load->place.placement, load->place.slot,
-                         block - stp_scene_find(s->scene, of)->first_block,
-                         stp_scene_shapes(s->scene));
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
+                         block - m->first_block, stp_scene_shapes(s->scene));
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
         load->briefs[p] = stp_patch_brief_of(s->scene, of, &load->patches[p], &chunk->patches[p]);
+        load->briefs[p].empty = m->model->chosen ? (uint8_t)stp_chosen_empty(chunk, p) : 0;
+    }
 done:
     return status;
 }
@@ -298,12 +301,13 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch 
     const stp_scene_model *m = stp_scene_find_block(s->scene, load->want.block, &block);
     STP_TRY(stp_block_decode(m->model->file, block, load->want.finest,
                              stp_payload_memory(&s->store, load->payload), scratch, &chunk, err));
-    if (m->model->shown) {
-        const uint32_t first = m->model->first_block[block->chunk];
-        STP_TRY(stp_shown_fill(m->model->shown, &m->model->blocks[first],
-                               (uint32_t)(block - &m->model->blocks[first]),
-                               m->model->first_block[block->chunk + 1] - first, chunk, err));
-    }
+    const uint32_t *first = &m->model->first_block[block->chunk];
+    const stp_block *blocks = &m->model->blocks[first[0]];
+    const stp_numbers_block own = {blocks, (uint32_t)(block - blocks), first[1] - first[0], chunk};
+    if (m->model->chosen) /* before intensities are replaced */
+        STP_TRY(stp_chosen_mark(m->model->chosen, &own, chunk, err));
+    if (m->model->shown)
+        STP_TRY(stp_shown_fill(m->model->shown, &own, chunk, err));
     STP_TRY(mirror_patches(s, load, chunk, err));
     write_piece(load, chunk);
 done:

@@ -176,6 +176,12 @@ bool stp_sample_back_hidden(uvec4 texel)
     return flags != 0u && (texel.y >> 24 & flags) == flags;
 }
 
+// Whether the sample is marked: closed, but without a normal (runtime/stream/chosen.h).
+bool stp_sample_marked(uvec4 texel)
+{
+    return STP_CHOSEN != 0 && (texel.y & 0x0a000000u) == 0x08000000u;
+}
+
 bool stp_sample_oriented(uvec4 texel)
 {
     return (texel.y & 0x03000000u) == 0x03000000u;

@@ -31,13 +31,15 @@ float stp_depth_decode(float z)
     return STP_ORTHOGRAPHIC != 0 ? (1.0 - z) * 2.0 * quality.w : viewport.w / z;
 }
 
-bool stp_class_hidden(uint class_id)
+// Whether a sample is left out: it is marked, or of a hidden class.
+bool stp_sample_left_out(uvec4 texel)
 {
+    bool out_of_class = false;
 #if STP_HIDE_CLASSES
-    return (hidden[class_id >> 7][class_id >> 5 & 3u] >> (class_id & 31u) & 1u) != 0u;
-#else
-    return false;
+    uint class_id = texel.z >> 24;
+    out_of_class = (hidden[class_id >> 7][class_id >> 5 & 3u] >> (class_id & 31u) & 1u) != 0u;
 #endif
+    return out_of_class || stp_sample_marked(texel);
 }
 
 // Whether a position, relative to the eye in world axes, lies behind one of the host's planes.
@@ -118,7 +120,7 @@ bool stp_culled(uvec4 texel, vec3 from_eye, uvec4 set)
 
 // The pixel that holds a sample's centre, and its depth, from 1 at the near plane to 0 far away.
 // Returns false if the sample is not drawn: behind the near plane, outside the picture or the clip
-// box, of a hidden class, or culled. set: as for stp_culled. Runs for every sample, so it normalises
+// box, left out, or culled. set: as for stp_culled. Runs for every sample, so it normalises
 // nothing.
 bool stp_place(uvec4 texel, vec3 origin, float step, uvec4 set, out ivec2 at, out float z)
 {
@@ -130,7 +132,7 @@ bool stp_place(uvec4 texel, vec3 origin, float step, uvec4 set, out ivec2 at, ou
     bool drawn = depth > viewport.w && all(greaterThanEqual(pixel, vec2(0.0))) &&
                  all(lessThan(pixel, viewport.xy));
     drawn = drawn && !stp_culled(texel, from_eye, set) && !stp_clipped(from_eye) &&
-            !stp_class_hidden(texel.z >> 24);
+            !stp_sample_left_out(texel);
     at = ivec2(pixel);
     z = stp_depth_encode(depth);
     return drawn;

@@ -32,7 +32,7 @@ void main()
         stp_corner_emit(stp_sample_position(texel, p.origin, p.step), i - 1u | STP_NAME_SEGMENT);
         bool wide = i + 1u < end && stp_ribbon_wide(stp_disc_decode(texel, p.origin, p.step),
                                                     stp_vertex_fetch(i + 1u, lattice));
-        if (stp_class_hidden(texel.z >> 24) || wide) // leaves out the next segment
+        if (stp_sample_left_out(texel) || wide) // leaves out the next segment
             EndPrimitive();
     }
 }

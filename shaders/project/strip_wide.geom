@@ -84,7 +84,7 @@ void main()
     uint end = min(ends.y - 1u, first + uint(STP_WIDE_SHARE));
     vec4 lattice = vec4(p.origin, p.step);
     for (uint i = first; i < end; i++) {
-        if (stp_class_hidden(texelFetch(object_texture, int(i)).z >> 24))
+        if (stp_sample_left_out(texelFetch(object_texture, int(i))))
             continue;
         stp_disc a = stp_vertex_fetch(i, lattice), b = stp_vertex_fetch(i + 1u, lattice);
         if (stp_ribbon_wide(a, b))

@@ -24,7 +24,7 @@ void main()
     uint end = min(p.count[0] / 3u, begin + uint(STP_TRIANGLE_SHARE));
     for (uint i = begin; i < end; i++) {
         uint first = p.first[0] + 3u * i;
-        if (stp_class_hidden(texelFetch(object_texture, int(first)).z >> 24))
+        if (stp_sample_left_out(texelFetch(object_texture, int(first))))
             continue;
         for (uint k = first; k < first + 3u; k++)
             stp_corner_emit(stp_sample_position(texelFetch(object_texture, int(k)), p.origin, p.step),
