@@ -197,6 +197,50 @@ run "$STIPPLE" export "$FOLDER/f8.stipple" -o "$FOLDER/none/f8.laz"
 expect_failure "none"
 run "$STIPPLE" export "$FOLDER/f8.stipple" -o "$FOLDER/part.laz"
 expect_failure "exists"
+
+# prep --where stores the records that export --where and awk choose, also by attributes that it does not keep, and
+# counts the others; the bytes are the same for any number of threads and any memory.
+condition='user<100 && red>=32768'
+expect_ok prep "$FOLDER/f8.las" -o "$FOLDER/w8.stipple" --where "$condition" --attributes all --precision exact \
+    --stats "$FOLDER/stats.json" --rejects "$FOLDER/rejects.csv" --quiet
+expect_ok export "$FOLDER/w8.stipple" -o "$FOLDER/w8.las" --quiet
+python3 "$script" show "$FOLDER/w8.las" | sort | cmp - "$FOLDER/wanted" || fail "prep --where stores other records"
+expect_ok prep "$FOLDER/f8.las" -o "$FOLDER/w8.t.stipple" --where "$condition" --attributes all --precision exact \
+    --threads 1 --memory 200M --quiet
+cmp "$FOLDER/w8.stipple" "$FOLDER/w8.t.stipple" || fail "prep --where: other bytes by one thread and in little memory"
+expect_ok prep "$FOLDER/f8.las" -o "$FOLDER/w8.n.stipple" --where "$condition" --stats "$FOLDER/none.json" --quiet
+expect_ok info "$FOLDER/w8.n.stipple" --json
+python3 - "$FOLDER"/{wanted,stats.json,none.json,out,rejects.csv} <<'END' || fail "prep --where: other counts"
+import json, sys
+count = sum(1 for _ in open(sys.argv[1]))
+for path in sys.argv[2:4]:
+    stats = json.load(open(path))
+    if stats["points_out"] != count or stats["rejected"]["where"] != 1500 - count or stats["points_in"] != 1500:
+        sys.exit("%s: %s" % (path, stats["rejected"]))
+metadata = json.load(open(sys.argv[4]))["metadata"]
+rejects = [line.split(",")[-1] for line in open(sys.argv[5])][1:]
+sys.exit(metadata["rejected"]["where"] != 1500 - count or rejects != ["where\n"] * (1500 - count) or
+         metadata["sources"][0]["where"] != "user<100 && red>=32768")
+END
+# Where an input lacks an attribute, its points fulfil no comparison; without a class they have class 0.
+for condition in 'gps_time>3e8||user_data<100' '!(nir<1000)&&z>99' 'class!=7&&x<500020'; do
+    expect_ok prep "$FOLDER/f0.las" "$FOLDER/f8.las" "$FOLDER/s.ply" -o "$FOLDER/wm.stipple" --attributes all \
+        --where "$condition" --stats "$FOLDER/wm.json" --quiet --force
+    expect_ok export "$FOLDER/m.stipple" -o "$FOLDER/wm.ply" --where "$condition" --quiet --force
+    written=$(sed -n 's/^element vertex //p;/^end_header/q' "$FOLDER/wm.ply")
+    found "\"points_out\":.*\b$written," "$FOLDER/wm.json" && [ "$written" -gt 100 ] && [ "$written" -lt 4900 ] ||
+        fail "prep --where '$condition' stores other points than the $written of export"
+done
+for words in "--where user_dat=1" "--where height>0" "--where x>1e9" "--where scan>1"; do
+    # shellcheck disable=SC2086
+    run "$STIPPLE" prep "$FOLDER/f8.las" "$FOLDER/f3.las" -o "$FOLDER/no.stipple" $words
+    expect_failure "$([ "$words" = "--where x>1e9" ] && echo "no valid point" || echo "--where")"
+    [ ! -e "$FOLDER/no.stipple" ] || fail "$command: left a file"
+done
+printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nl 1 2 3\n' >"$FOLDER/line.obj"
+run "$STIPPLE" prep "$FOLDER/line.obj" -o "$FOLDER/no.stipple" --where 'z>1'
+expect_failure "among points alone"
+
 expect_ok export "$FOLDER/f8.stipple" -o "$FOLDER/coarse.ply" --level 2 --quiet
 [ "$(sed -n 's/^element vertex //p;/^end_header/q' "$FOLDER/coarse.ply")" -lt 750 ] || fail "level 2 is not coarser"
 for words in "--where user_dat=1" "--where height>0" "--where x>1e9" "--clip 1,2" "--clip 0,0,0,1,1,1"; do
@@ -216,6 +260,29 @@ if "$STIPPLE" render --help >"$FOLDER/help" 2>&1; then
     expect_ok render "$FOLDER/f6.stipple" -o "$FOLDER/data.png" --size 200x200 --threshold 0 \
         --palette viridis --colour user --colour-range 0,255 --quiet
     cmp "$FOLDER/user_data.png" "$FOLDER/data.png" || fail "a part of a name is not the attribute"
+    # The same for conditions: on an attribute, and on another that the samples have, too. What is drawn is what export
+    # writes, also of a scan in place of a model.
+    for condition in 'user<100' 'intensity<25700'; do
+        expect_ok render "$FOLDER/f6.stipple" -o "$FOLDER/${condition%%<*}.w.png" --size 200x200 --threshold 0 \
+            --view whole --cull none --lod geometry --where "$condition" --stats "$FOLDER/${condition%%<*}.json" --quiet
+    done
+    cmp "$FOLDER/user.w.png" "$FOLDER/intensity.w.png" || fail "the same condition draws another picture"
+    expect_ok export "$FOLDER/f6.stipple" -o "$FOLDER/drawn.ply" --where 'user<100' --quiet
+    drawn=$(sed -n 's/^element vertex //p;/^end_header/q' "$FOLDER/drawn.ply")
+    [ "$drawn" -gt 300 ] && found "\"points_drawn\":.*\b$drawn," "$FOLDER/user.json" ||
+        fail "render --where does not draw the $drawn points that export writes"
+    expect_ok render "$FOLDER/f6.las" -o "$FOLDER/scan.png" --size 200x200 --threshold 0 --view whole --cull none \
+        --lod geometry --where 'user<100' --no-cache --stats "$FOLDER/scan.json" --quiet
+    found "\"points_drawn\":.*\b$drawn," "$FOLDER/scan.json" || fail "another part of the scan is drawn"
+    for words in "--where user_dat=1" "--where height>0"; do
+        # shellcheck disable=SC2086
+        run "$STIPPLE" tune "$FOLDER/f8.stipple" -o "$FOLDER/no.png" $words
+        expect_failure "--where"
+        # shellcheck disable=SC2086
+        run "$STIPPLE" render "$FOLDER/f8.stipple" -o "$FOLDER/no.png" $words
+        expect_failure "--where"
+        [ ! -e "$FOLDER/no.png" ] || fail "$command: left a file"
+    done
     run "$STIPPLE" render "$FOLDER/f6.stipple" -o "$FOLDER/x.png" --colour nir
     [ "$code" = 1 ] && found user_data "$FOLDER/err" || fail "an attribute that is not there: exit $code"
 fi

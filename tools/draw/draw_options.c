@@ -1,6 +1,7 @@
 /* Options of the drawing commands. */
 #include "tools/draw/draw_options.h"
 
+#include "formats/attribute/where.h"
 #include "formats/chunk/convert.h"
 #include "runtime/gl/gpu_layout.h"
 #include "tools/draw/draw_exaggerate.h"
@@ -13,13 +14,14 @@
 #include <string.h>
 
 #define SOURCE_OPTIONS 8
+#define PART_OPTIONS 5
+#define OWN_OPTIONS (DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT - PART_OPTIONS - SOURCE_OPTIONS)
 
 draw_options draw_options_default(void)
 {
     return (draw_options){.camera = camera_options_default(),
                           .threshold_px = 1.0,
                           .aa = DRAW_AA_EDGES,
-                          .radius_cap_px = STP_RADIUS_CAP_PX,
                           .exaggerate = 1.0,
                           .timeout_s = SOURCE_TIMEOUT_S,
                           .gpu_memory = UINT64_C(1) << 30,
@@ -50,9 +52,27 @@ static void fill_sources(draw_options *o, cli_option out[SOURCE_OPTIONS])
     memcpy(out, options, sizeof options);
 }
 
+/* Options of what is left out. */
+static void fill_parts(draw_options *o, cli_option out[PART_OPTIONS])
+{
+    const cli_option options[PART_OPTIONS] = {
+        {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only this box", NULL},
+        {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
+         "leave out samples seen from behind: proven hidden ones, none, all (auto)", NULL},
+        {"--classes", 0, CLI_STRING, &o->classes, "LIST",
+         "draw only these classes: numbers or names, like 2,building", NULL},
+        {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
+         "do not draw these classes, like 7,high-noise", NULL},
+        {"--where", 0, CLI_STRING, &o->where, "CONDITION",
+         "draw only samples that fulfil it, like 'return==1 && class!=7' (as export --where)",
+         NULL},
+    };
+    memcpy(out, options, sizeof options);
+}
+
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
 {
-    const cli_option options[DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT - SOURCE_OPTIONS] = {
+    const cli_option options[OWN_OPTIONS] = {
         {"--view", 0, CLI_CHOICE, &o->home, DRAW_HOMES,
          "start view, unless eye, look or camera is given. first: from the scanner or inside, "
          "if the model knows that; whole: the whole model (first)",
@@ -61,7 +81,9 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "largest error on the screen (the model's, else 1); 0: draw every sample",
          &o->has_threshold},
         {"--radius-cap", 0, CLI_NUMBER, &o->radius_cap_px, "PX",
-         "largest radius of coarse samples; times threshold squared, if above 1 (6)", NULL},
+         "largest radius of coarse samples; times threshold squared, if above 1 (6; with --where "
+         "1)",
+         NULL},
         {"--error-terms", 0, CLI_STRING, &o->terms, "LIST",
          "errors that refine levels besides the surface's error: radius,colour,silhouette or "
          "none (radius,colour)",
@@ -96,16 +118,10 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "lines of equal height (z), every STEP from BASE on (0); each fifth is wider", NULL},
         {"--exaggerate", 0, CLI_NUMBER, &o->exaggerate, "Z",
          "draw heights (z) Z times as high about the middle height, 0.01 to 100 (1)", NULL},
-        {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only this box", NULL},
-        {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
-         "leave out samples seen from behind: proven hidden ones, none, all (auto)", NULL},
-        {"--classes", 0, CLI_STRING, &o->classes, "LIST",
-         "draw only these classes: numbers or names, like 2,building", NULL},
-        {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
-         "do not draw these classes, like 7,high-noise", NULL},
     };
     camera_options_fill(&o->camera, out);
     memcpy(out + CAMERA_OPTION_COUNT, options, sizeof options);
+    fill_parts(o, out + CAMERA_OPTION_COUNT + OWN_OPTIONS);
     fill_sources(o, out + DRAW_OPTION_COUNT - SOURCE_OPTIONS);
 }
 
@@ -128,7 +144,11 @@ static void choose_colour(draw_options *o)
 
 int draw_options_check(draw_options *o, const cli_command *command)
 {
+    stp_error error = {0};
+    stp_where where;
     choose_colour(o);
+    if (o->where && stp_where_parse(&where, o->where, &error) != STP_OK) /* before a scan is made */
+        return cli_fail(command, &error);
     if (o->threshold_px < 0.0)
         return cli_usage(command, "--threshold is not negative");
     if (!(o->exaggerate >= STP_EXAGGERATE_LEAST && o->exaggerate <= STP_EXAGGERATE_MOST))
@@ -149,7 +169,7 @@ open_scan_params draw_options_scan(const draw_options *o, const char *command,
 {
     return (open_scan_params){.command = command,
                               .common = common,
-                              .attributes = o->attribute,
+                              .attributes = o->where ? "all" : o->attribute,
                               .cache_folder = o->cache_folder,
                               .cache_bytes = o->no_cache          ? 0
                                              : o->has_cache_bytes ? o->cache_bytes
@@ -169,11 +189,16 @@ static stp_status parse_range(const char *text, double range[2], stp_error *err)
 
 stp_status draw_options_show(const draw_options *o, stp_model *model, stp_error *err)
 {
+    stp_status status = STP_OK;
     double range[2] = {0.0, 0.0};
+    if (o->where)
+        STP_TRY(stp_model_choose(model, o->where, err));
     if (!o->attribute)
         return STP_OK;
-    const stp_status status = parse_range(o->colour_range, range, err);
-    return status == STP_OK ? stp_model_show_attribute(model, o->attribute, range, err) : status;
+    STP_TRY(parse_range(o->colour_range, range, err));
+    STP_TRY(stp_model_show_attribute(model, o->attribute, range, err));
+done:
+    return status;
 }
 
 stp_status draw_options_open_model(const draw_options *o, const char *path, stp_model **model,
@@ -193,8 +218,13 @@ static stp_status open_scans(const draw_options *o, open_scan *scan, stp_model *
                              stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_error why = {0};
+    if (scan->found)
+        status = draw_options_open_model(o, scan->path, model, &why);
+    if (status == STP_INVALID_ARGUMENT) /* an option does not fit: another model would not either */
+        return stp_error_set(err, status, "%s", why.message);
     /* what was found may be damaged, or removed meanwhile by another process */
-    if (!scan->found || draw_options_open_model(o, scan->path, model, NULL) != STP_OK) {
+    if (!scan->found || status != STP_OK) {
         STP_TRY(open_scan_prepare(scan, err));
         STP_TRY(draw_options_open_model(o, scan->path, model, err));
     }
@@ -349,7 +379,9 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .shade = o->has_shade ? (stp_shade)o->shade : stp_model_shade(model),
         .threshold_px = threshold_px,
         .every_sample = threshold_px <= 0.0,
-        .radius_cap_px = o->radius_cap_px,
+        .radius_cap_px = o->radius_cap_px > 0.0 ? o->radius_cap_px
+                         : o->where             ? STP_RADIUS_CAP_CHOSEN_PX
+                                                : STP_RADIUS_CAP_PX,
         .terms = terms,
         .colour = (stp_colour)o->colour,
         .palette = o->attribute && o->palette == STP_PALETTE_OWN ? STP_PALETTE_VIRIDIS

@@ -15,14 +15,14 @@ typedef struct draw_options {
     double threshold_px, radius_cap_px;
     int lod, reconstruct, aa, shade, cull, colour, palette, home;
     const char *colour_name, *attribute; /* --colour; the attribute that it names; NULL: none */
-    const char *terms, *colour_range, *contours, *light, *clip, *classes, *hidden_classes;
+    const char *terms, *colour_range, *contours, *light, *clip, *classes, *hidden_classes, *where;
     double edl, overlay, exaggerate;
     double timeout_s; /* waiting for a server; infinite: for ever */
     uint64_t gpu_memory, cpu_memory, cache_bytes;
     bool has_threshold, has_shade, has_cache_bytes, no_cache, allow_damage;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 29)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 30)
 
 #define DRAW_DAMAGE_BYTES 1100
 
@@ -40,18 +40,18 @@ draw_options draw_options_default(void);
 /* Fills the first DRAW_OPTION_COUNT options of a command. */
 void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT]);
 /* Checks the options by themselves and reads --colour. Returns CLI_CONTINUE, or prints a message
- * and returns CLI_USAGE. */
+ * and returns CLI_USAGE, or CLI_FAILED for a condition that is none. */
 int draw_options_check(draw_options *o, const cli_command *command);
 /* Gets one word of DRAW_LODS and the like. */
 void draw_options_word(const char *words, int index, char out[16]);
 /* How scans are opened (open_scan.h). command: its name. */
 open_scan_params draw_options_scan(const draw_options *o, const char *command,
                                    const cli_common *common);
-/* Shows the attribute that --colour names, if it names one. Errors: those of
- * stp_model_show_attribute. */
+/* Shows the attribute that --colour names, if it names one, and chooses what --where says. Errors:
+ * those of stp_model_show_attribute and stp_model_choose. */
 stp_status draw_options_show(const draw_options *o, stp_model *model, stp_error *err);
-/* Opens a model by path or address, and shows the attribute. Errors: those of stp_model_open_at and
- * draw_options_show. */
+/* Opens a model by path or address, as draw_options_show shows it. Errors: those of
+ * stp_model_open_at and draw_options_show. */
 stp_status draw_options_open_model(const draw_options *o, const char *path, stp_model **model,
                                    stp_error *err);
 /* Opens a model by path or address, or the model of one or several scans, which are prepared first

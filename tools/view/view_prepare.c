@@ -36,10 +36,12 @@ static stp_status show_file(viewer *v, const char *file, const char *path, stp_e
 {
     stp_model *model = NULL;
     stp_status status = stp_model_open_at(&model, file, NULL, err);
-    if (status == STP_OK) {
-        (void)draw_options_show(v->options, model, NULL); /* a draft has no attributes */
-        status = show(v, path, &model, err);
+    if (status == STP_OK) { /* a draft has no attributes; with a condition there is none */
+        const stp_status shown = draw_options_show(v->options, model, err);
+        status = v->options->where ? shown : STP_OK;
     }
+    if (status == STP_OK)
+        status = show(v, path, &model, err);
     stp_model_close(&model);
     return status;
 }
@@ -90,7 +92,8 @@ static stp_status open_scans(viewer *v, const char *const *arguments, size_t cou
                                arguments[0]);
         goto done;
     }
-    STP_TRY(show_draft(v, &p.scan, arguments[0], &coarse, err));
+    if (!v->options->where) /* a draft has no attributes to ask */
+        STP_TRY(show_draft(v, &p.scan, arguments[0], &coarse, err));
     if (!coarse && !v->window) {
         STP_TRY(open_scan_prepare(&p.scan, err));
         STP_TRY(show_file(v, p.scan.path, arguments[0], err));
