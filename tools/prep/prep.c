@@ -16,9 +16,6 @@
 #include <malloc.h>
 #endif
 
-/* Options of prep_main; those of grids and of regions follow. */
-#define OWN_OPTIONS 28
-
 /* The choice "2" among FORMAT_CHOICES. */
 #define DEFAULT_FORMAT 1
 
@@ -243,66 +240,77 @@ static int run_checked(const prep_options *o, const char *const *paths, size_t c
     return run_prep(o, paths, count, &error) == STP_OK ? CLI_DONE : cli_fail(&cli_prep, &error);
 }
 
+/* Reads the options and the inputs. Returns CLI_CONTINUE, or what the program ends with. */
+static int parse(prep_options *o, int argc, char **argv, const char **paths, size_t *count)
+{
+    const cli_option own[] = {
+        {"--output", 'o', CLI_STRING, &o->output, "M.stipple", "the chunk file to write", NULL},
+        {"--neighbours", 0, CLI_UINT, &o->neighbours, "K",
+         "neighbours examined for each point, 3 to 64 (16)", NULL},
+        {"--orient", 0, CLI_STRING, &o->orient, "HOW",
+         "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
+        {"--recompute-normals", 0, CLI_FLAG, &o->recompute_normals, NULL, "ignore given ones",
+         NULL},
+        {"--sample", 0, CLI_UINT, &o->sample, "N", "place N points on a mesh's faces", NULL},
+        {"--seed", 0, CLI_UINT, &o->seed, "K", "seed of the random numbers of --sample (0)", NULL},
+        {"--columns", 0, CLI_STRING, &o->columns, "LIST",
+         "columns of text files: x,y,z,r,g,b,i,nx,ny,nz,class, _ to skip (guessed)", NULL},
+        {"--hybrid", 0, CLI_FLAG, &o->hybrid, NULL,
+         "store large triangles as triangles, the others as points", NULL},
+        {"--lines", 0, CLI_CHOICE, &o->lines, "edges|auto",
+         "auto: turn meshes of plants into lines (edges)", NULL},
+        {"--line-radius", 0, CLI_NUMBER, &o->line_radius, "LENGTH",
+         "half the width of lines that have none (1/2000 of their diagonal)", NULL},
+        {"--layers", 0, CLI_CHOICE, &o->layers, "measured|joined",
+         "joined: move overlapping scans onto one shared surface (measured)", NULL},
+        prep_system_option(&o->system),
+        {"--attributes", 0, CLI_STRING, &o->attributes, "all|none|NAMES",
+         "keep what the points have besides, as GPS time and returns (none)", NULL},
+        {"--withheld", 0, CLI_CHOICE, &o->withheld, "drop|keep",
+         "keep: also points that LAS, LAZ and EPT mark as withheld (drop)", NULL},
+        {"--where", 0, CLI_STRING, &o->where, "CONDITION",
+         "store only points that fulfil it, like 'return==1 && class!=7'", NULL},
+        {"--outliers", 0, CLI_CHOICE, &o->outliers, "keep|mark|drop",
+         "keep, mark or drop points far from everything else (keep)", NULL},
+        {"--outlier-distance", 0, CLI_NUMBER, &o->outlier_distance, "SPACINGS",
+         "distance in local spacings that makes a point an outlier, 1 or more (3)", NULL},
+        {"--precision", 0, CLI_STRING, &o->precision, "LENGTH|exact",
+         "largest position error (half the input's scale); exact: the input's numbers", NULL},
+        {"--normal-bits", 0, CLI_STRING, &o->normal_bits, "auto|6..12",
+         "bits of each coordinate of normals (auto: as many as their noise leaves)", NULL},
+        {"--shade", 0, CLI_CHOICE, &o->shade, "phong|unlit",
+         "default shading; unlit: for scans that carry their own light (phong)", NULL},
+        {"--codec", 0, CLI_CHOICE, &o->codec, CODEC_CHOICES,
+         "codec of the payloads (draco); zstd decodes faster, takes 1.2 times the space", NULL},
+        {"--format", 0, CLI_CHOICE, &o->format, FORMAT_CHOICES,
+         "version of the file (2): 2 is in blocks, so that views read less", NULL},
+        {"--memory", 0, CLI_BYTES, &o->memory, "SIZE",
+         "memory limit (half the machine's); the rest goes to files in --temp", NULL},
+        {"--temp", 0, CLI_STRING, &o->temp, "DIR", "folder of temporary files (the output's)",
+         NULL},
+        {"--stats", 0, CLI_STRING, &o->stats, "F.json", "write statistics as JSON", NULL},
+        {"--rejects", 0, CLI_STRING, &o->rejects, "F.csv", "list what is not stored, and why",
+         NULL},
+        {"--strict", 0, CLI_FLAG, &o->strict, NULL, "write nothing if an input is unreadable",
+         NULL},
+        {"--progress", 0, CLI_CHOICE, &o->progress, "text|json", "format of progress (text)", NULL},
+        {"--force", 'f', CLI_FLAG, &o->force, NULL, "replace existing files", NULL},
+    };
+    enum { OWN = sizeof own / sizeof *own };
+    cli_option options[OWN + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS];
+    memcpy(options, own, sizeof own);
+    prep_grid_fill(&o->grid, options + OWN);
+    prep_region_fill(&o->region, options + OWN + PREP_GRID_OPTIONS);
+    return cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
+                     PREP_PATHS_LIMIT, count, &o->common);
+}
+
 static int prep_main(int argc, char **argv)
 {
     static const char *paths[PREP_PATHS_LIMIT];
     prep_options o = {
         .orient = "auto", .neighbours = STP_PREP_NEIGHBOURS, .format = DEFAULT_FORMAT};
-    cli_option options[OWN_OPTIONS + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS] = {
-        {"--output", 'o', CLI_STRING, &o.output, "M.stipple", "the chunk file to write", NULL},
-        {"--neighbours", 0, CLI_UINT, &o.neighbours, "K",
-         "neighbours examined for each point, 3 to 64 (16)", NULL},
-        {"--orient", 0, CLI_STRING, &o.orient, "HOW",
-         "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
-        {"--recompute-normals", 0, CLI_FLAG, &o.recompute_normals, NULL, "ignore given normals",
-         NULL},
-        {"--sample", 0, CLI_UINT, &o.sample, "N", "place N points on a mesh's faces", NULL},
-        {"--seed", 0, CLI_UINT, &o.seed, "K", "seed of the random numbers of --sample (0)", NULL},
-        {"--columns", 0, CLI_STRING, &o.columns, "LIST",
-         "columns of text files: x,y,z,r,g,b,i,nx,ny,nz,class, _ to skip (guessed)", NULL},
-        {"--hybrid", 0, CLI_FLAG, &o.hybrid, NULL,
-         "store large triangles as triangles, the others as points", NULL},
-        {"--lines", 0, CLI_CHOICE, &o.lines, "edges|auto",
-         "auto: turn meshes of plants into lines (edges)", NULL},
-        {"--line-radius", 0, CLI_NUMBER, &o.line_radius, "LENGTH",
-         "half the width of lines that have none (1/2000 of their diagonal)", NULL},
-        {"--layers", 0, CLI_CHOICE, &o.layers, "measured|joined",
-         "joined: move overlapping scans onto one shared surface (measured)", NULL},
-        prep_system_option(&o.system),
-        {"--attributes", 0, CLI_STRING, &o.attributes, "all|none|NAMES",
-         "keep what the points have besides, as GPS time and returns (none)", NULL},
-        {"--withheld", 0, CLI_CHOICE, &o.withheld, "drop|keep",
-         "keep: also points that LAS, LAZ and EPT mark as withheld (drop)", NULL},
-        {"--where", 0, CLI_STRING, &o.where, "CONDITION",
-         "store only points that fulfil it, like 'return==1 && class!=7' (as export --where)",
-         NULL},
-        {"--outliers", 0, CLI_CHOICE, &o.outliers, "keep|mark|drop",
-         "keep, mark or drop points far from everything else (keep)", NULL},
-        {"--outlier-distance", 0, CLI_NUMBER, &o.outlier_distance, "SPACINGS",
-         "distance in local spacings that makes a point an outlier, 1 or more (3)", NULL},
-        {"--precision", 0, CLI_STRING, &o.precision, "LENGTH|exact",
-         "largest position error (half the input's scale); exact: the input's numbers", NULL},
-        {"--normal-bits", 0, CLI_STRING, &o.normal_bits, "auto|6..12",
-         "bits of each coordinate of normals (auto: as many as their noise leaves)", NULL},
-        {"--shade", 0, CLI_CHOICE, &o.shade, "phong|unlit",
-         "default shading; unlit: for scans that carry their own light (phong)", NULL},
-        {"--codec", 0, CLI_CHOICE, &o.codec, CODEC_CHOICES,
-         "codec of the payloads (draco); zstd decodes faster, takes 1.2 times the space", NULL},
-        {"--format", 0, CLI_CHOICE, &o.format, FORMAT_CHOICES,
-         "version of the file (2): 2 is in blocks, so that views read less", NULL},
-        {"--memory", 0, CLI_BYTES, &o.memory, "SIZE",
-         "memory limit (half the machine's); the rest goes to files in --temp", NULL},
-        {"--temp", 0, CLI_STRING, &o.temp, "DIR", "folder of temporary files (the output's)", NULL},
-        {"--stats", 0, CLI_STRING, &o.stats, "F.json", "write statistics as JSON", NULL},
-        {"--rejects", 0, CLI_STRING, &o.rejects, "F.csv", "list what is not stored, and why", NULL},
-        {"--strict", 0, CLI_FLAG, &o.strict, NULL, "write nothing if an input is unreadable", NULL},
-        {"--progress", 0, CLI_CHOICE, &o.progress, "text|json", "format of progress (text)", NULL},
-        {"--force", 'f', CLI_FLAG, &o.force, NULL, "replace existing files", NULL},
-    };
     size_t count = 0;
-    prep_grid_fill(&o.grid, options + OWN_OPTIONS);
-    prep_region_fill(&o.region, options + OWN_OPTIONS + PREP_GRID_OPTIONS);
-    int code = cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
-                         PREP_PATHS_LIMIT, &count, &o.common);
+    int code = parse(&o, argc, argv, paths, &count);
     return code == CLI_CONTINUE ? run_checked(&o, paths, count) : code;
 }
