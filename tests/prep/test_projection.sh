@@ -126,4 +126,30 @@ printf '%s' "$wgs84" >"$FOLDER/mesh.prj"
 run "$STIPPLE" prep "$FOLDER/mesh.obj" -o "$FOLDER/none.stipple"
 expect_failure "has lines or faces"
 [ -z "$(find "$FOLDER" -name 'none*')" ] || fail "a refused run left a file"
+# A system that only GeoTIFF's keys or a .prj file name is kept as text, and goes into LAS files.
+python3 - "$FOLDER/keys.las" <<'END'
+import struct, sys
+keys = [1, 1, 0, 2, 1024, 0, 1, 1, 3072, 0, 1, 2994]  # projected, NAD83(HARN) / Oregon GIC Lambert (ft)
+record = struct.pack("<2x16sHH32s", b"LASF_Projection", 34735, 2 * len(keys), b"") + struct.pack("<12H", *keys)
+head = struct.pack("<4sHH16xBB64xHHHIIBHI5I", b"LASF", 0, 0, 1, 2, 0, 0, 227, 227 + len(record), 1, 0, 20, 3, 3, 0, 0, 0, 0)
+lattice = struct.pack("<12d", .01, .01, .01, 0, 0, 0, 7, 5, 7, 5, 7, 5)
+points = b"".join(struct.pack("<3iHBBbBH", 100 * i, 100 * i, 100 * i, 0, 9, 2, 0, 0, 0) for i in (5, 6, 7))
+open(sys.argv[1], "wb").write(head + lattice + record + points)
+END
+printf '5 5 5\n6 6 6\n7 7 7\n' >"$FOLDER/beside.xyz"
+printf '%s' "PROJCS[\"A plane\",$wgs84,PROJECTION[\"Transverse_Mercator\"],PARAMETER[\"central_meridian\",9],UNIT[\"foot\",0.3048]]" \
+    >"$FOLDER/beside.prj"
+for input in 'keys.las:Oregon GIC Lambert (ft)' 'beside.xyz:A plane'; do
+    run "$STIPPLE" prep "$FOLDER/${input%%:*}" -o "$FOLDER/told.stipple" --force --quiet
+    expect_code 0
+    run "$STIPPLE" export "$FOLDER/told.stipple" -o "$FOLDER/told.las" --force --quiet
+    expect_code 0
+    [[ $(tr -d '\0' <"$FOLDER/told.las") == *'PROJCS["'*"${input#*:}"* ]] || fail "$command: the file names no ${input#*:}"
+    [ "${input%%:*}" != keys.las ] || python3 - "$FOLDER/told.las" <<'END' || fail "$command: the unit is not the foot"
+import sys
+text = open(sys.argv[1], "rb").read()
+sys.exit(b'UNIT["foot",0.3048' not in text)
+END
+done
+
 end_test

@@ -315,7 +315,7 @@ static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *
     const stp_scan_params params = prep_inputs_params(in, i);
     STP_TRY(prep_system_choose(&in->system, in->paths[i], &params, info, &in->facts[i].way, err));
     if (in->facts[i].way.projection == NULL)
-        return STP_OK;
+        return prep_system_tell(&in->files[i], in->paths[i], info, err);
     in->files[i].raster = (stp_scan_raster){0};
     STP_TRY(prep_system_note(&in->files[i], in->facts[i].way.projection, err));
 done:

@@ -240,6 +240,24 @@ done:
     return status;
 }
 
+stp_status prep_system_tell(stp_prep_file *file, const char *path, const stp_scan_info *info,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    told t = {0};
+    char *wkt = NULL;
+    if (note_of(info, "wkt")[0] != '\0')
+        return STP_OK;
+    STP_TRY(find_told(&t, path, info, err));
+    if (t.definition == NULL || stp_system_wkt(&wkt, t.definition, NULL) != STP_OK)
+        goto done; /* without PROJ, the keys stay as they are */
+    STP_TRY(prep_system_add_note(file, "wkt", wkt, err));
+done:
+    free(t.definition);
+    free(wkt);
+    return status;
+}
+
 void prep_system_move(stp_projection *way, stp_point *points, size_t count)
 {
     for (size_t i = 0; i < count; i++) {

@@ -39,6 +39,11 @@ stp_status prep_system_add_note(stp_prep_file *file, const char *name, const cha
 /* Makes the file's notes say where its points are now, and what they came from. Errors:
  * OUT_OF_MEMORY. */
 stp_status prep_system_note(stp_prep_file *file, const stp_projection *way, stp_error *err);
+/* Adds the note "wkt" of an input whose positions stay, if only GeoTIFF's keys or a .prj file tell
+ * its system: the name and the units of the picture, and LAS files made of the model, need it.
+ * Errors: OUT_OF_MEMORY, IO (the .prj file). */
+stp_status prep_system_tell(stp_prep_file *file, const char *path, const stp_scan_info *info,
+                            stp_error *err);
 /* Moves points. Their normals are dropped: they were of another space. */
 void prep_system_move(stp_projection *way, stp_point *points, size_t count);
 void prep_system_clear(prep_system *system);

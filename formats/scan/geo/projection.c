@@ -6,8 +6,7 @@
 /* Loaded through the program's run path, once, and kept. */
 static const stp_projection_library *library;
 
-stp_status stp_projection_create(stp_projection **out, const char *from, const char *to,
-                                 stp_dvec3 at, stp_error *err)
+static stp_status load(stp_error *err)
 {
     if (library == NULL) {
         void *module = dlopen("libstipple-proj.so", RTLD_NOW | RTLD_LOCAL);
@@ -17,7 +16,20 @@ stp_status stp_projection_create(stp_projection **out, const char *from, const c
         return stp_error_set(err, STP_UNSUPPORTED,
                              "coordinates cannot be projected: %s: install stipple anew, or PROJ",
                              dlerror());
-    return library->create(out, from, to, at, err);
+    return STP_OK;
+}
+
+stp_status stp_projection_create(stp_projection **out, const char *from, const char *to,
+                                 stp_dvec3 at, stp_error *err)
+{
+    const stp_status status = load(err);
+    return status == STP_OK ? library->create(out, from, to, at, err) : status;
+}
+
+stp_status stp_system_wkt(char **out, const char *definition, stp_error *err)
+{
+    const stp_status status = load(err);
+    return status == STP_OK ? library->system_wkt(out, definition, err) : status;
 }
 
 stp_dvec3 stp_projection_apply(stp_projection *projection, stp_dvec3 position)

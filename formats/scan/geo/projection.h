@@ -25,6 +25,11 @@ const char *stp_projection_name(const stp_projection *projection);
 const char *stp_projection_wkt(const stp_projection *projection);
 void stp_projection_destroy(stp_projection **projection);
 
+/* The definition of a system, such as "EPSG:25832", as well-known text: version 1, which LAS wants,
+ * or 2 if it has no other. Free with free(). Errors: UNSUPPORTED (no PROJ, no such system),
+ * OUT_OF_MEMORY. */
+stp_status stp_system_wkt(char **out, const char *definition, stp_error *err);
+
 /* ---- for the module ---- */
 
 typedef struct stp_projection_library {
@@ -34,6 +39,7 @@ typedef struct stp_projection_library {
     const char *(*name)(const stp_projection *projection);
     const char *(*wkt)(const stp_projection *projection);
     void (*destroy)(stp_projection **projection);
+    stp_status (*system_wkt)(char **out, const char *definition, stp_error *err);
 } stp_projection_library;
 
 extern const stp_projection_library stp_projection_proj; /* in the module libstipple-proj.so */

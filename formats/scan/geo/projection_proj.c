@@ -46,12 +46,19 @@ static void choose_zone(stp_dvec3 at, char out[32])
     snprintf(out, 32, "EPSG:%d", (at.y < 0.0 ? UTM_SOUTH : UTM_NORTH) + zone);
 }
 
+/* NULL: there is none. The system owns the text. */
+static const char *wkt_of(PJ_CONTEXT *context, PJ *system)
+{
+    static const char *const one_line[] = {"MULTILINE=NO", NULL};
+    const char *wkt = system ? proj_as_wkt(context, system, PJ_WKT1_GDAL, one_line) : NULL;
+    return system && !wkt ? proj_as_wkt(context, system, PJ_WKT2_2019, one_line) : wkt;
+}
+
 static stp_status describe(stp_projection *p, const char *to, stp_error *err)
 {
     stp_status status = STP_OK;
-    static const char *const one_line[] = {"MULTILINE=NO", NULL};
     PJ *system = proj_create(p->context, to);
-    const char *wkt = system ? proj_as_wkt(p->context, system, PJ_WKT2_2019, one_line) : NULL;
+    const char *wkt = wkt_of(p->context, system);
     const char *name = system ? proj_get_name(system) : NULL;
     STP_TRY(stp_text_copy(&p->name, name ? name : to, "a coordinate system", err));
     STP_TRY(stp_text_copy(&p->wkt, wkt ? wkt : to, "a coordinate system", err));
@@ -120,4 +127,19 @@ static const char *wkt(const stp_projection *p)
     return p->wkt;
 }
 
-const stp_projection_library stp_projection_proj = {create, apply, name, wkt, destroy};
+static stp_status system_wkt(char **out, const char *definition, stp_error *err)
+{
+    PJ_CONTEXT *context = proj_context_create();
+    proj_log_level(context, PJ_LOG_NONE);
+    proj_context_set_enable_network(context, 0);
+    PJ *system = proj_create(context, definition);
+    const char *wkt = wkt_of(context, system);
+    const stp_status status = wkt ? stp_text_copy(out, wkt, "a coordinate system", err)
+                                  : stp_error_set(err, STP_UNSUPPORTED, "PROJ does not know %.*s",
+                                                  shown(definition), definition);
+    proj_destroy(system);
+    proj_context_destroy(context);
+    return status;
+}
+
+const stp_projection_library stp_projection_proj = {create, apply, name, wkt, destroy, system_wkt};
