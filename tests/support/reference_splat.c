@@ -56,6 +56,18 @@ static void add(sums *pixel, const covering *c, int i, int j)
     pixel->total += w;
 }
 
+/* The first and the last of `count` pixels in a row that lie between two places, however far off.
+ */
+static int first_of(double low, int count)
+{
+    return (int)fmin(fmax(0.0, low), count);
+}
+
+static int last_of(double high, int count)
+{
+    return (int)fmax(fmin(count - 1, high), -1.0);
+}
+
 /* Visits the pixels that a disc covers. */
 static void rasterise(const reference_pyramid *pyramid, const reference_disc *disc, sums *pixels,
                       visit *each)
@@ -69,8 +81,8 @@ static void rasterise(const reference_pyramid *pyramid, const reference_disc *di
     double radius = reference_radius_px(pyramid, &p);
     double near = view->orthographic ? 1.0 : 1.0 - radius / ppu / p.z_min;
     double reach = near > 0.25 ? 2.0 * radius / near + 1.0 : view->width + view->height;
-    int x0 = (int)fmax(0.0, p.dx - reach), x1 = (int)fmin(view->width - 1, p.dx + reach);
-    int y0 = (int)fmax(0.0, p.dy - reach), y1 = (int)fmin(view->height - 1, p.dy + reach);
+    int x0 = first_of(p.dx - reach, view->width), x1 = last_of(p.dx + reach, view->width);
+    int y0 = first_of(p.dy - reach, view->height), y1 = last_of(p.dy + reach, view->height);
     bool own = !(p.radius > 0.0) || reference_is_polygon(&p); /* covers its own pixel alone */
     if (disc->wide) {
         x0 = x1 = disc->pixel[0];
