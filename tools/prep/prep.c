@@ -249,7 +249,7 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
          "neighbours examined for each point, 3 to 64 (16)", NULL},
         {"--orient", 0, CLI_STRING, &o->orient, "HOW",
          "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
-        {"--recompute-normals", 0, CLI_FLAG, &o->recompute_normals, NULL, "ignore given ones",
+        {"--recompute-normals", 0, CLI_FLAG, &o->recompute_normals, NULL, "ignore given normals",
          NULL},
         {"--sample", 0, CLI_UINT, &o->sample, "N", "place N points on a mesh's faces", NULL},
         {"--seed", 0, CLI_UINT, &o->seed, "K", "seed of the random numbers of --sample (0)", NULL},
@@ -268,8 +268,7 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
          "keep what the points have besides, as GPS time and returns (none)", NULL},
         {"--withheld", 0, CLI_CHOICE, &o->withheld, "drop|keep",
          "keep: also points that LAS, LAZ and EPT mark as withheld (drop)", NULL},
-        {"--where", 0, CLI_STRING, &o->where, "CONDITION",
-         "store only points that fulfil it, like 'return==1 && class!=7'", NULL},
+        prep_where_option(&o->where),
         {"--outliers", 0, CLI_CHOICE, &o->outliers, "keep|mark|drop",
          "keep, mark or drop points far from everything else (keep)", NULL},
         {"--outlier-distance", 0, CLI_NUMBER, &o->outlier_distance, "SPACINGS",
@@ -296,11 +295,11 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
         {"--progress", 0, CLI_CHOICE, &o->progress, "text|json", "format of progress (text)", NULL},
         {"--force", 'f', CLI_FLAG, &o->force, NULL, "replace existing files", NULL},
     };
-    enum { OWN = sizeof own / sizeof *own };
-    cli_option options[OWN + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS];
+    cli_option options[sizeof own / sizeof *own + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS];
+    cli_option *rest = options + sizeof own / sizeof *own;
     memcpy(options, own, sizeof own);
-    prep_grid_fill(&o->grid, options + OWN);
-    prep_region_fill(&o->region, options + OWN + PREP_GRID_OPTIONS);
+    prep_grid_fill(&o->grid, rest);
+    prep_region_fill(&o->region, rest + PREP_GRID_OPTIONS);
     return cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                      PREP_PATHS_LIMIT, count, &o->common);
 }

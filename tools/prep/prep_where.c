@@ -1,6 +1,15 @@
 /* Rejects points by a condition. */
 #include "tools/prep/prep_where.h"
 
+cli_option prep_where_option(const char **condition)
+{
+    return (cli_option){.name = "--where",
+                        .kind = CLI_STRING,
+                        .target = (void *)condition,
+                        .argument = "CONDITION",
+                        .help = "store only points that fulfil it, like 'return==1 && class!=7'"};
+}
+
 stp_status prep_where_parse(prep_where *w, const char *text, stp_error *err)
 {
     w->text = text;

@@ -5,6 +5,7 @@
 
 #include "formats/attribute/condition.h"
 #include "formats/scan/scan.h"
+#include "tools/cli/cli.h"
 
 /* Zero takes all points. */
 typedef struct prep_where {
@@ -14,6 +15,9 @@ typedef struct prep_where {
     stp_attribute_list list; /* of all inputs with points, each name once */
     stp_condition condition; /* bound to the scan that is read */
 } prep_where;
+
+/* The option --where. */
+cli_option prep_where_option(const char **condition);
 
 /* text: borrowed; NULL takes all points. Errors: INVALID_ARGUMENT (what was expected, and where).
  */
