@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/attribute/attribute_encode.h"
+#include "formats/chunk/attribute/attribute_order.h"
 
 #include <stdlib.h>
 
@@ -145,18 +146,13 @@ static void spread(stp_attribute_type type, const stp_chunk *chunk, int level, c
         const stp_patch *patch = &chunk->patches[p];
         const uint32_t first = chunk->level_begin[level][p];
         const stp_sample *samples = chunk->samples[level] + first;
-        const bool top = level == STP_LEVEL_COUNT - 1;
-        const unsigned parents = top ? 1 : patch->counts[level + 1], count = patch->counts[level];
-        for (unsigned j = 0; j < parents; j++) {
-            const unsigned begin = top ? 0 : stp_level_children_begin(j, parents, count);
-            const unsigned end = top ? count : stp_level_children_begin(j + 1, parents, count);
-            const unsigned lender = top ? end : stp_attribute_borrowed(samples, begin, end);
-            for (unsigned i = begin; i < end; i++) {
-                const bool borrows = i == lender;
-                words[first + i] = borrows ? above[chunk->level_begin[level + 1][p] + j]
-                                           : stp_attribute_get(type, next);
-                next += borrows ? 0 : bytes;
-            }
+        uint8_t borrowers[STP_PATCH_SAMPLES];
+        stp_attribute_borrowers(patch, samples, level, borrowers);
+        for (unsigned i = 0; i < patch->counts[level]; i++) {
+            const bool stored = borrowers[i] == STP_NOT_BORROWED;
+            words[first + i] = stored ? stp_attribute_get(type, next)
+                                      : above[chunk->level_begin[level + 1][p] + borrowers[i]];
+            next += stored ? bytes : 0;
         }
     }
 }

@@ -180,21 +180,17 @@ static uint32_t walk_level(const walk *w, int level, bool fill)
         const stp_patch *patch = &chunk->patches[p];
         const uint32_t first = chunk->level_begin[level][p];
         const stp_sample *samples = chunk->samples[level] + first;
-        const bool top = level == STP_LEVEL_COUNT - 1;
-        const unsigned parents = top ? 1 : patch->counts[level + 1], count = patch->counts[level];
-        for (unsigned j = 0; j < parents; j++) {
-            const unsigned begin = top ? 0 : stp_level_children_begin(j, parents, count);
-            const unsigned end = top ? count : stp_level_children_begin(j + 1, parents, count);
-            const unsigned lender = top ? end : stp_attribute_borrowed(samples, begin, end);
-            for (unsigned i = begin; i < end; i++) {
-                if (fill)
-                    w->words[first + i] = i == lender
-                                              ? w->above[chunk->level_begin[level + 1][p] + j]
-                                              : w->stored[place];
-                else if (i != lender)
-                    w->guesses[place] = stp_attribute_guess(w->attribute, &samples[i]);
-                place += i != lender;
-            }
+        uint8_t borrowers[STP_PATCH_SAMPLES];
+        stp_attribute_borrowers(patch, samples, level, borrowers);
+        for (unsigned i = 0; i < patch->counts[level]; i++) {
+            const bool stored = borrowers[i] == STP_NOT_BORROWED;
+            if (fill)
+                w->words[first + i] =
+                    stored ? w->stored[place]
+                           : w->above[chunk->level_begin[level + 1][p] + borrowers[i]];
+            else if (stored)
+                w->guesses[place] = stp_attribute_guess(w->attribute, &samples[i]);
+            place += stored;
         }
     }
     return place;

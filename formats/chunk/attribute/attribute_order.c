@@ -4,6 +4,21 @@
 #include "base/memory.h"
 
 #include <stdlib.h>
+#include <string.h>
+
+void stp_attribute_borrowers(const stp_patch *patch, const stp_sample *samples, int level,
+                             uint8_t out[STP_PATCH_SAMPLES])
+{
+    const unsigned count = patch->counts[level];
+    const unsigned parents = level + 1 < STP_LEVEL_COUNT ? patch->counts[level + 1] : 0;
+    memset(out, STP_NOT_BORROWED, STP_PATCH_SAMPLES);
+    for (unsigned j = 0; j < parents; j++) {
+        const unsigned begin = stp_level_children_begin(j, parents, count);
+        const unsigned end = stp_level_children_begin(j + 1, parents, count);
+        if (begin < end)
+            out[stp_attribute_borrowed(samples, begin, end)] = (uint8_t)j;
+    }
+}
 
 unsigned stp_attribute_lender(const stp_patch *patch, const stp_sample *const *samples, int level,
                               unsigned i)

@@ -35,6 +35,13 @@ static inline unsigned stp_attribute_borrowed(const stp_sample *children, unsign
     return best;
 }
 
+#define STP_NOT_BORROWED UINT8_MAX
+/* For each sample of a level of a patch: the sample of the next coarser level, counted from the
+ * patch's first, that borrows its number, or STP_NOT_BORROWED. samples: the patch's, of that level.
+ */
+void stp_attribute_borrowers(const stp_patch *patch, const stp_sample *samples, int level,
+                             uint8_t out[STP_PATCH_SAMPLES]);
+
 /* The level-0 sample that sample i of a level of the patch borrows from, counted from the patch's
  * first. samples: of the patch, by level. */
 unsigned stp_attribute_lender(const stp_patch *patch, const stp_sample *const *samples, int level,
