@@ -42,7 +42,7 @@ static stp_status find_source(stp_condition_source *out, char name[STP_ATTRIBUTE
     int f = 0;
     while (f < (int)STP_FIELD_COUNT && strcmp(field_names[f], name) != 0)
         f++;
-    *out = (stp_condition_source){.field = (stp_field)f};
+    *out = (stp_condition_source){.field = (stp_point_field)f};
     if (found == UINT32_MAX && f < (int)STP_FIELD_COUNT && fields >> f & 1)
         return STP_OK;
     if (found == UINT32_MAX)

@@ -179,16 +179,15 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         mark_tiles(params, worker, eye, bound.radius * stp_frame_stretch(params->frame));
         stp_rule_sight sight = stp_rule_look(params->frame, &bound);
         float radius_px = brief->vertex_radius * sight.scale;
-        if (params->vertices && stp_vertex_does(params->frame, &sight, brief)) {
-            if (!has_any(brief, STP_LEVEL_COUNT - 1))
-                continue;
+        const bool vertex = params->vertices && stp_vertex_does(params->frame, &sight, brief);
+        if (!has_any(brief, vertex ? STP_LEVEL_COUNT - 1 : draw->finest))
+            continue;
+        if (vertex) {
             add(l, STP_SIGHT_VERTICES, index, r->placement.level_begin[STP_LEVEL_COUNT - 1] + i);
-        } else if (has_any(brief, draw->finest)) {
+        } else {
             add_patch(l, index, r, i);
             radius_px =
                 patch_radius_px(params->frame, &sight, &r->patches[i], (unsigned)draw->finest);
-        } else {
-            continue;
         }
         greatest = radius_px > greatest ? radius_px : greatest;
     }

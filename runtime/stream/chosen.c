@@ -69,24 +69,14 @@ void stp_chosen_destroy(stp_chosen **chosen)
     *chosen = NULL;
 }
 
-/* The numbers of a level, by name of the condition, and those of the level above. NULL: none. */
-typedef struct level_words {
-    uint64_t *own[STP_WHERE_NAMES], *above[STP_WHERE_NAMES];
-} level_words;
-
 static stp_status read_level(stp_chosen *c, const stp_numbers_block *block, int level,
-                             level_words *words, stp_error *err)
+                             stp_numbers_words *words, stp_error *err)
 {
     stp_status status = STP_OK;
     pthread_mutex_lock(&c->lock);
-    for (unsigned i = 0; i < c->condition.where.name_count; i++) {
-        uint64_t *swap = words->above[i];
-        if (!c->numbers[i])
-            continue;
-        words->above[i] = words->own[i];
-        words->own[i] = swap;
-        STP_TRY(stp_numbers_read(c->numbers[i], block, level, words->above[i], swap, err));
-    }
+    for (unsigned i = 0; i < STP_WHERE_NAMES; i++)
+        if (c->numbers[i])
+            STP_TRY(stp_numbers_read(c->numbers[i], block, level, &words[i], err));
 done:
     pthread_mutex_unlock(&c->lock);
     return status;
@@ -100,7 +90,8 @@ static void mark(stp_sample *s, bool marked)
         s->flags = (uint8_t)(s->flags & ~STP_SAMPLE_CLOSED);
 }
 
-static void mark_level(const stp_chosen *c, const level_words *words, stp_chunk *chunk,
+/* words: by name of the condition; empty for a sample's field. */
+static void mark_level(const stp_chosen *c, const stp_numbers_words *words, stp_chunk *chunk,
                        stp_dvec3 origin, int level)
 {
     const stp_condition *condition = &c->condition;
@@ -112,7 +103,7 @@ static void mark_level(const stp_chosen *c, const level_words *words, stp_chunk 
             stp_sample_values(s, stp_dvec3_add(origin, at), c->intensity_step, fields);
             for (unsigned n = 0; n < condition->where.name_count; n++)
                 values[n] = c->numbers[n] ? stp_attribute_value(condition->sources[n].attribute,
-                                                                words->own[n][i])
+                                                                words[n].own[i])
                                           : fields[condition->sources[n].field];
             mark(s, !stp_where_holds(&condition->where, values));
         }
@@ -122,24 +113,19 @@ stp_status stp_chosen_mark(stp_chosen *c, const stp_numbers_block *block, stp_ch
                            stp_error *err)
 {
     stp_status status = STP_OK;
-    const size_t most = chunk->level_begin[chunk->finest_level][chunk->patch_count];
-    level_words words = {{0}, {0}};
+    stp_numbers_words words[STP_WHERE_NAMES] = {{0}};
     stp_chunk_entry entry;
     STP_TRY(stp_chunk_file_entry(c->file, block->blocks[block->index].chunk, &entry, err));
     for (unsigned i = 0; i < STP_WHERE_NAMES; i++)
-        if (c->numbers[i]) {
-            STP_TRY(stp_alloc(&words.own[i], most + 1, sizeof **words.own, "attributes", err));
-            STP_TRY(stp_alloc(&words.above[i], most + 1, sizeof **words.above, "attributes", err));
-        }
+        if (c->numbers[i])
+            STP_TRY(stp_numbers_words_create(&words[i], block, err));
     for (int level = STP_LEVEL_COUNT - 1; level >= chunk->finest_level; level--) {
-        STP_TRY(read_level(c, block, level, &words, err));
-        mark_level(c, &words, chunk, entry.origin, level);
+        STP_TRY(read_level(c, block, level, words, err));
+        mark_level(c, words, chunk, entry.origin, level);
     }
 done:
-    for (unsigned i = 0; i < STP_WHERE_NAMES; i++) {
-        free(words.own[i]);
-        free(words.above[i]);
-    }
+    for (unsigned i = 0; i < STP_WHERE_NAMES; i++)
+        stp_numbers_words_free(&words[i]);
     return status;
 }
 

@@ -157,10 +157,31 @@ static void spread(stp_attribute_type type, const stp_chunk *chunk, int level, c
     }
 }
 
-stp_status stp_numbers_read(stp_numbers *n, const stp_numbers_block *b, int level,
-                            const uint64_t *above, uint64_t *words, stp_error *err)
+stp_status stp_numbers_words_create(stp_numbers_words *out, const stp_numbers_block *block,
+                                    stp_error *err)
 {
     stp_status status = STP_OK;
+    const stp_chunk *chunk = block->chunk;
+    const size_t most = chunk->level_begin[chunk->finest_level][chunk->patch_count];
+    STP_TRY(stp_alloc(&out->own, most + 1, sizeof *out->own, "attributes", err));
+    STP_TRY(stp_alloc(&out->above, most + 1, sizeof *out->above, "attributes", err));
+done:
+    return status;
+}
+
+void stp_numbers_words_free(stp_numbers_words *words)
+{
+    free(words->own);
+    free(words->above);
+    *words = (stp_numbers_words){0};
+}
+
+stp_status stp_numbers_read(stp_numbers *n, const stp_numbers_block *b, int level,
+                            stp_numbers_words *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t *const words = w->above, *const above = w->own;
+    *w = (stp_numbers_words){words, above};
     const stp_attribute_type type = attribute_of(n)->type;
     const size_t bytes = stp_attribute_bytes(type);
     const uint32_t count = b->chunk->level_begin[level][b->chunk->patch_count];

@@ -24,10 +24,20 @@ typedef struct stp_numbers_block {
 /* Both are borrowed. Errors: OUT_OF_MEMORY. */
 stp_status stp_numbers_create(stp_numbers **out, stp_chunk_file *file,
                               stp_attribute_file *attributes, uint32_t index, stp_error *err);
-/* Reads the numbers of a level of a block. above: those of the next coarser level; not used for
- * level 3. words: by sample. Errors: IO, CORRUPT, CANCELLED, OUT_OF_MEMORY. */
+/* The numbers of the level that was read last, by sample of the block, and those of the level above
+ * it. Starts zeroed. */
+typedef struct stp_numbers_words {
+    uint64_t *own, *above;
+} stp_numbers_words;
+
+/* Makes room for all levels of the block. Free *out even after a failure. Errors: OUT_OF_MEMORY. */
+stp_status stp_numbers_words_create(stp_numbers_words *out, const stp_numbers_block *block,
+                                    stp_error *err);
+void stp_numbers_words_free(stp_numbers_words *words);
+/* Reads the numbers of a level of a block: level 3 first, then each next finer one. Errors: IO,
+ * CORRUPT, CANCELLED, OUT_OF_MEMORY. */
 stp_status stp_numbers_read(stp_numbers *numbers, const stp_numbers_block *block, int level,
-                            const uint64_t *above, uint64_t *words, stp_error *err);
+                            stp_numbers_words *words, stp_error *err);
 void stp_numbers_destroy(stp_numbers **numbers);
 
 #endif

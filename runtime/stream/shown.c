@@ -119,22 +119,16 @@ stp_status stp_shown_fill(stp_shown *s, const stp_numbers_block *block, stp_chun
                           stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t most = chunk->level_begin[chunk->finest_level][chunk->patch_count];
-    uint64_t *words = NULL, *above = NULL, *swap;
+    stp_numbers_words words = {0};
     pthread_mutex_lock(&s->lock);
-    STP_TRY(stp_alloc(&words, (size_t)most + 1, sizeof *words, "attributes", err));
-    STP_TRY(stp_alloc(&above, (size_t)most + 1, sizeof *above, "attributes", err));
+    STP_TRY(stp_numbers_words_create(&words, block, err));
     for (int level = STP_LEVEL_COUNT - 1; level >= chunk->finest_level; level--) {
-        STP_TRY(stp_numbers_read(s->numbers, block, level, above, words, err));
+        STP_TRY(stp_numbers_read(s->numbers, block, level, &words, err));
         for (uint32_t i = 0; i < chunk->level_begin[level][chunk->patch_count]; i++)
-            chunk->samples[level][i].intensity = byte_of(s, words[i]);
-        swap = above;
-        above = words;
-        words = swap;
+            chunk->samples[level][i].intensity = byte_of(s, words.own[i]);
     }
 done:
     pthread_mutex_unlock(&s->lock);
-    free(words);
-    free(above);
+    stp_numbers_words_free(&words);
     return status;
 }

@@ -68,31 +68,10 @@ static stp_view view_from(const gl_fixture *f, int direction)
     return views_get(direction, &f->model->ball, NULL, 0, SIZE, SIZE);
 }
 
-/* Marks in a mask the pixels of every level-0 sample that passes, computed in double. */
-static void expect_mask(const gl_fixture *f, const stp_view *view, const stp_draw_params *params,
-                        uint8_t *mask)
+static bool passes(const void *context, const stp_sample *sample, stp_dvec3 at)
 {
-    reference_pyramid reference;
-    const stp_gpu_frame frame = {.modes = {0, 0, 0, 0}}; /* backs of a cut surface are drawn */
-    check_ok(reference_create(&reference, view, false, 0, err));
-    for (uint32_t id = 0; id < f->model->info->chunk_count; id++) {
-        const stp_chunk_entry *entry = &f->model->entries[id];
-        stp_chunk *chunk = NULL;
-        check_ok(stp_chunk_file_read(f->model->file, id, 0, &chunk, err));
-        for (uint32_t p = 0; entry->child_count == 0 && p < chunk->patch_count; p++)
-            for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-                const stp_sample *sample = &chunk->samples[0][i];
-                stp_dvec3 at =
-                    stp_dvec3_add(entry->origin, stp_sample_position(sample, &chunk->patches[p]));
-                reference_disc disc = drawn_disc(entry, &chunk->patches[p], sample, view, &frame);
-                if (inside(&params->clip, at) && !hidden(params, sample->class_id))
-                    reference_project(&reference, &disc, 1);
-            }
-        stp_chunk_destroy(&chunk);
-    }
-    for (size_t i = 0; i < PIXELS; i++)
-        mask[i] = reference.levels[0].pulled[i].tag != 0;
-    reference_destroy(&reference);
+    const stp_draw_params *params = context;
+    return inside(&params->clip, at) && !hidden(params, sample->class_id);
 }
 
 static const stp_lod roads[] = {STP_LOD_GEOMETRY, STP_LOD_CPU, STP_LOD_COMPUTE, STP_LOD_FULL};
@@ -112,7 +91,7 @@ static void exact(void **state)
             hide(&params, 200);
         }
         stp_view view = view_from(f, 18 + 2 * variant);
-        expect_mask(f, &view, &params, mask);
+        gl_fixture_expect(f, &view, passes, &params, mask);
         for (int r = 0; r < ROADS; r++) {
             size_t differing = 0;
             params.lod = roads[r];

@@ -128,14 +128,16 @@ static bool is_red(uint32_t i, stp_dvec3 at)
 
 typedef bool predicate(uint32_t i, stp_dvec3 at);
 
-static const struct {
+typedef struct chosen_points {
     const char *text;
     predicate *holds;
-} conditions[] = {{"class==5", is_class_5},
-                  {"rank==1", is_class_5},
-                  {"time<18000 && class!=7 && z>295", is_early},
-                  {"rare!=3 && !(rank==0)", is_rare},
-                  {"red>=30123", is_red}};
+} chosen_points;
+
+static const chosen_points conditions[] = {{"class==5", is_class_5},
+                                           {"rank==1", is_class_5},
+                                           {"time<18000 && class!=7 && z>295", is_early},
+                                           {"rare!=3 && !(rank==0)", is_rare},
+                                           {"red>=30123", is_red}};
 enum { CONDITIONS = sizeof conditions / sizeof *conditions };
 
 static void open_chosen(gl_fixture *f, const char *path, const char *condition, uint64_t memory)
@@ -155,35 +157,10 @@ static stp_view view_from(const gl_fixture *f, int direction)
 
 /* ---- what must be seen ---- */
 
-/* Counts the points that fulfil a condition, and marks their pixels. */
-static uint64_t expect(const gl_fixture *f, const stp_view *view, predicate *holds, uint8_t *mask)
+static bool fulfils(const void *context, const stp_sample *sample, stp_dvec3 at)
 {
-    reference_pyramid reference;
-    uint64_t count = 0;
-    const stp_gpu_frame frame = {.modes = {0, 0, 0, 0}}; /* backs are drawn */
-    check_ok(reference_create(&reference, view, false, 0, err));
-    for (uint32_t id = 0; id < f->model->info->chunk_count; id++) {
-        const stp_chunk_entry *entry = &f->model->entries[id];
-        stp_chunk *chunk = NULL;
-        check_ok(stp_chunk_file_read(f->model->file, id, 0, &chunk, err));
-        for (uint32_t p = 0; entry->child_count == 0 && p < chunk->patch_count; p++)
-            for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
-                const stp_sample *s = &chunk->samples[0][i];
-                const uint32_t number = prep_number_of(s) & 0xffffffu;
-                const stp_dvec3 at =
-                    stp_dvec3_add(entry->origin, stp_sample_position(s, &chunk->patches[p]));
-                const reference_disc disc = drawn_disc(entry, &chunk->patches[p], s, view, &frame);
-                if (!holds(number, at))
-                    continue;
-                reference_project(&reference, &disc, 1);
-                count++;
-            }
-        stp_chunk_destroy(&chunk);
-    }
-    for (size_t i = 0; i < PIXELS; i++)
-        mask[i] = reference.levels[0].pulled[i].tag != 0;
-    reference_destroy(&reference);
-    return count;
+    const chosen_points *c = context;
+    return c->holds(prep_number_of(sample) & 0xffffffu, at);
 }
 
 static const stp_lod roads[] = {STP_LOD_GEOMETRY, STP_LOD_COMPUTE, STP_LOD_CPU, STP_LOD_FULL};
@@ -199,7 +176,7 @@ static void exact(void **state)
         gl_fixture f = {0};
         open_chosen(&f, "where.stipple", conditions[c].text, 0);
         const stp_view view = view_from(&f, 18 + c);
-        const uint64_t count = expect(&f, &view, conditions[c].holds, mask);
+        const uint64_t count = gl_fixture_expect(&f, &view, fulfils, &conditions[c], mask);
         assert_true(count > COUNT / 20 && count < COUNT);
         for (int r = 0; r < ROADS; r++) {
             stp_draw_stats stats = {0};

@@ -31,17 +31,11 @@ done:
     return status;
 }
 
-static bool is_inside(const stp_dbox *box, stp_dvec3 p)
-{
-    return p.x >= box->min.x && p.x <= box->max.x && p.y >= box->min.y && p.y <= box->max.y &&
-           p.z >= box->min.z && p.z <= box->max.z;
-}
-
 bool export_filter_takes(const export_filter *filter, const stp_sample *sample, stp_dvec3 position,
                          const uint8_t *packed)
 {
     double fields[STP_FIELD_COUNT];
-    if (filter->clipped && !is_inside(&filter->clip, position))
+    if (filter->clipped && stp_dbox_distance_squared(&filter->clip, position) > 0.0)
         return false;
     if (!filter->conditional)
         return true;

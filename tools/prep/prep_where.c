@@ -31,22 +31,17 @@ stp_status prep_where_add(prep_where *w, const stp_scan_info *info, const char *
     if (!w->text)
         return STP_OK;
     w->fields |= fields_of(info);
-    for (uint32_t i = 0; info->extra && i < info->extra->count; i++) {
-        if (stp_attribute_find(&w->list, info->extra->items[i].name) != UINT32_MAX)
-            continue;
-        if (w->list.count == STP_ATTRIBUTES_LIMIT)
-            return stp_error_set(err, STP_LIMIT,
-                                 "%s: with it the inputs have more than %u attributes: give it to "
-                                 "another model",
-                                 path, STP_ATTRIBUTES_LIMIT);
-        w->list.items[w->list.count++] = info->extra->items[i];
-    }
+    if (info->extra && !stp_attribute_union_add(&w->joined, info->extra))
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: with it the inputs have more than %u attributes: give it to "
+                             "another model",
+                             path, STP_ATTRIBUTES_LIMIT);
     return STP_OK;
 }
 
 stp_status prep_where_check(prep_where *w, stp_error *err)
 {
-    return w->text ? stp_condition_make(&w->condition, &w->where, w->fields, &w->list, err)
+    return w->text ? stp_condition_make(&w->condition, &w->where, w->fields, &w->joined.list, err)
                    : STP_OK;
 }
 

@@ -3,6 +3,7 @@
 #ifndef STP_TOOLS_PREP_PREP_WHERE_H
 #define STP_TOOLS_PREP_PREP_WHERE_H
 
+#include "formats/attribute/attribute_list.h"
 #include "formats/attribute/condition.h"
 #include "formats/scan/scan.h"
 #include "tools/cli/cli.h"
@@ -11,9 +12,9 @@
 typedef struct prep_where {
     const char *text; /* NULL: no condition */
     stp_where where;
-    uint32_t fields;         /* that any input has: a bit for each stp_field */
-    stp_attribute_list list; /* of all inputs with points, each name once */
-    stp_condition condition; /* bound to the scan that is read */
+    uint32_t fields;            /* that any input has: a bit for each stp_point_field */
+    stp_attribute_union joined; /* attributes of all inputs with points */
+    stp_condition condition;    /* bound to the scan that is read */
 } prep_where;
 
 /* The option --where. */

@@ -6,7 +6,7 @@
 #include "formats/attribute/condition.h"
 #include "formats/chunk/chunk_file.h"
 
-/* Which fields a file's samples have: a bit for each stp_field. */
+/* Which fields a file's samples have: a bit for each stp_point_field. */
 uint32_t stp_sample_fields(const stp_chunk_file_info *info);
 /* What a sample's intensity of 1 stands for, on a scale to 65535. */
 double stp_sample_intensity_step(const stp_chunk_file_info *info);
