@@ -7,6 +7,7 @@
 #include "formats/scan/e57/e57.h"
 #include "formats/scan/grid/grid.h"
 #include "formats/scan/las/las.h"
+#include "formats/scan/mesh/coarse_mesh.h"
 #include "formats/scan/mesh/hybrid.h"
 #include "formats/scan/mesh/line_chain.h"
 #include "formats/scan/mesh/mesh_read.h"
@@ -109,6 +110,26 @@ done:
     return status;
 }
 
+/* Whether a PLY file that could be streamed is a coarse mesh. Larger files are scans. */
+static stp_status ply_is_coarse(const stp_ply *streamed, const char *path, bool *coarse,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ply *ply = NULL;
+    stp_point_mesh mesh = {0};
+    uint64_t samples = 0;
+    if (streamed->faces && streamed->vertex->count <= STP_COARSE_VERTEX_LIMIT) {
+        STP_TRY(stp_ply_open(&ply, path, err));
+        STP_TRY(stp_ply_read_mesh(ply, &mesh, err));
+        STP_TRY(stp_mesh_measure_coarse(&mesh, &samples, err));
+    }
+    *coarse = samples > 0;
+done:
+    stp_point_mesh_free(&mesh);
+    stp_ply_close(&ply);
+    return status;
+}
+
 /* Streams the vertices. Holds the whole file only if it has edges, or if faces are needed. */
 static stp_status open_ply(stp_scan *scan, stp_error *err)
 {
@@ -126,7 +147,9 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     scan->info.grid = ply->grid;
     const bool wants_normals =
         !(ply->attributes & STP_POINT_HAS_NORMAL) && !scan->params.recompute_normals;
-    const bool wants_faces = wants_normals || scan->params.sample_count > 0 || scan->params.hybrid;
+    bool wants_faces = wants_normals || scan->params.sample_count > 0 || scan->params.hybrid;
+    if (!wants_faces && scan->params.sample_coarse)
+        STP_TRY(ply_is_coarse(ply, scan->path, &wants_faces, err));
     if (ply->edges || (ply->faces && wants_faces)) {
         STP_TRY(stp_ply_read_mesh(scan->ply, &scan->mesh, err));
         scan->info.face_count = scan->mesh.face_count;
@@ -194,6 +217,24 @@ static void decide_normals(stp_scan *scan)
         scan->info.attributes |= STP_POINT_HAS_NORMAL;
         scan->info.normals_from_faces = true;
     }
+}
+
+/* Lets a coarse mesh be sampled, and its large triangles be kept. */
+static stp_status choose_sampling(stp_scan *scan, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_scan_params *params = &scan->params;
+    const bool given = params->sample_count > 0 || params->hybrid;
+    const bool cut = params->region && params->region->bounded;
+    if (!params->sample_coarse || given || cut || scan->mesh.edge_count > 0)
+        return STP_OK;
+    STP_TRY(stp_mesh_measure_coarse(&scan->mesh, &params->sample_count, err));
+    scan->info.coarse_samples = params->sample_count;
+    params->hybrid = params->sample_count > 0;
+    if (params->hybrid)
+        STP_TRY(stp_mesh_split_creases(&scan->mesh, scan->path, err));
+done:
+    return status;
 }
 
 /* Separates large triangles from those that become points. Nothing may be left to sample. */
@@ -289,6 +330,7 @@ static stp_status open_scan(stp_scan *scan, stp_error *err)
     STP_TRY(take_edges(scan, err));
     STP_TRY(check_region(scan, err));
     decide_normals(scan);
+    STP_TRY(choose_sampling(scan, err));
     if (scan->params.hybrid)
         STP_TRY(split_hybrid(scan, err));
     if (scan->params.sample_count > 0)

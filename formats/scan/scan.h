@@ -91,7 +91,9 @@ typedef struct stp_scan_params {
     uint64_t seed;
     bool recompute_normals; /* give no normals at all */
     bool hybrid;            /* large triangles of a mesh become no points (hybrid.h) */
-    double line_radius;     /* half the width of lines without a width; 0: from their box */
+    bool sample_coarse;  /* sample_count and hybrid are chosen for a mesh whose vertices do not tell
+                            its faces (mesh/coarse_mesh.h), if neither is given */
+    double line_radius;  /* half the width of lines without a width; 0: from their box */
     const char *columns; /* for XYZ, TXT, CSV and PTS, "x,y,z,_,r,g,b" (columns.h); NULL: guessed.
                             Used until the scan is open */
     const stp_grid_params *grid; /* for grids alone; NULL: as the file has it */
@@ -168,6 +170,7 @@ typedef struct stp_scan_info {
                                chooses; 0: it is none */
     bool heights;           /* the format says that z is the height, as surveyors use it */
     bool normals_from_faces;
+    uint64_t coarse_samples; /* sample_count as params.sample_coarse chose it; 0: it did not */
     const stp_dvec3
         *stations; /* where scanners stood; owned by the scan, valid until it is closed */
     uint32_t station_count;

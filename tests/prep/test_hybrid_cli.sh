@@ -52,6 +52,22 @@ run "$STIPPLE" verify "$FOLDER/hurt.stipple" --repair -o "$FOLDER/mended.stipple
 run "$STIPPLE" verify "$FOLDER/mended.stipple"
 expect_code 0
 
+# A mesh of large faces is sampled without being asked, and told apart from a scan's.
+printf 'v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 2 2 3\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n' >"$FOLDER/roof.obj"
+run "$STIPPLE" prep "$FOLDER/roof.obj" -o "$FOLDER/r.stipple"
+expect_code 0
+expect_text err "4 triangles are stored"
+expect_text err "has large faces: points are spread over them"
+run "$STIPPLE" verify "$FOLDER/r.stipple"
+expect_code 0
+run "$STIPPLE" prep "$FOLDER/roof.obj" -o "$FOLDER/v.stipple" --sample none
+expect_code 0
+expect_text err "5 points read, 5 stored"
+for wrong in 0 -1 many; do
+    run "$STIPPLE" prep "$FOLDER/roof.obj" -o "$FOLDER/w.stipple" --sample $wrong
+    expect_failure "give the number of points, or none"
+done
+
 run "$STIPPLE" gen sphere -n 100 -o "$FOLDER/points.ply" --quiet
 run "$STIPPLE" prep "$FOLDER/points.ply" -o "$FOLDER/p.stipple" --hybrid
 expect_failure "has no faces to make a hybrid surface of"

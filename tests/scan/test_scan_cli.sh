@@ -78,7 +78,7 @@ expect_no_litter() {
 
 for kind in obj off stl; do
     bowl $kind >"$FOLDER/bowl.$kind"
-    prepared "$FOLDER/bowl.$kind" 400 file
+    prepared "$FOLDER/bowl.$kind" 400 file --sample none
     prepared "$FOLDER/bowl.$kind" 1234 file --sample 1234
 done
 # The bowl's vertices alone: as XYZ, with a header, as PTS, and with given columns.
@@ -96,11 +96,11 @@ refused "$FOLDER/bowl.obj" "this format names its own columns" --columns x,y,z
 sed '200s/ .*//' "$FOLDER/bowl.xyz" >"$FOLDER/wrong.xyz"
 refused "$FOLDER/wrong.xyz" "line 200 has 1 columns"
 # Without the faces, nothing says which side of an open surface is outside.
-prepared "$FOLDER/bowl.obj" 400 unknown --recompute-normals
+prepared "$FOLDER/bowl.obj" 400 unknown --recompute-normals --sample none
 prepared "$FOLDER/bowl.off" 1000 unknown --recompute-normals --sample 1000
 mkdir "$FOLDER/été à côté"
 cp "$FOLDER/bowl.off" "$FOLDER/été à côté/nuage de points.off"
-prepared "$FOLDER/été à côté/nuage de points.off" 400 file
+prepared "$FOLDER/été à côté/nuage de points.off" 400 file --sample none
 
 # A ball has no height, but in surveyors' files z is up.
 for format in las ply; do

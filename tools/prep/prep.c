@@ -21,8 +21,8 @@
 
 typedef struct prep_options {
     const char *output, *orient, *stats, *temp, *rejects, *columns, *precision, *normal_bits,
-        *system, *attributes, *where;
-    uint64_t neighbours, sample, seed, memory;
+        *system, *attributes, *where, *sample;
+    uint64_t neighbours, seed, memory;
     double outlier_distance, line_radius;
     bool recompute_normals, hybrid, strict, force;
     int lines;    /* 1: meshes of plants become lines */
@@ -107,8 +107,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     prep_paths paths = {0};
     stp_grid_params grid = {0};
     stp_scan_region region = {0};
-    prep_inputs in = {.params = {.sample_count = o->sample,
-                                 .seed = o->seed,
+    prep_inputs in = {.params = {.seed = o->seed,
                                  .line_radius = o->line_radius,
                                  .hybrid = o->hybrid,
                                  .columns = o->columns,
@@ -121,6 +120,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
     prep_run_expect(&params, o->progress == 1, stages);
     STP_TRY(parse_values(o, &params, &grid, err));
+    STP_TRY(prep_parse_sample(o->sample, &in.params.sample_count, &in.vertices, err));
     STP_TRY(prep_parse_region(&o->region, &region, &in.params.region, err));
     in.temp = o->temp;
     in.params.grid = prep_grid_is_given(&o->grid) ? &grid : NULL;
@@ -183,6 +183,10 @@ const cli_command cli_prep = {
         "they are apart and where they lie (GeoTIFF, ESRI ASCII, AL3D), else --spacing. With\n"
         "--pinhole the numbers are depths in a camera's image, or with --disparity disparities.\n"
         "\n"
+        "Meshes: the vertices are the points, or --sample N. A mesh whose faces are large, such "
+        "as\n"
+        "a drawn house, is sampled without being asked, and stored as by --hybrid.\n"
+        "\n"
         "--hybrid stores the large triangles of a mesh as triangles and the others as points. A\n"
         "triangle is large if it would get 8 points or more of --sample N. Without --sample, N is\n"
         "the number of vertices; then a triangle as long as a large one is large, too. Triangles\n"
@@ -212,7 +216,7 @@ static int check_options(const prep_options *o)
         return cli_usage(&cli_prep, "no output: give -o M.stipple");
     if (o->neighbours < 3 || o->neighbours > STP_NEIGHBOURS_LIMIT)
         return cli_usage(&cli_prep, "--neighbours: give 3 to %d", STP_NEIGHBOURS_LIMIT);
-    if (o->lines == 1 && (o->hybrid || o->sample > 0))
+    if (o->lines == 1 && (o->hybrid || o->sample))
         return cli_usage(&cli_prep, "--lines auto leaves no faces for --hybrid or --sample: give "
                                     "one of them");
     if (o->outlier_distance != 0.0 && o->outliers == STP_OUTLIERS_KEEP)
@@ -251,7 +255,8 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
          "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
         {"--recompute-normals", 0, CLI_FLAG, &o->recompute_normals, NULL, "ignore given normals",
          NULL},
-        {"--sample", 0, CLI_UINT, &o->sample, "N", "place N points on a mesh's faces", NULL},
+        {"--sample", 0, CLI_STRING, &o->sample, "N|none",
+         "place N points on a mesh's faces (none, unless they are large)", NULL},
         {"--seed", 0, CLI_UINT, &o->seed, "K", "seed of the random numbers of --sample (0)", NULL},
         {"--columns", 0, CLI_STRING, &o->columns, "LIST",
          "columns of text files: x,y,z,r,g,b,i,nx,ny,nz,class, _ to skip (guessed)", NULL},
@@ -285,8 +290,7 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
          "version of the file (2): 2 is in blocks, so that views read less", NULL},
         {"--memory", 0, CLI_BYTES, &o->memory, "SIZE",
          "memory limit (half the machine's); the rest goes to files in --temp", NULL},
-        {"--temp", 0, CLI_STRING, &o->temp, "DIR", "folder of temporary files (the output's)",
-         NULL},
+        {"--temp", 0, CLI_STRING, &o->temp, "DIR", "for temporary files (output's folder)", NULL},
         {"--stats", 0, CLI_STRING, &o->stats, "F.json", "write statistics as JSON", NULL},
         {"--rejects", 0, CLI_STRING, &o->rejects, "F.csv", "list what is not stored, and why",
          NULL},

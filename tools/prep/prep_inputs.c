@@ -42,6 +42,7 @@ stp_scan_params prep_inputs_params(const prep_inputs *in, size_t i)
     stp_scan_params params = in->params;
     params.mirror = in->facts[i].mirror;
     params.web = prep_web_params();
+    params.sample_coarse = !in->vertices && !in->plants && !in->params.numbers;
     return params;
 }
 
@@ -380,6 +381,15 @@ static void note_intensity(stp_prep_source *source, const stp_scan_info *info, b
         source->intensity_full = 0.0;
 }
 
+/* Notes what the report says of meshes. */
+static void note_mesh(prep_inputs *in, size_t i, const stp_scan_info *info)
+{
+    if (info->coarse_samples > 0 && !in->coarse)
+        in->coarse = in->paths[i];
+    if (info->face_count > 0 && !in->suspect && prep_plants_suspect(in->paths[i], info))
+        in->suspect = in->paths[i];
+}
+
 static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source, uint32_t *all,
                              uint32_t *any, stp_error *err)
 {
@@ -401,8 +411,9 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     STP_TRY(copy_notes(&in->files[i], info, err));
     STP_TRY(note_part(in, i, err));
     STP_TRY(note_where(in, i, err));
-    if (info->point_count > 0) {
+    if (info->point_count > 0 || info->face_count > 0)
         STP_TRY(choose_system(in, i, info, err));
+    if (info->point_count > 0) {
         STP_TRY(prep_where_add(&in->where, info, in->paths[i], err));
         if (prep_numbers_wanted(&in->numbers))
             STP_TRY(prep_numbers_add(&in->numbers, info->extra, in->paths[i], err));
@@ -420,8 +431,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     } else {
         stp_scan_take_triangles(scan, &triangles);
         source->point_count += info->point_count;
-        if (info->face_count > 0 && !in->suspect && prep_plants_suspect(in->paths[i], info))
-            in->suspect = in->paths[i];
+        note_mesh(in, i, info);
     }
     STP_TRY(add_triangles(in, &triangles, in->paths[i], err));
     note_intensity(source, info, (*any & STP_POINT_HAS_INTENSITY) == 0);

@@ -82,11 +82,11 @@ bool prep_plants_suspect(const char *path, const stp_scan_info *info)
     bool suspect = false;
     stp_mesh *mesh = NULL;
     stp_plant plant = {0};
-    const double faces = (double)info->face_count;
-    if (info->face_count > SUSPECT_FACES_MOST ||
-        (double)info->point_count < SUSPECT_VERTICES_PER_FACE * faces)
+    const double least = SUSPECT_VERTICES_PER_FACE * (double)info->face_count;
+    const bool sampled = info->coarse_samples > 0; /* then the points are not the vertices */
+    if (info->face_count > SUSPECT_FACES_MOST || (!sampled && (double)info->point_count < least))
         return false;
-    if (stp_mesh_load(&mesh, path, NULL) == STP_OK &&
+    if (stp_mesh_load(&mesh, path, NULL) == STP_OK && (double)mesh->vertex_count >= least &&
         stp_plant_convert(&plant, mesh, NULL, NULL) == STP_OK)
         suspect = plant.report.ribbons >= SUSPECT_LEAVES_LEAST &&
                   2 * plant.report.kept_triangles < plant.report.triangles;

@@ -56,6 +56,18 @@ stp_status prep_parse_normal_bits(const char *text, stp_prep_params *params, stp
     return STP_OK;
 }
 
+stp_status prep_parse_sample(const char *text, uint64_t *count, bool *none, stp_error *err)
+{
+    uint64_t given = 0;
+    const cli_option number = {.kind = CLI_UINT, .target = &given};
+    *none = text && strcmp(text, "none") == 0;
+    if (text && !*none && (!cli_value_store(&number, text) || given == 0))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--sample %s: give the number of points, or none", text);
+    *count = given;
+    return STP_OK;
+}
+
 void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
 {
     const cli_option options[PREP_GRID_OPTIONS] = {

@@ -12,6 +12,8 @@ stp_status prep_parse_orient(const char *text, stp_prep_params *params, stp_erro
 stp_status prep_parse_precision(const char *text, stp_prep_params *params, stp_error *err);
 /* A number, or "auto". */
 stp_status prep_parse_normal_bits(const char *text, stp_prep_params *params, stp_error *err);
+/* The number of points on a mesh's faces, or none. NULL: *count is 0. */
+stp_status prep_parse_sample(const char *text, uint64_t *count, bool *none, stp_error *err);
 
 /* Which part of scans is read. */
 typedef struct prep_region {

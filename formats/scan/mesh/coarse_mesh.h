@@ -1,0 +1,36 @@
+/* Meshes whose vertices do not tell the surface: their faces are large, as those of a drawn house.
+ *
+ * A face is long if its longest side exceeds 1 / STP_COARSE_SIDES of the diagonal of the mesh's
+ * box: 8 pixels of a picture of 512. A mesh is coarse if a share STP_COARSE_SHARE of its area lies
+ * in long faces, and hardly a vertex is without a face. Meshes of scans have less than 1/100 of
+ * their area there, drawn ones nearly all. Threads: any, one mesh each. */
+#ifndef STP_FORMATS_SCAN_MESH_COARSE_MESH_H
+#define STP_FORMATS_SCAN_MESH_COARSE_MESH_H
+
+#include "formats/scan/mesh/point_mesh.h"
+
+#define STP_COARSE_SIDES 64.0
+#define STP_COARSE_SHARE 0.125
+/* A mesh with more vertices without a face than this part of all is none: samples would lose them.
+ */
+#define STP_COARSE_LOOSE 8u
+/* Points on the diagonal, if a coarse mesh is sampled: about one a pixel. */
+#define STP_COARSE_POINTS 512.0
+/* The most points that a coarse mesh gets, unless it has more vertices. */
+#define STP_COARSE_POINT_LIMIT 4000000.0
+/* A mesh of more vertices, in a file that has their normals, is not read to find out. */
+#define STP_COARSE_VERTEX_LIMIT 1000000u
+/* Faces that meet at a greater angle, 45 degrees, do so in a crease. */
+#define STP_CREASE_COSINE 0.70710678
+
+/* *sample_count: the points that the faces of a coarse mesh should get, no fewer than its vertices;
+ * 0 if it is not coarse. Errors: OUT_OF_MEMORY. */
+stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_count,
+                                   stp_error *err);
+/* Gives each side of a crease vertices and normals of its own. A corner's new normal is the
+ * area-weighted one of those faces around its vertex that lie within the crease's angle of its
+ * face. Where all do, the vertex keeps its normal. The mesh must have its normals, and no edges.
+ * Errors: OUT_OF_MEMORY, LIMIT (indices have 32 bits). */
+stp_status stp_mesh_split_creases(stp_point_mesh *mesh, const char *path, stp_error *err);
+
+#endif
