@@ -261,6 +261,48 @@ static void files_have_places(void **state)
     }
 }
 
+/* GDAL says the scale of the heights, and in a text of its own what number means none. */
+static void numbers_have_a_meaning(void **state)
+{
+    (void)state;
+    const tiff_recipe whole = {"w", 16, SAMPLEFORMAT_INT, false, COMPRESSION_NONE};
+    static const char *const metadata[] = {
+        ("<GDALMetadata><Item name=\"OFFSET\" sample=\"0\" role=\"offset\">-7</Item>\n"
+         "<Item name=\"SCALE\" sample=\"0\" role=\"scale\">0.25</Item></GDALMetadata>"),
+        "<GDALMetadata><Item role=\"scale\" name=\"SCALE\" sample=\"1\">9</Item></GDALMetadata>",
+        "role=\"scale\"", "<Item role=\"scale\" sample=\"0\">",
+        "<Item sample=\"0\" role=\"scale\">x<"};
+    for (size_t m = 0; m < sizeof metadata / sizeof *metadata; m++) {
+        TIFF *tiff = begin_tiff("scaled.tif", &whole);
+        TIFFSetField(tiff, 42112, metadata[m]);
+        end_tiff(tiff, &whole);
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read("scaled.tif", NULL, &info);
+        for (int i = 0; i < COUNT; i++)
+            assert_true(points[i].position.z ==
+                        (m == 0 ? 0.25 * height_at(i) - 7.0 : height_at(i)));
+        free(points);
+    }
+    const tiff_recipe floats = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE};
+    static const float none[] = {-9999.9f, -3.4028235e38f, -3.4028231e38f};
+    static const char *const said[] = {"-9999.9", "-3.4028234663852886e+38", NULL};
+    for (int n = 0; n < 3; n++) {
+        float row[WIDTH] = {0.0f, 1.0f, none[n]};
+        TIFF *tiff = begin_tiff("none.tif", &floats);
+        if (said[n])
+            TIFFSetField(tiff, 42113, said[n]);
+        for (uint32_t y = 0; y < HEIGHT; y++)
+            assert_int_equal(TIFFWriteScanline(tiff, row, y, 0), 1);
+        TIFFClose(tiff);
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read("none.tif", NULL, &info);
+        for (int i = 0; i < COUNT; i++)
+            assert_int_equal(points[i].reject,
+                             i % WIDTH == 2 ? STP_REJECT_INVALID : STP_REJECT_NONE);
+        free(points);
+    }
+}
+
 /* A plane z = 3 x - 2 y must have its own normal everywhere, at edges and beside a hole, too. Where
  * a sample has no neighbour in its column or row, it is not known. */
 static void normals_are_the_grids(void **state)
@@ -488,6 +530,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(formats_agree),
         cmocka_unit_test(files_have_places),
+        cmocka_unit_test(numbers_have_a_meaning),
         cmocka_unit_test(normals_are_the_grids),
         cmocka_unit_test(cameras),
         cmocka_unit_test(colours_and_alpha),

@@ -156,13 +156,19 @@ done:
 
 /* ---- reading ---- */
 
+/* Programs write the largest float for no sample, with a digit more or less. No height is so
+ * large. */
+#define NONE_FROM 3.4e38
+
 /* The height or depth of a number; NaN if it is no sample. */
 static double value_of(const grid_reader *g, double number)
 {
     const stp_grid_params *p = &g->params;
-    if (!isfinite(number) || (g->info->has_none && number == g->info->none) ||
+    if (!(fabs(number) < NONE_FROM) || (g->info->has_none && number == g->info->none) ||
         (p->has_invalid && number == p->invalid) || (is_pinhole(g) && !(number > 0.0)))
         return NAN;
+    if (g->info->scale != 0.0)
+        number = g->info->scale * number + g->info->offset;
     return p->disparity_focal > 0.0 ? p->disparity_focal * p->disparity_base / number
                                     : p->scale * number;
 }

@@ -1,7 +1,7 @@
 /* Reads images of numbers row by row: heights, depths, disparities, colours.
  *
  * TIFF and BigTIFF by libtiff, in a module that is loaded with the first (integers of 8, 16 and 32
- * bits, floats of 32 and 64; strips or tiles; GeoTIFF's scale, tie point and no-data), PNG by
+ * bits, floats of 32 and 64; strips or tiles; GeoTIFF's place, GDAL's no-data and scale), PNG by
  * libpng, PFM and PGM (raster_pnm.c), ESRI ASCII grids (raster_esri.c), Alicona AL3D
  * (raster_al3d.c), EXR by OpenImageIO, and as colours whatever OpenImageIO reads. Numbers are the
  * file's own: nothing is scaled. Memory: a band of rows; EXR, JPEG, interlaced PNG are held whole.
@@ -29,8 +29,9 @@ typedef struct stp_raster_info {
     bool alpha;        /* the last channel: 0 means that there is no sample */
     bool floats;
     double full; /* of integers: the number for full colour or alpha, 255 or 65535; else 1 */
+    double scale, offset; /* a height is scale * number + offset; 0, 0: the file tells neither */
     bool has_none;
-    double none; /* the number that stands for no sample */
+    double none; /* the number, as read, that stands for no sample */
     bool spaced;
     double dx, dy; /* between columns and between rows, positive */
     bool placed;

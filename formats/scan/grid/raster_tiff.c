@@ -5,6 +5,7 @@
 
 #include <tiffio.h>
 
+#include <float.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdarg.h>
@@ -12,7 +13,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TAG_SCALE = 33550, TAG_TIE = 33922, TAG_KEYS = 34735, TAG_NO_DATA = 42113 };
+enum {
+    TAG_SCALE = 33550,
+    TAG_TIE = 33922,
+    TAG_KEYS = 34735,
+    TAG_METADATA = 42112, /* GDAL's */
+    TAG_NO_DATA = 42113
+};
 enum {
     KEY_MODEL = 1024,
     MODEL_GEOGRAPHIC = 2,
@@ -72,6 +79,7 @@ static void name_tags(TIFF *tiff)
         {TAG_SCALE, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)"ModelPixelScale"},
         {TAG_TIE, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)"ModelTiepoint"},
         {TAG_KEYS, -1, -1, TIFF_SHORT, FIELD_CUSTOM, 1, 1, (char *)"GeoKeyDirectory"},
+        {TAG_METADATA, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, (char *)"GDALMetadata"},
         {TAG_NO_DATA, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, (char *)"GDALNoData"},
     };
     TIFFMergeFieldInfo(tiff, fields, sizeof fields / sizeof *fields);
@@ -97,17 +105,47 @@ static unsigned find_key(TIFF *tiff, unsigned key)
     return 0;
 }
 
-static void find_place(TIFF *tiff, stp_raster_info *info)
+/* The number that GDAL's metadata have for the first channel, as
+ * <Item name="SCALE" sample="0" role="scale">0.1</Item>; `otherwise` if they have none. */
+static double find_item(const char *metadata, const char *role, double otherwise)
 {
-    uint16_t count = 0;
+    double number;
+    const char *at = strstr(metadata, role), *item = metadata;
+    if (at == NULL)
+        return otherwise;
+    for (const char *next = metadata; next != NULL && next < at; next = strstr(next + 1, "<Item "))
+        item = next;
+    const char *first = strstr(item, "sample=\"0\""), *begin = strchr(at, '>');
+    const char *end = begin != NULL ? strchr(begin, '<') : NULL;
+    const bool found = first != NULL && first < begin && end != NULL;
+    return found && stp_number_parse(begin + 1, end, &number) && isfinite(number) ? number
+                                                                                  : otherwise;
+}
+
+/* What GDAL says of the numbers. */
+static void find_meaning(TIFF *tiff, bool singles, stp_raster_info *info)
+{
     const char *text = NULL;
-    double *scale = NULL, *tie = NULL;
     if (TIFFGetField(tiff, TAG_NO_DATA, &text)) {
         const char *end = text + strlen(text);
         while (end > text && end[-1] == ' ')
             end--;
         info->has_none = stp_number_parse(text, end, &info->none);
+        if (singles &&
+            fabs(info->none) <=
+                (double)FLT_MAX) /* the text has other digits than the numbers have bits */
+            info->none = (double)(float)info->none;
     }
+    if (TIFFGetField(tiff, TAG_METADATA, &text)) {
+        info->scale = find_item(text, "role=\"scale\"", 1.0);
+        info->offset = find_item(text, "role=\"offset\"", 0.0);
+    }
+}
+
+static void find_place(TIFF *tiff, stp_raster_info *info)
+{
+    uint16_t count = 0;
+    double *scale = NULL, *tie = NULL;
     if (!TIFFGetField(tiff, TAG_SCALE, &count, &scale) || count < 2 || !(scale[0] > 0.0) ||
         !(scale[1] > 0.0) || !isfinite(scale[0]) || !isfinite(scale[1]))
         return;
@@ -223,6 +261,7 @@ static stp_status open_tiff(void *state, stp_raster_info *info, const char *path
                               .full = 1.0};
     if (!info->floats)
         info->full = ldexp(1.0, t->bits) - 1.0;
+    find_meaning(t->tiff, info->floats && t->bits == 32, info);
     find_place(t->tiff, info);
     stp_status status = check_kind(t, planar, photometric, err);
     if (status == STP_OK && t->width > 0 && t->width <= STP_RASTER_SIDE_LIMIT)
