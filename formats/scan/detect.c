@@ -164,6 +164,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
 
 /* Known formats that are not read here, so that the message can say what to do. */
 #define ADVICE_GRID "heights are read as TIFF, PNG, EXR, PFM or PGM, and colours by --colour"
+#define ADVICE_RASTER "if it holds heights, make a GeoTIFF of them (gdal_translate)"
 #define ADVICE_MESH "convert it to PLY or OBJ (Blender and MeshLab do)"
 
 static const struct {
@@ -175,6 +176,8 @@ static const struct {
     {"[Expe/PointSet", 14, "an Expe point set of surfels", "convert it to PLY (MeshLab reads it)"},
     {"\xff\xd8\xff", 3, "a picture (JPEG)", ADVICE_GRID},
     {"PF\n", 3, "a picture of colours in floats (PFM)", ADVICE_GRID},
+    {"CDF", 3, "a NetCDF file", ADVICE_RASTER},
+    {"\x89HDF\r\n", 6, "an HDF5 file", ADVICE_RASTER},
     {"glTF", 4, "a scene (glTF)", ADVICE_MESH},
     {"Kaydara FBX", 11, "a scene (FBX)", ADVICE_MESH},
     {"# vtk DataFile", 14, "a VTK file", "convert it to PLY (ParaView does)"},

@@ -127,6 +127,16 @@ test_failures() {
     expect_no_litter
     render "$FOLDER/one.stipple" "$scan"
     expect_failure "one.stipple is no scan"
+    printf 'no\1scan\0nor model' >"$FOLDER/odd.bin"
+    render "$FOLDER/odd.bin"
+    expect_failure "odd.bin is of no known format"
+    expect_text err "nor is it a stipple chunk file"
+    printf 'CDF\1' >"$FOLDER/heights.nc"
+    render "$FOLDER/heights.nc"
+    expect_failure "is a NetCDF file, which is not read here"
+    : >"$FOLDER/nothing.las"
+    render "$FOLDER/nothing.las"
+    expect_failure "nothing.las is empty"
     run "$STIPPLE" tune "$scan" -o "$FOLDER/tune" --psnr 30 --save
     expect_failure "is a scan: --save changes models"
 }

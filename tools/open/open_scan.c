@@ -45,7 +45,11 @@ stp_status open_scan_is(bool *out, const char *argument, stp_error *err)
         return STP_OK;
     const stp_status status = stp_scan_detect(&format, argument, &why);
     *out = status == STP_OK;
-    return status == STP_UNSUPPORTED ? stp_error_set(err, status, "%s", why.message) : STP_OK;
+    if (status == STP_UNSUPPORTED || status == STP_EMPTY)
+        return stp_error_set(err, status, "%s", why.message);
+    if (status == STP_FORMAT)
+        return stp_error_set(err, status, "%s; nor is it a stipple chunk file", why.message);
+    return STP_OK;
 }
 
 /* Nobody foresees the name. */
