@@ -174,6 +174,8 @@ static stp_status open_mesh(stp_scan *scan, stp_scan_format format, stp_error *e
     scan->info.attributes = scan->mesh.attributes;
     scan->info.point_count = scan->mesh.point_count;
     scan->info.face_count = scan->mesh.face_count;
+    if (scan->mesh.materials.missing[0] != '\0')
+        scan->info.colours_missing = scan->mesh.materials.missing;
 done:
     return status;
 }

@@ -170,7 +170,9 @@ typedef struct stp_scan_info {
                                chooses; 0: it is none */
     bool heights;           /* the format says that z is the height, as surveyors use it */
     bool normals_from_faces;
-    uint64_t coarse_samples; /* sample_count as params.sample_coarse chose it; 0: it did not */
+    const char *colours_missing; /* why faces lack their colours: a file that could not be read;
+                                    NULL: they do not. Owned by the scan */
+    uint64_t coarse_samples;     /* sample_count as params.sample_coarse chose it; 0: it did not */
     const stp_dvec3
         *stations; /* where scanners stood; owned by the scan, valid until it is closed */
     uint32_t station_count;

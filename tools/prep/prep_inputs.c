@@ -384,6 +384,8 @@ static void note_intensity(stp_prep_source *source, const stp_scan_info *info, b
 /* Notes what the report says of meshes. */
 static void note_mesh(prep_inputs *in, size_t i, const stp_scan_info *info)
 {
+    if (info->colours_missing && in->colours_missing[0] == '\0')
+        snprintf(in->colours_missing, sizeof in->colours_missing, "%s", info->colours_missing);
     if (info->coarse_samples > 0 && !in->coarse)
         in->coarse = in->paths[i];
     if (info->face_count > 0 && !in->suspect && prep_plants_suspect(in->paths[i], info))

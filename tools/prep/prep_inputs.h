@@ -45,13 +45,14 @@ typedef struct prep_inputs {
     stp_edge_counts edges;      /* of all inputs */
     stp_triangle_set triangles; /* of all inputs */
     size_t corner_capacity, triangle_capacity;
-    prep_system system;       /* set wanted before */
-    const char *temp;         /* folder of copies of addresses; NULL: $TMPDIR */
-    bool strict;              /* an input that cannot be read ends the run */
-    bool exact;               /* also look for finer steps than those of surveys */
-    bool plants;              /* meshes become lines (prep_plants.h) */
-    bool vertices;            /* the points of a mesh are its vertices, even if it is coarse */
-    const char *coarse;       /* a mesh that was sampled because it is coarse; NULL: none */
+    prep_system system;        /* set wanted before */
+    const char *temp;          /* folder of copies of addresses; NULL: $TMPDIR */
+    bool strict;               /* an input that cannot be read ends the run */
+    bool exact;                /* also look for finer steps than those of surveys */
+    bool plants;               /* meshes become lines (prep_plants.h) */
+    bool vertices;             /* the points of a mesh are its vertices, even if it is coarse */
+    char colours_missing[256]; /* why a mesh lacks its colours; "": none does */
+    const char *coarse;        /* a mesh that was sampled because it is coarse; NULL: none */
     const char *suspect;      /* a mesh that is read as points and looks like a plant; NULL: none */
     stp_plant_report plant;   /* of all inputs */
     uint32_t stations_before; /* number of stations in the inputs before the current one */

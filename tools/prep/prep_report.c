@@ -331,6 +331,8 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
                 " normals of the input are averaged with their neighbours': they are noisy, "
                 "near points' differ as much as farther ones'\n",
                 s->normals_wide.averaged);
+    if (inputs->colours_missing[0] != '\0')
+        fprintf(stderr, "a mesh lacks its colours: %s\n", inputs->colours_missing);
     if (inputs->coarse)
         fprintf(stderr,
                 "%s has large faces: points are spread over them, and the largest stay triangles "

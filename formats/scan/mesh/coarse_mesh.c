@@ -5,9 +5,12 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A vertex of more faces is left alone: pairs of its faces are compared. */
 #define FACE_LIMIT 256
+/* Normals of copies that differ less are one. */
+#define SAME_COSINE 0.99999
 
 static stp_dvec3 corner(const stp_point_mesh *mesh, size_t triangle, int k)
 {
@@ -65,21 +68,32 @@ static double sum_areas(const stp_point_mesh *mesh, double most)
     return sum;
 }
 
+static double sum_texels(const stp_point_mesh *mesh)
+{
+    double sum = 0.0;
+    for (size_t t = 0; t < mesh->triangle_count; t++)
+        sum += stp_materials_texels(&mesh->materials, t);
+    return sum;
+}
+
 stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_count,
                                    stp_error *err)
 {
     stp_status status = STP_OK;
     size_t loose = 0;
     const double diagonal = diagonal_of(mesh), across = STP_COARSE_POINTS / diagonal;
-    const double area = sum_areas(mesh, 0.0);
+    const double area = sum_areas(mesh, 0.0), texels = sum_texels(mesh);
+    const double vertices = (double)mesh->point_count;
     *sample_count = 0;
     if (!(area > 0.0) || !isfinite(area) ||
-        sum_areas(mesh, diagonal / STP_COARSE_SIDES) < STP_COARSE_SHARE * area)
+        (sum_areas(mesh, diagonal / STP_COARSE_SIDES) < STP_COARSE_SHARE * area &&
+         texels <= STP_COARSE_TEXELS * vertices))
         return STP_OK;
     STP_TRY(count_loose(mesh, &loose, err));
     if (loose <= mesh->point_count / STP_COARSE_LOOSE)
-        *sample_count = (uint64_t)fmax((double)mesh->point_count,
-                                       fmin(area * across * across, STP_COARSE_POINT_LIMIT));
+        *sample_count =
+            (uint64_t)fmax(vertices, fmax(fmin(area * across * across, STP_COARSE_POINT_LIMIT),
+                                          fmin(texels, STP_COARSE_TEXEL_LIMIT)));
 done:
     return status;
 }
@@ -124,7 +138,8 @@ done:
     return status;
 }
 
-/* The normal of a corner if it has faces beyond a crease; false: it has none. */
+/* Whether faces around the corner's vertex lie beyond a crease; then *normal becomes that of those
+ * that do not. */
 static bool beyond_crease(const corner_lists *lists, size_t vertex, size_t triangle, vec3s *normal)
 {
     const stp_dvec3 own = lists->units[triangle];
@@ -140,18 +155,23 @@ static bool beyond_crease(const corner_lists *lists, size_t vertex, size_t trian
         else
             found = true;
     }
-    *normal = stp_unit_normal(sum);
-    return found && stp_dvec3_dot(own, own) > 0.0;
+    found = found && stp_dvec3_dot(own, own) > 0.0;
+    if (found)
+        *normal = stp_unit_normal(sum);
+    return found;
 }
 
-/* The number of a copy of the vertex with this normal; those from `first` on are its copies. */
-static stp_status take_copy(stp_point_mesh *mesh, uint32_t vertex, size_t first, vec3s normal,
-                            uint32_t *number, const char *path, stp_error *err)
+/* The number of a copy of the vertex with this normal and colour; those from `first` on are its
+ * copies. */
+static stp_status take_copy(stp_point_mesh *mesh, uint32_t vertex, size_t first,
+                            const stp_point *look, uint32_t *number, const char *path,
+                            stp_error *err)
 {
     stp_status status = STP_OK;
     for (size_t i = first; i < mesh->point_count; i++) {
-        const float *n = mesh->points[i].normal.raw;
-        if (n[0] * normal.raw[0] + n[1] * normal.raw[1] + n[2] * normal.raw[2] > 0.99999f) {
+        const stp_dvec3 n = stp_dvec3_from_float(mesh->points[i].normal);
+        if (stp_dvec3_dot(n, stp_dvec3_from_float(look->normal)) > SAME_COSINE &&
+            memcmp(mesh->points[i].rgb, look->rgb, sizeof look->rgb) == 0) {
             *number = (uint32_t)i;
             return STP_OK;
         }
@@ -159,7 +179,30 @@ static stp_status take_copy(stp_point_mesh *mesh, uint32_t vertex, size_t first,
     STP_TRY(stp_point_mesh_reserve(mesh, path, 1, err));
     *number = (uint32_t)mesh->point_count;
     mesh->points[mesh->point_count] = mesh->points[vertex];
-    mesh->points[mesh->point_count++].normal = normal;
+    mesh->points[mesh->point_count].normal = look->normal;
+    memcpy(mesh->points[mesh->point_count++].rgb, look->rgb, sizeof look->rgb);
+done:
+    return status;
+}
+
+/* Gives the corners of a vertex copies of it, where they look different. */
+static stp_status split_vertex(stp_point_mesh *mesh, const corner_lists *lists, uint32_t v,
+                               const char *path, stp_error *err)
+{
+    static const double middle[3] = {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0};
+    stp_status status = STP_OK;
+    const size_t first_copy = mesh->point_count;
+    for (size_t i = lists->begin[v]; i < lists->begin[v + 1]; i++) {
+        const size_t triangle = lists->list[i] / 3;
+        stp_point look = mesh->points[v];
+        bool differs = beyond_crease(lists, v, triangle, &look.normal);
+        if (!stp_materials_textured(&mesh->materials, triangle) &&
+            stp_materials_colour(&mesh->materials, triangle, middle, 0.0, look.rgb))
+            differs |= memcmp(look.rgb, mesh->points[v].rgb, sizeof look.rgb) != 0;
+        if (differs)
+            STP_TRY(take_copy(mesh, v, first_copy, &look,
+                              &mesh->triangles[triangle][lists->list[i] % 3], path, err));
+    }
 done:
     return status;
 }
@@ -170,18 +213,9 @@ stp_status stp_mesh_split_creases(stp_point_mesh *mesh, const char *path, stp_er
     corner_lists lists = {0};
     const size_t vertices = mesh->point_count;
     STP_TRY(list_corners(mesh, &lists, err));
-    for (size_t v = 0; v < vertices; v++) {
-        const size_t first_copy = mesh->point_count;
-        if (lists.begin[v + 1] - lists.begin[v] > FACE_LIMIT)
-            continue;
-        for (size_t i = lists.begin[v]; i < lists.begin[v + 1]; i++) {
-            vec3s normal;
-            const size_t triangle = lists.list[i] / 3;
-            if (beyond_crease(&lists, v, triangle, &normal))
-                STP_TRY(take_copy(mesh, (uint32_t)v, first_copy, normal,
-                                  &mesh->triangles[triangle][lists.list[i] % 3], path, err));
-        }
-    }
+    for (size_t v = 0; v < vertices; v++)
+        if (lists.begin[v + 1] - lists.begin[v] <= FACE_LIMIT)
+            STP_TRY(split_vertex(mesh, &lists, (uint32_t)v, path, err));
 done:
     free_lists(&lists);
     return status;

@@ -3,7 +3,9 @@
  * A face is long if its longest side exceeds 1 / STP_COARSE_SIDES of the diagonal of the mesh's
  * box: 8 pixels of a picture of 512. A mesh is coarse if a share STP_COARSE_SHARE of its area lies
  * in long faces, and hardly a vertex is without a face. Meshes of scans have less than 1/100 of
- * their area there, drawn ones nearly all. Threads: any, one mesh each. */
+ * their area there, drawn ones nearly all. A mesh is coarse, too, if
+ * its images have more texels on the faces than it has vertices, which would lose the picture.
+ * Threads: any, one mesh each. */
 #ifndef STP_FORMATS_SCAN_MESH_COARSE_MESH_H
 #define STP_FORMATS_SCAN_MESH_COARSE_MESH_H
 
@@ -18,6 +20,10 @@
 #define STP_COARSE_POINTS 512.0
 /* The most points that a coarse mesh gets, unless it has more vertices. */
 #define STP_COARSE_POINT_LIMIT 4000000.0
+/* Likewise for the sake of its texels. */
+#define STP_COARSE_TEXEL_LIMIT 2000000.0
+/* A mesh is coarse if it has more texels than so many for each vertex. */
+#define STP_COARSE_TEXELS 2.0
 /* A mesh of more vertices, in a file that has their normals, is not read to find out. */
 #define STP_COARSE_VERTEX_LIMIT 1000000u
 /* Faces that meet at a greater angle, 45 degrees, do so in a crease. */
@@ -27,7 +33,8 @@
  * 0 if it is not coarse. Errors: OUT_OF_MEMORY. */
 stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_count,
                                    stp_error *err);
-/* Gives each side of a crease vertices and normals of its own. A corner's new normal is the
+/* Gives each side of a crease vertices and normals of its own, and faces of other colours than
+ * their vertex, vertices of these. A corner's new normal is the
  * area-weighted one of those faces around its vertex that lie within the crease's angle of its
  * face. Where all do, the vertex keeps its normal. The mesh must have its normals, and no edges.
  * Errors: OUT_OF_MEMORY, LIMIT (indices have 32 bits). */

@@ -58,7 +58,8 @@ static stp_status part(stp_point_mesh *mesh, const size_limit *least, uint8_t *u
     size_t capacity = 0, kept = 0;
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t *triangle = mesh->triangles[t];
-        const bool large = is_large(mesh, triangle, least);
+        const bool large = /* corners alone would not keep an image's colours */
+            is_large(mesh, triangle, least) && !stp_materials_textured(&mesh->materials, t);
         for (int k = 0; k < 3; k++)
             uses[triangle[k]] |= large ? OF_LARGE : OF_SMALL;
         if (large) {
@@ -66,6 +67,7 @@ static stp_status part(stp_point_mesh *mesh, const size_limit *least, uint8_t *u
                              sizeof *out->triangles, "triangles", err));
             memcpy(out->triangles[out->triangle_count++], triangle, sizeof *out->triangles);
         } else {
+            stp_materials_move(&mesh->materials, kept, t);
             memmove(mesh->triangles[kept++], triangle, sizeof *mesh->triangles);
         }
     }

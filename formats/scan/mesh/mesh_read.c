@@ -1,6 +1,7 @@
 /* Reads OBJ, OFF and STL into a point mesh through OpenMesh. */
 #include "formats/scan/mesh/mesh_read.h"
 
+#include "formats/scan/mesh/mesh_colours.h"
 #include "formats/scan/mesh/mesh_text.h"
 #include "formats/scan/mesh/openmesh_shim.h"
 
@@ -116,6 +117,7 @@ stp_status stp_mesh_read(stp_point_mesh *mesh, const char *path, stp_scan_format
     }
     for (size_t i = 0; i < mesh->point_count; i++)
         mesh->points[i].normal = stp_unit_normal(stp_dvec3_from_float(mesh->points[i].normal));
+    STP_TRY(stp_mesh_take_colours(mesh, path, err));
 done:
     stp_mesh_text_free(&text);
     return status;

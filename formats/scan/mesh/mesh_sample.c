@@ -16,6 +16,14 @@ static double area(const stp_point_mesh *mesh, size_t triangle)
     return isfinite(twice) ? 0.5 * twice : 0.0;
 }
 
+static void enter(stp_mesh_sampler *s, size_t triangle)
+{
+    s->triangle = triangle;
+    s->triangle_area = area(s->mesh, triangle);
+    const double samples = s->triangle_area / s->total_area * (double)s->sample_count;
+    s->texels = stp_materials_texels(&s->mesh->materials, triangle) / samples;
+}
+
 stp_status stp_mesh_sampler_init(stp_mesh_sampler *sampler, const stp_point_mesh *mesh,
                                  uint64_t sample_count, uint64_t seed, const char *path,
                                  stp_error *err)
@@ -28,11 +36,9 @@ stp_status stp_mesh_sampler_init(stp_mesh_sampler *sampler, const stp_point_mesh
                              "%s: none of its %zu triangles has a positive area to put samples on: "
                              "read the vertices instead (no --sample)",
                              path, mesh->triangle_count);
-    *sampler = (stp_mesh_sampler){.mesh = mesh,
-                                  .sample_count = sample_count,
-                                  .seed = seed,
-                                  .triangle_area = area(mesh, 0),
-                                  .total_area = total};
+    *sampler = (stp_mesh_sampler){
+        .mesh = mesh, .sample_count = sample_count, .seed = seed, .total_area = total};
+    enter(sampler, 0);
     return STP_OK;
 }
 
@@ -41,9 +47,10 @@ static uint16_t mix16(const double weights[3], double a, double b, double c)
     return (uint16_t)(weights[0] * a + weights[1] * b + weights[2] * c + 0.5);
 }
 
-static stp_point interpolate(const stp_point_mesh *mesh, size_t triangle, const double w[3])
+static stp_point interpolate(const stp_mesh_sampler *s, const double w[3])
 {
-    const uint32_t *t = mesh->triangles[triangle];
+    const stp_point_mesh *mesh = s->mesh;
+    const uint32_t *t = mesh->triangles[s->triangle];
     const stp_point *p[3] = {&mesh->points[t[0]], &mesh->points[t[1]], &mesh->points[t[2]]};
     stp_point out = {0};
     stp_dvec3 normal = {0.0, 0.0, 0.0};
@@ -59,6 +66,7 @@ static stp_point interpolate(const stp_point_mesh *mesh, size_t triangle, const 
     out.normal = stp_unit_normal(normal);
     for (int c = 0; c < 3; c++)
         out.rgb[c] = mix16(w, p[0]->rgb[c], p[1]->rgb[c], p[2]->rgb[c]);
+    (void)stp_materials_colour(&s->mesh->materials, s->triangle, w, s->texels, out.rgb);
     out.intensity = mix16(w, p[0]->intensity, p[1]->intensity, p[2]->intensity);
     out.class_id = p[nearest]->class_id;
     return out;
@@ -76,8 +84,7 @@ static void advance(stp_mesh_sampler *s, double wanted)
         if (next == s->mesh->triangle_count)
             return;
         s->area_before += s->triangle_area;
-        s->triangle = next;
-        s->triangle_area = area(s->mesh, next);
+        enter(s, next);
     }
 }
 
@@ -91,7 +98,7 @@ size_t stp_mesh_sampler_next(stp_mesh_sampler *s, stp_point *points, size_t capa
         const double root = sqrt(stp_random_unit(s->seed, counter + 1));
         const double along = stp_random_unit(s->seed, counter + 2);
         const double weights[3] = {1.0 - root, root * (1.0 - along), root * along};
-        points[count] = interpolate(s->mesh, s->triangle, weights);
+        points[count] = interpolate(s, weights);
     }
     return count;
 }

@@ -21,6 +21,7 @@ typedef struct stp_mesh_sampler {
     double area_before;   /* of the triangles before it */
     double triangle_area; /* its own */
     double total_area;
+    double texels; /* of the triangle's image, by sample */
 } stp_mesh_sampler;
 
 /* Errors: EMPTY (no face with a positive, finite area). */
@@ -28,7 +29,8 @@ stp_status stp_mesh_sampler_init(stp_mesh_sampler *sampler, const stp_point_mesh
                                  uint64_t sample_count, uint64_t seed, const char *path,
                                  stp_error *err);
 /* Writes up to capacity samples and returns how many, 0 only at the end. Attributes are
- * interpolated between the corners; the class is the nearest corner's. */
+ * interpolated between the corners; the class is the nearest corner's, and the colour is the
+ * material's, if the face has one. */
 size_t stp_mesh_sampler_next(stp_mesh_sampler *sampler, stp_point *points, size_t capacity);
 
 #endif

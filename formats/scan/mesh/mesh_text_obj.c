@@ -2,9 +2,13 @@
  * OpenMesh skips `l` lines, so they become edges here. */
 #include "formats/scan/mesh/mesh_text.h"
 
+#include "base/memory.h"
 #include "formats/scan/number.h"
 
+#include <ctype.h>
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct obj_parser {
@@ -12,6 +16,9 @@ typedef struct obj_parser {
     stp_point_mesh *mesh;
     stp_text_colours colours;
     uint64_t greatest_index, greatest_line; /* of faces with absolute vertex numbers */
+    float (*places)[2];                     /* texture coordinates, if the file has materials */
+    size_t place_count, place_capacity;
+    uint32_t material; /* of the next faces */
 } obj_parser;
 
 /* Joins lines in place: a backslash at a line's end continues the line. Later messages count joined
@@ -86,10 +93,67 @@ static int64_t corner_index(const char *begin, const char *end)
     return negative ? -(int64_t)value : (int64_t)value;
 }
 
+/* `vt u`, `vt u v` or `vt u v w`. A place that is no number is none. */
+static stp_status obj_place(obj_parser *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    double uv[2] = {0.0, 0.0};
+    if (p->mesh->materials.count == 0)
+        return STP_OK;
+    for (int k = 0; k < 2; k++) {
+        const char *end, *begin = stp_text_next_token(&p->lines, &end);
+        if (begin && !stp_number_parse(begin, end, &uv[k]))
+            uv[k] = (double)NAN;
+    }
+    STP_TRY(stp_grow(&p->places, &p->place_capacity, p->place_count + 1, sizeof *p->places,
+                     "texture coordinates", err));
+    for (int k = 0; k < 2; k++)
+        p->places[p->place_count][k] = fabs(uv[k]) < 1e6 ? (float)uv[k] : NAN;
+    p->place_count++;
+done:
+    return status;
+}
+
+/* The place that `7/1` or `-1/-1/-1` names; NaN if there is none. */
+static void corner_place(const obj_parser *p, const char *begin, const char *end, float uv[2])
+{
+    const char *slash = memchr(begin, '/', (size_t)(end - begin));
+    const int64_t index =
+        slash && slash + 1 < end ? corner_index(slash + 1, end) : 0; /* up to the next slash */
+    const int64_t place = index < 0 ? (int64_t)p->place_count + index : index - 1;
+    uv[0] = uv[1] = NAN;
+    if (index != 0 && place >= 0 && (uint64_t)place < p->place_count)
+        memcpy(uv, p->places[place], sizeof p->places[place]);
+}
+
+/* Notes the material of a face's triangles, which form a fan as OpenMesh's faces do later. */
+static stp_status face_material(obj_parser *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_text_lines at = p->lines;
+    float corners[3][2];
+    const char *end, *begin;
+    if (p->mesh->materials.count == 0)
+        return STP_OK;
+    for (size_t i = 0; (begin = stp_text_next_token(&at, &end)) && *begin != '#'; i++) {
+        if (i > 2)
+            memcpy(corners[1], corners[2], sizeof corners[1]);
+        corner_place(p, begin, end, corners[i < 2 ? i : 2]);
+        if (i >= 2)
+            STP_TRY(stp_materials_add_triangle(&p->mesh->materials, p->material,
+                                               (const float(*)[2])corners, err));
+    }
+done:
+    return status;
+}
+
 static stp_status obj_face(obj_parser *p, stp_error *err)
 {
     static const char keyword[] = "f";
     const char *end, *begin;
+    stp_status status = face_material(p, err);
+    if (status != STP_OK)
+        return status;
     stp_text_put(&p->lines, keyword, keyword + 1, ' ');
     while ((begin = stp_text_next_token(&p->lines, &end)) && *begin != '#') {
         const int64_t index = corner_index(begin, end);
@@ -132,23 +196,46 @@ static bool word_is(const char *begin, const char *end, const char *word)
     return (size_t)(end - begin) == strlen(word) && memcmp(begin, word, strlen(word)) == 0;
 }
 
+/* `mtllib NAME` and `usemtl NAME`; names may have spaces. */
+static stp_status obj_material(obj_parser *p, bool library, stp_error *err)
+{
+    const char *begin = p->lines.cursor, *end = p->lines.line_end;
+    while (begin < end && isspace((unsigned char)*begin))
+        begin++;
+    while (end > begin && isspace((unsigned char)end[-1]))
+        end--;
+    if (library)
+        return stp_materials_read(&p->mesh->materials, p->lines.text->path, begin, end, err);
+    p->material = stp_materials_find(&p->mesh->materials, begin, end);
+    return STP_OK;
+}
+
+static stp_status obj_statement(obj_parser *p, const char *begin, const char *end, stp_error *err)
+{
+    if (word_is(begin, end, "v"))
+        return obj_vertex(p, err);
+    if (word_is(begin, end, "vn"))
+        return obj_normal(p, err);
+    if (word_is(begin, end, "vt"))
+        return obj_place(p, err);
+    if (word_is(begin, end, "f"))
+        return obj_face(p, err);
+    if (word_is(begin, end, "l"))
+        return obj_line(p, err);
+    if (word_is(begin, end, "mtllib") || word_is(begin, end, "usemtl"))
+        return obj_material(p, *begin == 'm', err);
+    return STP_OK;
+}
+
 stp_status stp_mesh_text_prepare_obj(stp_mesh_text *text, stp_point_mesh *mesh, stp_error *err)
 {
     stp_status status = STP_OK;
     join_continued_lines(text);
-    obj_parser p = {.lines = stp_text_lines_begin(text), .mesh = mesh};
+    obj_parser p = {.lines = stp_text_lines_begin(text), .mesh = mesh, .material = STP_NO_MATERIAL};
     while (stp_text_next_line(&p.lines)) {
         const char *end, *begin = stp_text_next_token(&p.lines, &end);
-        if (!begin)
-            continue;
-        if (word_is(begin, end, "v"))
-            STP_TRY(obj_vertex(&p, err));
-        else if (word_is(begin, end, "vn"))
-            STP_TRY(obj_normal(&p, err));
-        else if (word_is(begin, end, "f"))
-            STP_TRY(obj_face(&p, err));
-        else if (word_is(begin, end, "l"))
-            STP_TRY(obj_line(&p, err));
+        if (begin)
+            STP_TRY(obj_statement(&p, begin, end, err));
     }
     if (p.greatest_index > mesh->point_count) {
         char found[32];
@@ -160,5 +247,6 @@ stp_status stp_mesh_text_prepare_obj(stp_mesh_text *text, stp_point_mesh *mesh, 
     text->size = (size_t)(p.lines.out - text->data);
 done:
     stp_text_colours_free(&p.colours);
+    free(p.places);
     return status;
 }

@@ -7,6 +7,7 @@
 #define STP_FORMATS_SCAN_MESH_POINT_MESH_H
 
 #include "base/error.h"
+#include "formats/scan/mesh/material.h"
 #include "formats/scan/mesh/mesh.h"
 #include "formats/scan/scan.h"
 
@@ -32,8 +33,9 @@ typedef struct stp_point_mesh {
     bool edge_colours;
     float *radii; /* per point, half-widths of lines; NULL if the file has none */
     size_t radius_capacity;
-    uint64_t face_count; /* polygons, counted as in the file */
-    uint32_t attributes; /* STP_POINT_HAS_* of the file */
+    stp_materials materials; /* by triangle, of OBJ files that name some; else empty */
+    uint64_t face_count;     /* polygons, counted as in the file */
+    uint32_t attributes;     /* STP_POINT_HAS_* of the file */
 } stp_point_mesh;
 
 /* Makes room for count more points. Errors: OUT_OF_MEMORY, LIMIT (indices have 32 bits). */

@@ -1,0 +1,193 @@
+/* Tests colours of OBJ meshes: materials, and images on faces. */
+#include "formats/image/image.h"
+#include "formats/scan/mesh/point_mesh.h"
+#include "tests/fixtures/scan_fixture.h"
+
+#define SIDE 8
+
+/* The colour of a texel, the top row first. */
+static void texel(int column, int row, uint8_t rgb[3])
+{
+    rgb[0] = (uint8_t)(30 * column);
+    rgb[1] = (uint8_t)(30 * row);
+    rgb[2] = 200;
+}
+
+static void write_image(const char *path, int side, bool checkers)
+{
+    stp_error err = {0};
+    stp_image image = {side, side, calloc((size_t)side * (size_t)side, 4)};
+    assert_non_null(image.rgba);
+    for (int i = 0; i < side * side; i++) {
+        texel(i % side, i / side, image.rgba + 4 * i);
+        if (checkers)
+            memset(image.rgba + 4 * i, (i % side + i / side) % 2 * 255, 3);
+        image.rgba[4 * i + 3] = 255;
+    }
+    assert_int_equal(stp_image_save(&image, path, true, &err), STP_OK);
+    stp_image_destroy(&image);
+}
+
+static const char library[] =
+    "# two materials\nnewmtl red one\nKd 1 0 0.5\nKd spectral x.rfl\n"
+    "newmtl photo\r\nKd 0 1 0\r\nmap_Kd -s 1 1 1 -clamp on -o 0 photo.png\r\n"
+    "newmtl gone\nmap_Kd nowhere.png\n";
+
+typedef struct opened {
+    stp_triangle_set triangles;
+    stp_scan_info info;
+    stp_point *points;
+    char missing[1024];
+} opened;
+
+static opened open_mesh(const char *path, const stp_scan_params *params)
+{
+    opened out = {.missing = ""};
+    stp_error err = {0};
+    stp_scan *scan = NULL;
+    size_t count = 1;
+    if (stp_scan_open(&scan, path, params, &err) != STP_OK)
+        fail_msg("%s", err.message);
+    out.info = *stp_scan_get_info(scan);
+    if (out.info.colours_missing)
+        snprintf(out.missing, sizeof out.missing, "%s", out.info.colours_missing);
+    stp_scan_take_triangles(scan, &out.triangles);
+    out.points = calloc(out.info.point_count + 1, sizeof *out.points);
+    assert_non_null(out.points);
+    for (size_t got = 0; count > 0; got += count)
+        assert_int_equal(stp_scan_read(scan, out.points + got, 1000, &count, &err), STP_OK);
+    stp_scan_close(&scan);
+    return out;
+}
+
+static void close_mesh(opened *mesh)
+{
+    stp_triangle_set_clear(&mesh->triangles);
+    free(mesh->points);
+}
+
+/* The square 0..1, its image turned by a quarter and repeated twice along x. */
+static const char square[] = "mtllib the library.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                             "vt 0 1\nvt 0 3\nvt 1 3 0\nvt 1 1\n"
+                             "usemtl photo\nf -4/-4 -3/-3 3/3 4/4\n";
+
+static void images_lie_on_faces(void **state)
+{
+    (void)state;
+    write_image("photo.png", SIDE, false);
+    scan_fixture_text("the library.mtl", library);
+    scan_fixture_text("square.obj", square);
+    opened mesh = open_mesh("square.obj", &(stp_scan_params){.sample_coarse = true});
+    assert_true(mesh.info.attributes & STP_POINT_HAS_COLOUR);
+    assert_int_equal(mesh.triangles.triangle_count, 0); /* the corners would not keep the image */
+    assert_true(mesh.info.point_count > 100000 && mesh.missing[0] == '\0');
+    for (uint64_t i = 0; i < mesh.info.point_count; i++) {
+        const stp_point *p = &mesh.points[i];
+        /* u = y, v = 2 x + 1 */
+        const double column = SIDE * p->position.y,
+                     row = SIDE * (1.0 - fmod(2.0 * p->position.x, 1.0));
+        if (fabs(column - round(column)) < 1e-3 || fabs(row - round(row)) < 1e-3)
+            continue;
+        uint8_t rgb[3];
+        texel((int)column, (int)row, rgb);
+        for (int k = 0; k < 3; k++)
+            assert_int_equal(p->rgb[k], rgb[k] * 257);
+    }
+    close_mesh(&mesh);
+    opened vertices = open_mesh("square.obj", NULL);
+    assert_int_equal(vertices.info.point_count, 4);
+    assert_true(vertices.info.attributes & STP_POINT_HAS_COLOUR);
+    close_mesh(&vertices);
+}
+
+/* Where points are far apart, each takes the mean of what lies between. */
+static void fine_images_are_averaged(void **state)
+{
+    (void)state;
+    write_image("photo.png", 256, true);
+    scan_fixture_text("the library.mtl", library);
+    scan_fixture_text("square.obj", square);
+    opened mesh = open_mesh("square.obj", &(stp_scan_params){.sample_count = 500});
+    for (int i = 0; i < 500; i++)
+        assert_int_equal(mesh.points[i].rgb[1], 128 * 257);
+    close_mesh(&mesh);
+}
+
+/* Two faces of one edge keep their own colours, also as triangles; their vertices have the mean. */
+static void materials_colour_faces(void **state)
+{
+    (void)state;
+    scan_fixture_text("the library.mtl", library);
+    scan_fixture_text("two.obj", "mtllib the library.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                                 "usemtl red one\nf 1 2 3\nusemtl photo\nf 1 3 4\n");
+    opened mesh = open_mesh("two.obj", &(stp_scan_params){.sample_coarse = true});
+    assert_int_equal(mesh.triangles.triangle_count, 2);
+    for (int t = 0; t < 2; t++)
+        for (int k = 0; k < 3; k++) {
+            const uint16_t *rgb = mesh.triangles.vertices[mesh.triangles.triangles[t][k]].rgb;
+            assert_int_equal(rgb[0], t == 0 ? 65535 : 0);
+            assert_int_equal(rgb[1], t == 0 ? 0 : 65535);
+            assert_int_equal(rgb[2], t == 0 ? 32768 : 0);
+        }
+    close_mesh(&mesh);
+    opened vertices = open_mesh("two.obj", NULL);
+    assert_int_equal(vertices.points[1].rgb[0], 65535);
+    assert_int_equal(vertices.points[0].rgb[0], 32768);
+    close_mesh(&vertices);
+    scan_fixture_text("one.obj", "mtllib the library.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\n"
+                                 "usemtl red one\nf 1 2 3\n");
+    opened one = open_mesh("one.obj", NULL); /* one colour for all says nothing */
+    assert_int_equal(one.info.attributes & STP_POINT_HAS_COLOUR, 0);
+    close_mesh(&one);
+    scan_fixture_text("own.obj", "mtllib the library.mtl\nv 0 0 0 0 0 1\nv 1 0 0 0 0 1\n"
+                                 "v 1 1 0 0 0 1\nusemtl red one\nf 1 2 3\nusemtl photo\nf 3 2 1\n");
+    opened own = open_mesh("own.obj", NULL); /* vertices with colours keep them */
+    assert_int_equal(own.points[0].rgb[2], 65535);
+    assert_int_equal(own.points[0].rgb[0], 0);
+    close_mesh(&own);
+}
+
+/* Whatever is wrong with libraries and images costs colours alone, and is said. */
+static void faults_cost_colours_alone(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *missing;
+    } cases[] = {
+        {"mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl x\nf 1 2 3\n", "none.mtl"},
+        {"mtllib the library.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nusemtl gone\nf 1/1 2/1 3/1\n"
+         "usemtl photo\nf 3 2 1\n",
+         "nowhere.png"},
+        {"mtllib the library.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt x\nvt 1e30 nan\nusemtl photo\n"
+         "f 1/1 2/2 3/9\nusemtl\nf 1/ 2/-7 3/99999999999\nusemtl \xff\nf 1// 2//1 3\n",
+         NULL},
+        {"usemtl photo\nmtllib\nmtllib .\nmtllib ..\\..\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n",
+         "."},
+        {"mtllib odd.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n", "odd.png"},
+    };
+    write_image("photo.png", SIDE, false);
+    scan_fixture_text("the library.mtl", library);
+    scan_fixture_text("odd.png", "no image");
+    scan_fixture_text("odd.mtl", "Kd 1 1 1\nmap_Kd x\nnewmtl a\nKd\nKd 1\nKd nan inf -1\nmap_Kd\n"
+                                 "map_Kd -s\nmap_Kd -s 1 1\nmap_Kd odd.png\nnewmtl a\nnewmtl\n");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        scan_fixture_text("wrong.obj", cases[i].text);
+        opened mesh = open_mesh("wrong.obj", NULL);
+        assert_int_equal(mesh.info.point_count, 3);
+        assert_int_equal(mesh.missing[0] != '\0', cases[i].missing != NULL);
+        if (cases[i].missing)
+            assert_non_null(strstr(mesh.missing, cases[i].missing));
+        close_mesh(&mesh);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(images_lie_on_faces),
+        cmocka_unit_test(fine_images_are_averaged),
+        cmocka_unit_test(materials_colour_faces),
+        cmocka_unit_test(faults_cost_colours_alone),
+    };
+    return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+}
