@@ -10,6 +10,7 @@
 #include "formats/scan/mesh/coarse_mesh.h"
 #include "formats/scan/mesh/hybrid.h"
 #include "formats/scan/mesh/line_chain.h"
+#include "formats/scan/mesh/mesh_colours.h"
 #include "formats/scan/mesh/mesh_read.h"
 #include "formats/scan/mesh/mesh_sample.h"
 #include "formats/scan/mesh/point_mesh.h"
@@ -110,6 +111,13 @@ done:
     return status;
 }
 
+static void note_mesh(stp_scan *scan)
+{
+    scan->info.attributes = scan->mesh.attributes;
+    if (scan->mesh.materials.missing[0] != '\0')
+        scan->info.colours_missing = scan->mesh.materials.missing;
+}
+
 /* Whether a PLY file that could be streamed is a coarse mesh. Larger files are scans. */
 static stp_status ply_is_coarse(const stp_ply *streamed, const char *path, bool *coarse,
                                 stp_error *err)
@@ -121,6 +129,7 @@ static stp_status ply_is_coarse(const stp_ply *streamed, const char *path, bool 
     if (streamed->faces && streamed->vertex->count <= STP_COARSE_VERTEX_LIMIT) {
         STP_TRY(stp_ply_open(&ply, path, err));
         STP_TRY(stp_ply_read_mesh(ply, &mesh, err));
+        STP_TRY(stp_mesh_take_colours(&mesh, path, err));
         STP_TRY(stp_mesh_measure_coarse(&mesh, &samples, err));
     }
     *coarse = samples > 0;
@@ -147,11 +156,15 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     scan->info.grid = ply->grid;
     const bool wants_normals =
         !(ply->attributes & STP_POINT_HAS_NORMAL) && !scan->params.recompute_normals;
-    bool wants_faces = wants_normals || scan->params.sample_count > 0 || scan->params.hybrid;
+    const bool textured = ply->header.textures.count > 0 && !scan->params.numbers;
+    bool wants_faces =
+        wants_normals || textured || scan->params.sample_count > 0 || scan->params.hybrid;
     if (!wants_faces && scan->params.sample_coarse)
         STP_TRY(ply_is_coarse(ply, scan->path, &wants_faces, err));
     if (ply->edges || (ply->faces && wants_faces)) {
         STP_TRY(stp_ply_read_mesh(scan->ply, &scan->mesh, err));
+        STP_TRY(stp_mesh_take_colours(&scan->mesh, scan->path, err));
+        note_mesh(scan);
         scan->info.face_count = scan->mesh.face_count;
         scan->info.grid = (stp_scan_grid){0};
         stp_ply_close(&scan->ply);
@@ -171,11 +184,9 @@ static stp_status open_mesh(stp_scan *scan, stp_scan_format format, stp_error *e
     stp_status status = STP_OK;
     STP_TRY(stp_mesh_read(&scan->mesh, scan->path, format, err));
     scan->info.format = mesh_name(format);
-    scan->info.attributes = scan->mesh.attributes;
     scan->info.point_count = scan->mesh.point_count;
     scan->info.face_count = scan->mesh.face_count;
-    if (scan->mesh.materials.missing[0] != '\0')
-        scan->info.colours_missing = scan->mesh.materials.missing;
+    note_mesh(scan);
 done:
     return status;
 }

@@ -100,6 +100,50 @@ static void images_lie_on_faces(void **state)
     close_mesh(&vertices);
 }
 
+/* The same in PLY, as MeshLab writes it; a second face has another image, a third none. */
+static void images_of_ply_files(void **state)
+{
+    (void)state;
+    static const char head[] =
+        "ply\nformat ascii 1.0\ncomment TextureFile photo.png\ncomment TextureFile  other one.png "
+        "\n"
+        "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n%s"
+        "element face 3\nproperty list uchar float texcoord\nproperty list uchar int "
+        "vertex_indices\n"
+        "property uchar texnumber\nend_header\n0 0 0%s\n1 0 0%s\n1 1 0%s\n0 1 0%s\n"
+        "6 0 0 1 0 1 1 3 0 1 2 0\n6 0 0 1 1 0 1 3 0 2 3 1\n0 3 0 1 2 7\n";
+    write_image("photo.png", SIDE, false);
+    write_image("other one.png", 1, true); /* black */
+    for (int normals = 0; normals < 2; normals++) {
+        char text[2048];
+        const char *n = normals ? " 0 0 1" : "";
+        snprintf(text, sizeof text, head,
+                 normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "", n, n,
+                 n, n);
+        scan_fixture_text("square.ply", text);
+        opened mesh = open_mesh("square.ply", &(stp_scan_params){.sample_coarse = true});
+        assert_int_equal(mesh.triangles.triangle_count, 1); /* that without an image */
+        unsigned black = 0, coloured = 0;
+        for (uint64_t i = 0; i < mesh.info.point_count; i++) {
+            const stp_point *p = &mesh.points[i];
+            const double column = SIDE * p->position.x, row = SIDE * (1.0 - p->position.y);
+            if (fabs(column - round(column)) < 1e-3 || fabs(row - round(row)) < 1e-3 ||
+                fabs(column + row - SIDE) < 1e-3)
+                continue;
+            uint8_t rgb[3] = {0, 0, 0};
+            const bool lower = p->position.x > p->position.y;
+            if (lower)
+                texel((int)column, (int)row, rgb);
+            black += !lower;
+            coloured += lower;
+            for (int k = 0; k < 3; k++)
+                assert_int_equal(p->rgb[k], rgb[k] * 257);
+        }
+        assert_true(black > 1000 && coloured > 1000);
+        close_mesh(&mesh);
+    }
+}
+
 /* Where points are far apart, each takes the mean of what lies between. */
 static void fine_images_are_averaged(void **state)
 {
@@ -184,9 +228,8 @@ static void faults_cost_colours_alone(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(images_lie_on_faces),
-        cmocka_unit_test(fine_images_are_averaged),
-        cmocka_unit_test(materials_colour_faces),
+        cmocka_unit_test(images_lie_on_faces),       cmocka_unit_test(images_of_ply_files),
+        cmocka_unit_test(fine_images_are_averaged),  cmocka_unit_test(materials_colour_faces),
         cmocka_unit_test(faults_cost_colours_alone),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -103,15 +103,23 @@ static void skip_options(stp_text_lines *lines)
     lines->cursor = before;
 }
 
-static stp_status add_material(stp_materials *m, stp_text_lines *lines, stp_error *err)
+static stp_status add_material(stp_materials *m, const char *begin, const char *end, stp_error *err)
 {
     stp_status status = STP_OK;
-    const char *begin, *end;
-    rest_of_line(lines, &begin, &end);
     STP_TRY(stp_grow(&m->list, &m->capacity, m->count + 1, sizeof *m->list, "materials", err));
     m->list[m->count] = (stp_material){.rgb = {52428, 52428, 52428}, .image = STP_NO_MATERIAL};
     STP_TRY(copy_part(&m->list[m->count].name, begin, end, err));
     m->count++;
+done:
+    return status;
+}
+
+stp_status stp_materials_add_image(stp_materials *m, const char *name, const char *name_end,
+                                   stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(add_material(m, name, name_end, err));
+    STP_TRY(find_image(m, name, name_end, &m->list[m->count - 1].image, err));
 done:
     return status;
 }
@@ -140,7 +148,8 @@ static stp_status read_library(stp_materials *m, const stp_mesh_text *text, stp_
             continue;
         stp_material *last = m->count > before ? &m->list[m->count - 1] : NULL;
         if (text_is(begin, end, "newmtl")) {
-            STP_TRY(add_material(m, &lines, err));
+            rest_of_line(&lines, &begin, &end);
+            STP_TRY(add_material(m, begin, end, err));
         } else if (last && text_is(begin, end, "Kd")) {
             set_diffuse(last, &lines);
         } else if (last && text_is(begin, end, "map_Kd")) {

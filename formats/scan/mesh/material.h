@@ -1,4 +1,5 @@
-/* The colours of a mesh's faces: the materials of OBJ files (MTL: Kd and map_Kd) and their images.
+/* The colours of a mesh's faces: the materials of OBJ files (MTL: Kd and map_Kd), and images, which
+ * PLY files name, too.
  *
  * Texture coordinates are (u right, v up), from 0 to 1 over an image, which repeats beyond. An
  * image is held as levels, each of half the size of the one before, and looked up where its texels
@@ -52,6 +53,9 @@ typedef struct stp_materials {
 /* Adds the materials of a library that the OBJ file at mesh_path names. Errors: OUT_OF_MEMORY. */
 stp_status stp_materials_read(stp_materials *materials, const char *mesh_path, const char *name,
                               const char *name_end, stp_error *err);
+/* Adds a material that is an image, by its file's name. Errors: OUT_OF_MEMORY. */
+stp_status stp_materials_add_image(stp_materials *materials, const char *name, const char *name_end,
+                                   stp_error *err);
 /* The number of a material; STP_NO_MATERIAL: none has this name. */
 uint32_t stp_materials_find(const stp_materials *materials, const char *name, const char *name_end);
 /* Adds the next triangle. Errors: OUT_OF_MEMORY. */

@@ -217,6 +217,19 @@ static void parse_grid_line(uint64_t size[2], const char *begin, const char *end
             size[i] = 0;
 }
 
+/* `TextureFile NAME`, as MeshLab and its like write; else perhaps a station. */
+static stp_status parse_comment(header_parser *p, stp_error *err)
+{
+    static const char tag[] = "TextureFile";
+    const char *at = p->at, *begin = stp_token(&at, p->end), *end = p->end;
+    if (!begin || (size_t)(at - begin) != sizeof tag - 1 || memcmp(begin, tag, sizeof tag - 1) != 0)
+        return stp_ply_stations_add(&p->header->stations, p->at, p->end, err);
+    begin = stp_token(&at, p->end);
+    while (begin && end > begin && (end[-1] == ' ' || end[-1] == '\r'))
+        end--;
+    return begin ? stp_materials_add_image(&p->header->textures, begin, end, err) : STP_OK;
+}
+
 static stp_status parse_line(header_parser *p, bool *done_reading, stp_error *err)
 {
     word keyword = next_word(p);
@@ -228,7 +241,7 @@ static stp_status parse_line(header_parser *p, bool *done_reading, stp_error *er
     if (strcmp(k, "property") == 0)
         return parse_property(p, err);
     if (strcmp(k, "comment") == 0)
-        return stp_ply_stations_add(&p->header->stations, p->at, p->end, err);
+        return parse_comment(p, err);
     if (strcmp(k, "obj_info") == 0)
         parse_grid_line(p->header->grid_size, p->at, p->end);
     *done_reading = strcmp(k, "end_header") == 0;
@@ -290,6 +303,7 @@ void stp_ply_header_free(stp_ply_header *header)
     free(header->elements);
     free(header->properties);
     stp_ply_stations_free(&header->stations);
+    stp_materials_clear(&header->textures);
     *header = (stp_ply_header){0};
 }
 

@@ -8,6 +8,7 @@
 #define STP_FORMATS_SCAN_PLY_PLY_HEADER_H
 
 #include "base/error.h"
+#include "formats/scan/mesh/material.h"
 #include "formats/scan/ply/ply_stations.h"
 #include "formats/scan/source.h"
 
@@ -77,6 +78,7 @@ typedef struct stp_ply_header {
     stp_ply_property *properties;
     size_t property_count, property_capacity;
     stp_ply_stations stations; /* sorted */
+    stp_materials textures;    /* images, of lines `comment TextureFile NAME` */
     uint64_t grid_size[2];     /* columns and rows of a range image; 0: not given */
     uint64_t data_offset;      /* first byte after the header */
     uint64_t header_lines;

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Turns lists of vertex numbers into triangles. */
@@ -73,6 +74,71 @@ done:
     return status;
 }
 
+/* The places of a face's corners in an image: the properties texcoord, u and v of each corner, and
+ * texnumber, the image. */
+typedef struct place_reader {
+    const stp_ply_property *list, *number; /* NULL: there are none */
+    float (*uv)[2];
+    size_t count, capacity;
+    uint32_t image;
+} place_reader;
+
+static place_reader find_places(const stp_ply *ply, const stp_ply_element *element, bool images)
+{
+    place_reader reader = {.number = stp_ply_number_property(&ply->header, element, "texnumber")};
+    for (size_t i = 0; i < element->property_count && images; i++) {
+        const stp_ply_property *p = &ply->header.properties[element->property_first + i];
+        if (p->is_list && strcmp(p->name, "texcoord") == 0)
+            reader.list = p;
+    }
+    return reader;
+}
+
+static stp_status read_places(stp_ply *ply, place_reader *reader, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t length;
+    double value;
+    STP_TRY(stp_ply_next_length(&ply->cursor, reader->list, &length, err));
+    STP_TRY(stp_grow(&reader->uv, &reader->capacity, (size_t)length / 2 + 1, sizeof *reader->uv,
+                     "texture coordinates", err));
+    for (uint64_t i = 0; i < length; i++) {
+        STP_TRY(stp_ply_next_value(&ply->cursor, reader->list->type, &value, err));
+        reader->uv[i / 2][i % 2] = fabs(value) < 1e6 ? (float)value : NAN;
+    }
+    reader->count = (size_t)length / 2;
+done:
+    return status;
+}
+
+/* Gives the triangles of the face that was read last their places. */
+static stp_status add_places(const place_reader *reader, stp_point_mesh *mesh, size_t first,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (size_t t = first; t < mesh->triangle_count; t++) {
+        const size_t corner[3] = {0, t - first + 1, t - first + 2}; /* of the fan */
+        float places[3][2];
+        for (int k = 0; k < 3; k++)
+            for (int c = 0; c < 2; c++)
+                places[k][c] = corner[k] < reader->count ? reader->uv[corner[k]][c] : NAN;
+        STP_TRY(stp_materials_add_triangle(&mesh->materials, reader->image,
+                                           (const float(*)[2])places, err));
+    }
+done:
+    return status;
+}
+
+static stp_status read_image_number(stp_ply *ply, place_reader *reader, size_t images,
+                                    stp_error *err)
+{
+    double value;
+    const stp_status status = stp_ply_next_value(&ply->cursor, reader->number->type, &value, err);
+    const bool exists = value >= 0.0 && value < (double)images;
+    reader->image = status == STP_OK && exists ? (uint32_t)value : STP_NO_MATERIAL;
+    return status;
+}
+
 static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_point_mesh *mesh,
                              stp_error *err)
 {
@@ -80,21 +146,30 @@ static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_p
     stp_ply_cursor *cursor = &ply->cursor;
     const stp_ply_property *list = stp_ply_index_list(&ply->header, element);
     const size_t first_triangle = mesh->triangle_count;
+    place_reader places = find_places(ply, element, mesh->materials.count > 0);
     face_builder builder = {
         .mesh = mesh, .ply = ply, .strips = strcmp(element->name, "tristrips") == 0};
     cursor->element = element;
     cursor->index = 0;
     while (cursor->index < element->count) {
+        const size_t first = mesh->triangle_count;
         STP_TRY(stp_ply_record_begin(cursor, err));
         for (size_t i = 0; i < element->property_count; i++) {
             const stp_ply_property *p = &ply->header.properties[element->property_first + i];
-            STP_TRY(p == list ? read_index_list(ply, p, &builder, err)
-                              : stp_ply_skip_property(cursor, p, err));
+            STP_TRY(p == list          ? read_index_list(ply, p, &builder, err)
+                    : !places.list     ? stp_ply_skip_property(cursor, p, err)
+                    : p == places.list ? read_places(ply, &places, err)
+                    : p == places.number
+                        ? read_image_number(ply, &places, mesh->materials.count, err)
+                        : stp_ply_skip_property(cursor, p, err));
         }
         STP_TRY(stp_ply_record_end(cursor, err));
+        if (places.list && !builder.strips)
+            STP_TRY(add_places(&places, mesh, first, err));
     }
     mesh->face_count = builder.strips ? mesh->triangle_count - first_triangle : element->count;
 done:
+    free(places.uv);
     return status;
 }
 
@@ -204,6 +279,8 @@ stp_status stp_ply_read_mesh(stp_ply *ply, stp_point_mesh *mesh, stp_error *err)
     const stp_ply_element *last = ply->faces && ply->faces > ply->vertex ? ply->faces : ply->vertex;
     last = ply->edges && ply->edges > last ? ply->edges : last;
     mesh->attributes = ply->attributes;
+    mesh->materials = ply->header.textures; /* their images, that is */
+    ply->header.textures = (stp_materials){0};
     stp_source_seek(&ply->source, header->data_offset, header->header_lines);
     for (const stp_ply_element *e = header->elements; e <= last; e++) {
         if (e == ply->vertex)
