@@ -7,6 +7,8 @@ static const char *const texts[] = {
     "vn 0 0 1\nv 1 2 3\n",
     "v 0 0 0\nv 1 0 0\nv 1 1 0 9 9 9\nv 0 1 1\nvn 0 0 1\nl 1 2 3//1 \\\n-1\nl 1/1 1\nl 4 9\nf 1 2 "
     "4\n",
+    "mtllib 100\nnewmtl a\nKd 1 0 .5\nmap_Kd -s 1 1 99\nnewmtl b c\nmap_Kd 101\nv 0 0 0\nv 1 0 0\n"
+    "v 0 1 0\nvt 0 1\nvt .5 2\nusemtl a\nf 1/1 2/2 3/-1\nusemtl b c\nf 3/1 2 1/2 -1/9\n",
     "OFF\n# c\n3 1 0\n0 0 0 255 0 0\n1 0 0\n0 1 0 1 1 1 1\n3 0 1 2\n",
     "NOFF 3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n4 0 1 2 0\n",
     "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"

@@ -16,6 +16,10 @@ typedef struct ply_seed {
 #define FACES "property list uchar int vertex_indices\n"
 
 static const ply_seed seeds[] = {
+    SEED("ply\nformat ascii 1.0\ncomment TextureFile 99\ncomment TextureFile 98\nelement vertex "
+         "3\n" XYZ "element face 2\nproperty list uchar float texcoord\n" FACES
+         "property int texnumber\nend_header\n0 0 0\n1 0 0\n0 1 0\n6 0 0 1 0 .5 7 3 0 1 2 0\n"
+         "3 nan 1 2 3 2 1 0 1\n"),
     SEED("ply\nformat ascii 1.0\ncomment c\nelement vertex 3\n" XYZ
          "property ushort red\nproperty ushort green\nproperty ushort blue\nelement face 1\n" FACES
          "end_header\n0 0 0 1 2 3\n1 0 0 1 2 300\n0 1e-1 nan 1 2 3\n3 0 1 2\n"),

@@ -118,9 +118,42 @@ static inline void fuzz_read_mesh(const char *path)
     stp_mesh_destroy(&mesh);
 }
 
+/* Makes an image of 3 x 2 texels, once, that meshes can name: `99`. */
+static inline void fuzz_make_image(void)
+{
+    static const uint8_t png[] = {137, 80,  78,  71,  13,  10, 26, 10, 0,   0,  0,   13, 73,  72,
+                                  68,  82,  0,   0,   0,   3,  0,  0,  0,   2,  8,   2,  0,   0,
+                                  0,   18,  22,  241, 77,  0,  0,  0,  25,  73, 68,  65, 84,  120,
+                                  218, 5,   193, 1,   1,   0,  0,  0,  130, 32, 199, 54, 150, 89,
+                                  65,  101, 145, 154, 141, 57, 69, 56, 8,   53, 202, 80, 82,  138,
+                                  0,   0,   0,   0,   73,  69, 78, 68, 174, 66, 96,  130};
+    static int made = -1;
+    if (made >= 0)
+        return;
+    made = memfd_create("image", MFD_CLOEXEC);
+    if (write(made, png, sizeof png) != (ssize_t)sizeof png || dup2(made, FUZZ_DESCRIPTOR - 1) < 0)
+        abort();
+}
+
+/* Reads the begin of a mesh that is sampled if it is coarse: with many points, always. */
+static inline void fuzz_read_coarse(const char *path)
+{
+    const stp_scan_params params = {.sample_coarse = true};
+    stp_error err = {0};
+    stp_scan *scan = NULL;
+    stp_point points[100];
+    size_t count;
+    if (stp_scan_open(&scan, path, &params, &err) != STP_OK)
+        return;
+    fuzz_take_triangles(scan);
+    (void)stp_scan_read(scan, points, 100, &count, &err);
+    stp_scan_close(&scan);
+}
+
 static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
 {
     char path[64];
+    fuzz_make_image();
     const int descriptor = fuzz_memory_file(data, size, path);
     const stp_scan_params sampled = {.sample_count = 150, .seed = size};
     const stp_scan_params plain = {.recompute_normals = true};
@@ -134,6 +167,7 @@ static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
     fuzz_read_scan(path, &sampled);
     fuzz_read_scan(path, &plain);
     fuzz_read_scan(path, &hybrid);
+    fuzz_read_coarse(path);
     fuzz_find_step(path);
     fuzz_read_mesh(path);
     close(descriptor);

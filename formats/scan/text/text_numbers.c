@@ -56,7 +56,7 @@ done:
 
 uint8_t *stp_text_numbers_at(const stp_text_numbers *numbers, size_t point)
 {
-    return numbers->keep ? numbers->packed + point * numbers->list.count * sizeof(double) : NULL;
+    return numbers->packed ? numbers->packed + point * numbers->list.count * sizeof(double) : NULL;
 }
 
 void stp_text_numbers_clear(stp_text_numbers *numbers)
