@@ -430,7 +430,9 @@ static void check_read(const real_file *expected, const char *path)
     const uint64_t stored = expected->points - expected->no_return - expected->not_finite;
     byte_row source = read_file(path);
     assert_int_equal(own_count(path, &source), expected->points);
-    if (run("prep -o m.stipple --force --quiet --stats stats.json --rejects rejects.csv", path) ||
+    if (run("prep -o m.stipple --sample none --force --quiet --stats stats.json --rejects "
+            "rejects.csv",
+            path) ||
         run("export --force --quiet -o m.ply", "m.stipple"))
         fail_msg("%s: %s", expected->name, (const char *)read_file("said").data);
     byte_row stats = read_file("stats.json"), rejects = read_file("rejects.csv");

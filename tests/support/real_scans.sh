@@ -42,7 +42,7 @@ check_first_view() { # name
 }
 
 check_prep() { # name: every point is stored or rejected by name, and the model is sound
-    local read stored rejected
+    local read stored rejected triangles
     read=$(field points_in)
     stored=$(field points_out)
     rejected=$(sed -n '/"rejected"/,/}/s/.*:[[:space:]]*\([0-9]*\),\{0,1\}$/\1/p' "$FOLDER/stats.json" | paste -sd+ -)
@@ -50,7 +50,8 @@ check_prep() { # name: every point is stored or rejected by name, and the model 
         fail "$1: $read points read, $stored stored and $rejected rejected"
     run "$STIPPLE" verify "$model"
     expect_code 0
-    expect_text out ": sound: $stored points"
+    triangles=$(sed -n 's/.*"triangles":[[:space:]]*\([0-9]*\),$/\1/p' "$FOLDER/stats.json")
+    expect_text out ": sound: $((stored + 3 * ${triangles:-0})) points" # corners are points, too
 }
 
 draw() { # options
