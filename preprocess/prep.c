@@ -435,15 +435,18 @@ static void decide_intensity(stp_tree_params *tree, stp_prep_stats *stats)
 /* Attributes as the model keeps them: 255 in a sample stands for the greatest intensity. */
 static void decide_attributes(stp_prep_job *job)
 {
+    const bool has_shapes = job->tree.sources.lines || job->tree.sources.triangles;
     if (!job->numbers)
         return;
     job->kept = *job->source->kept;
     for (uint32_t i = 0; i < job->kept.count; i++) {
         stp_attribute *a = &job->kept.items[i];
-        if (a->coarse == STP_COARSE_INTENSITY)
+        a->derived = a->coarse != STP_COARSE_NOT && !(job->unlike >> i & 1);
+        if (a->coarse == STP_COARSE_INTENSITY) {
             a->coarse_scale *= job->stats->intensity_max / 255.0;
-        else
-            a->derived = a->coarse != STP_COARSE_NOT && !(job->unlike >> i & 1);
+            /* Each number has an 8-bit step of its own, if there are 256 numbers or fewer. */
+            a->derived = a->derived && a->coarse_scale < 1.0 + 1e-9 && !has_shapes;
+        }
     }
     job->tree.numbers = (stp_point_numbers){&job->kept, job->numbers};
 }

@@ -30,7 +30,7 @@ typedef struct stp_prep_job {
     stp_height_grid grid;    /* else without columns */
     uint8_t *numbers;        /* attributes by source, packed, in the spill; NULL: none are kept */
     stp_attribute_list kept; /* the source's, with what is known when all points are read */
-    uint64_t unlike;         /* bit a: attribute a, a colour, is not what the sample's 8 bits say */
+    uint64_t unlike;         /* bit a: attribute a is not what the points' fields say */
     stp_prep_shapes shapes;
     stp_outside outside;
     double since; /* when the stage began, as stp_clock_seconds */

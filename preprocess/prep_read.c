@@ -58,25 +58,32 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
     return STP_OK;
 }
 
-/* Notes which 16-bit colours are more than the 8 bits that a sample has of them. */
-static void compare_colours(stp_prep_job *job, const stp_point *points, const uint8_t *packed,
-                            size_t count)
+/* Whether a number is what the point says in a sample's field, and no more. Of an intensity: its
+ * place on the scale; decide_attributes (prep.c) knows which steps the scale has. */
+static bool is_told(const stp_attribute *attribute, const stp_point *point, uint64_t word)
+{
+    if (attribute->coarse == STP_COARSE_INTENSITY)
+        return (double)point->intensity == nearbyint((double)word / attribute->coarse_scale);
+    const double bits = nearbyint(point->rgb[attribute->coarse - STP_COARSE_RED] / 257.0);
+    return word == (uint64_t)(bits * attribute->coarse_scale + 0.5);
+}
+
+/* Notes which colours and intensities are more than a sample has of them. */
+static void compare_coarse(stp_prep_job *job, const stp_point *points, const uint8_t *packed,
+                           size_t count)
 {
     const stp_attribute_list *list = job->source->kept;
     const size_t stride = stp_attribute_list_bytes(list);
     for (uint32_t a = 0; a < list->count; a++) {
         const stp_attribute *attribute = &list->items[a];
-        const int channel = (int)attribute->coarse - STP_COARSE_RED;
         const uint8_t *at = packed;
         packed += stp_attribute_bytes(attribute->type);
-        if (channel < 0 || channel > 2 || job->unlike >> a & 1)
+        if (attribute->coarse == STP_COARSE_NOT || job->unlike >> a & 1)
             continue;
-        for (size_t i = 0; i < count; i++) {
-            const double bits = nearbyint(points[i].rgb[channel] / 257.0);
-            const uint64_t word = stp_attribute_get(attribute->type, at + i * stride);
-            if (word != (uint64_t)(bits * attribute->coarse_scale + 0.5))
+        for (size_t i = 0; i < count; i++)
+            if (!is_told(attribute, &points[i],
+                         stp_attribute_get(attribute->type, at + i * stride)))
                 job->unlike |= UINT64_C(1) << a;
-        }
     }
 }
 
@@ -88,7 +95,7 @@ static void keep_numbers(stp_prep_job *job, const stp_point *points, uint64_t pl
     const size_t stride = job->numbers ? stp_attribute_list_bytes(source->kept) : 0;
     const uint8_t *packed = job->numbers ? source->numbers(source->context) : NULL;
     if (packed)
-        compare_colours(job, points, packed, count);
+        compare_coarse(job, points, packed, count);
     if (packed)
         memcpy(job->numbers + place * stride, packed, stride * (count < left ? count : left));
 }

@@ -26,7 +26,9 @@ static size_t round_trip(stp_attribute_type type, const uint64_t *guess, uint32_
 {
     stp_bytes out = {0};
     stp_error err = {0};
-    assert_int_equal(stp_attribute_encode(type, words, guess, count, &out, &err), STP_OK);
+    stp_steps steps;
+    assert_int_equal(stp_attribute_steps(type, words, count, &steps, &err), STP_OK);
+    assert_int_equal(stp_attribute_encode(type, words, guess, &steps, count, &out, &err), STP_OK);
     memset(back, 0xa5, sizeof back);
     assert_int_equal(stp_attribute_decode(type, out.data, out.size, guess, count, back, &err),
                      STP_OK);
@@ -107,30 +109,96 @@ static void test_sizes(void **state)
     assert_true(round_trip(STP_ATTRIBUTE_U16, guesses, COUNT) < COUNT * 3 / 4);
 }
 
-/* Cut, lengthened and flipped parts are refused or decode to something, but never harm. */
-static void test_hostile(void **state)
+/* Pulses every 236.55 ticks of a clock, whose tick is 1467.4587 ulps; of each line of 90 pulses
+ * and two flights some are left. In an order of places, not of time. */
+static void make_pulses(uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        const uint64_t line = stp_random_u64(20, i / 3) % 400, pulse = stp_random_u64(21, i) % 90;
+        const double ticks = nearbyint((double)(line * 1123 + pulse + i % 2 * 40000000) * 236.5511);
+        words[i] = word_of(245379.25) + (uint64_t)nearbyint(ticks * 1467.4587);
+    }
+}
+
+/* Times of a clock take as many bits as there are pulses to choose from, whatever its steps. */
+static void test_steps(void **state)
 {
     (void)state;
+    stp_error err = {0};
+    stp_steps steps;
+    make_pulses(COUNT);
+    assert_int_equal(stp_attribute_steps(STP_ATTRIBUTE_F64, words, COUNT, &steps, &err), STP_OK);
+    assert_int_equal(steps.count, 2);
+    assert_true(fabs(steps.of[0] - 1467.4587) < 1e-4);
+    assert_true(fabs(steps.of[1] - 236.5511) < 1e-4);
+    assert_true(round_trip(STP_ATTRIBUTE_F64, NULL, COUNT) < COUNT * 7 / 2);
+    for (uint32_t i = 0; i < COUNT; i++)
+        words[i] = word_of(nearbyint((double)(stp_random_u64(22, i) % 20000) * 10.07) / 1e6);
+    assert_true(round_trip(STP_ATTRIBUTE_F64, NULL, COUNT) < COUNT * 9 / 4);
+}
+
+/* Cut, lengthened and flipped parts are refused or decode to something, but never harm. */
+static void try_hostile(stp_attribute_type type, uint32_t count)
+{
     stp_bytes out = {0};
     stp_error err = {0};
-    const uint32_t count = 300;
-    for (uint32_t i = 0; i < count; i++)
-        words[i] = stp_random_u64(8, i) % 100000;
-    assert_int_equal(stp_attribute_encode(STP_ATTRIBUTE_U32, words, NULL, count, &out, &err),
-                     STP_OK);
+    stp_steps steps;
+    assert_int_equal(stp_attribute_steps(type, words, count, &steps, &err), STP_OK);
+    assert_int_equal(stp_attribute_encode(type, words, NULL, &steps, count, &out, &err), STP_OK);
     for (size_t size = 0; size < out.size; size++)
-        assert_int_equal(
-            stp_attribute_decode(STP_ATTRIBUTE_U32, out.data, size, NULL, count, back, &err),
-            STP_CORRUPT);
-    assert_int_equal(
-        stp_attribute_decode(STP_ATTRIBUTE_U32, out.data, out.size, NULL, 0, back, &err),
-        STP_CORRUPT);
+        assert_int_equal(stp_attribute_decode(type, out.data, size, NULL, count, back, &err),
+                         STP_CORRUPT);
+    assert_int_equal(stp_attribute_decode(type, out.data, out.size, NULL, 0, back, &err),
+                     STP_CORRUPT);
     for (size_t bit = 0; bit < 8 * out.size; bit++) {
         out.data[bit / 8] ^= (uint8_t)(1u << bit % 8);
-        (void)stp_attribute_decode(STP_ATTRIBUTE_U32, out.data, out.size, NULL, count, back, NULL);
+        (void)stp_attribute_decode(type, out.data, out.size, NULL, count, back, NULL);
         (void)stp_attribute_decode(STP_ATTRIBUTE_F32, out.data, out.size, NULL, count, back, NULL);
         out.data[bit / 8] ^= (uint8_t)(1u << bit % 8);
     }
+    free(out.data);
+}
+
+static void test_hostile(void **state)
+{
+    (void)state;
+    for (uint32_t i = 0; i < 300; i++)
+        words[i] = stp_random_u64(8, i) % 100000;
+    try_hostile(STP_ATTRIBUTE_U32, 300);
+    make_pulses(300);
+    try_hostile(STP_ATTRIBUTE_F64, 300);
+}
+
+/* Steps that are none, too many of them, and multiples beyond 64 bits are refused. */
+static void test_hostile_steps(void **state)
+{
+    (void)state;
+    static const double wrong[] = {0.0, 0.5, -2.0, INFINITY, NAN, 0x1p41};
+    stp_bytes out = {0};
+    stp_error err = {0};
+    stp_steps steps;
+    make_pulses(COUNT);
+    assert_int_equal(stp_attribute_steps(STP_ATTRIBUTE_F64, words, COUNT, &steps, &err), STP_OK);
+    assert_int_equal(
+        stp_attribute_encode(STP_ATTRIBUTE_F64, words, NULL, &steps, COUNT, &out, &err), STP_OK);
+    assert_int_equal(out.data[0], 4); /* coded by steps: their number at byte 11, the first at 12 */
+    uint8_t head[21];
+    memcpy(head, out.data, sizeof head);
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong + 3; i++) {
+        if (i < sizeof wrong / sizeof *wrong)
+            memcpy(out.data + 12, &wrong[i], 8);
+        else if (i < sizeof wrong / sizeof *wrong + 2)
+            out.data[11] = i % 2 ? 0 : 3;
+        else
+            out.data[20] = 5; /* pieces of a group */
+        assert_int_equal(
+            stp_attribute_decode(STP_ATTRIBUTE_F64, out.data, out.size, NULL, COUNT, back, &err),
+            STP_CORRUPT);
+        memcpy(out.data, head, sizeof head);
+    }
+    const int64_t parts[3] = {0, 0, INT64_MAX};
+    int64_t sum;
+    assert_false(stp_steps_join(&steps, parts, &sum));
     free(out.data);
 }
 
@@ -275,6 +343,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_names), cmocka_unit_test(test_any_numbers),
         cmocka_unit_test(test_sizes), cmocka_unit_test(test_hostile),
+        cmocka_unit_test(test_steps), cmocka_unit_test(test_hostile_steps),
         cmocka_unit_test(test_join),  cmocka_unit_test(test_json),
         cmocka_unit_test(test_order), cmocka_unit_test(test_union),
     };

@@ -14,7 +14,7 @@ import sys
 sys.dont_write_bytecode = True
 
 from codec_draco import read_column  # noqa: E402
-from model import Cursor, Fault, families, require  # noqa: E402
+from model import Cursor, Fault, families, require, signed  # noqa: E402
 from read import Header, read_chunk, read_directory  # noqa: E402
 from xxh3 import xxh3  # noqa: E402
 
@@ -41,28 +41,50 @@ class Attribute:
         return struct.unpack("<Q" if self.type == "f64" else "<I", struct.pack("<d" if self.type == "f64" else "<f", value))[0]
 
 
+def read_head(cursor, attribute, name):
+    how, pieces, decimals, base = struct.unpack("<BBBQ", cursor.take(11))
+    groups, steps = [pieces], []
+    if how == 4:
+        count = cursor.number(1)
+        require(1 <= count <= 2, f"{name}: {count} steps")
+        for _ in range(count):
+            step, pieces = struct.unpack("<dB", cursor.take(9))
+            require(1 <= step <= 2.0 ** 40, f"{name}: a step of {step}")
+            steps.append(step)
+            groups.append(pieces)
+    require(how <= 4 and max(groups) <= 4 and (decimals == 255 or (decimals <= 9 and attribute.is_float)),
+            f"{name}: an unknown head")
+    return how, groups, steps, decimals, base
+
+
+def joined(parts, steps, name):
+    """A difference of its parts."""
+    value = parts[-1]
+    for part, step in zip(parts[-2::-1], steps[::-1]):
+        multiple = float(value) * step
+        require(abs(multiple) < 2.0 ** 62, f"{name}: a step too many")
+        value = signed(round(multiple) + part & WORD, 64)
+    return value
+
+
 def read_part(data, attribute, count, guesses, name):
     """The words of a part."""
     if count == 0:
         require(not data, f"{name}: bytes to spare")
         return []
     cursor = Cursor(data, name)
-    how, pieces, decimals, base = struct.unpack("<BBBQ", cursor.take(11))
-    require(how <= 3 and pieces <= 4 and (decimals == 255 or (decimals <= 9 and attribute.is_float)),
-            f"{name}: an unknown head")
-    which = read_column(cursor, count) if how == 2 else None
-    columns = [read_column(cursor, count) for _ in range(pieces)]
+    how, groups, steps, decimals, base = read_head(cursor, attribute, name)
+    which = read_column(cursor, count) if how in (2, 4) else None
+    columns = [[read_column(cursor, count) for _ in range(pieces)] for pieces in groups]
     cursor.end()
     words, before, latest = [], base, [base] * 4
     for i in range(count):
-        if how == 2:
-            k = which[i]
-            require(0 <= k <= 4, f"{name}: an unknown sequence")
-            predicted = latest[k % 4]
-        else:
-            predicted = (base, before, None, guesses[i] if how == 3 else None)[how]
-        word = (predicted + sum(c[i] << 16 * p for p, c in enumerate(columns))) & WORD
-        if how == 2:
+        k = which[i] if which else 0
+        require(0 <= k <= 4, f"{name}: an unknown sequence")
+        predicted = (base, before, latest[k % 4], guesses[i] if how == 3 else None, latest[k % 4])[how]
+        parts = [signed(sum(c[i] << 16 * p for p, c in enumerate(group)) & WORD, 64) for group in columns]
+        word = predicted + joined(parts, steps, name) & WORD
+        if which:
             del latest[k if k < 4 else 3]
             latest.insert(0, word)
         words.append(word)

@@ -18,6 +18,11 @@
 #define SEQUENCES 4u
 /* A greater difference begins a sequence of its own. */
 #define SEQUENCE_STEP ((int64_t)1 << 20)
+/* Groups of columns: what a difference is parted to. */
+#define GROUPS (STP_STEPS_LIMIT + 1)
+/* Behind the head, if there are steps: how many, then each with the pieces of the group behind it.
+ */
+#define STEP_BYTES 9u
 
 typedef enum prediction {
     FROM_BASE,      /* all by one number */
@@ -25,6 +30,7 @@ typedef enum prediction {
     FROM_SEQUENCES, /* by the last number of one of the latest sequences; the first column says
                        which */
     FROM_GUESS,     /* by what the sample's 8 bits say */
+    FROM_STEPS,     /* as FROM_SEQUENCES, and differences are parted by steps of a clock */
     PREDICTION_COUNT
 } prediction;
 
@@ -115,7 +121,18 @@ typedef struct coder {
     prediction how;
     uint64_t base;
     const uint64_t *guesses;
+    stp_steps steps; /* of FROM_STEPS */
 } coder;
+
+static bool has_sequences(const coder *c)
+{
+    return c->how == FROM_SEQUENCES || c->how == FROM_STEPS;
+}
+
+static unsigned group_count(const coder *c)
+{
+    return c->how == FROM_STEPS ? c->steps.count + 1 : 1;
+}
 
 /* The words before. */
 typedef struct history {
@@ -135,6 +152,7 @@ static uint64_t predict(const coder *c, const history *h, uint32_t i, unsigned w
     case FROM_BEFORE:
         return h->before;
     case FROM_SEQUENCES:
+    case FROM_STEPS:
         return h->latest.last[which % SEQUENCES];
     case FROM_GUESS:
         return c->guesses[i];
@@ -146,33 +164,43 @@ static uint64_t predict(const coder *c, const history *h, uint32_t i, unsigned w
 static void history_take(const coder *c, history *h, unsigned which, uint64_t word)
 {
     h->before = word;
-    if (c->how == FROM_SEQUENCES)
+    if (has_sequences(c))
         sequences_take(&h->latest, which, word);
 }
 
-/* Differences of all words; which: by word, for FROM_SEQUENCES. */
-static void differ(const coder *c, const uint64_t *words, uint32_t count, int64_t *out,
-                   int16_t *which)
+/* Differences of all words, by group; which: by word, of sequences. */
+static void differ(const coder *c, const uint64_t *words, uint32_t count,
+                   int64_t *const out[GROUPS], int16_t *which)
 {
     history h = history_begin(c);
+    const unsigned groups = group_count(c);
     for (uint32_t i = 0; i < count; i++) {
-        const unsigned k = c->how == FROM_SEQUENCES ? nearest_sequence(&h.latest, words[i]) : 0;
+        const unsigned k = has_sequences(c) ? nearest_sequence(&h.latest, words[i]) : 0;
+        int64_t parts[GROUPS] = {difference(words[i], predict(c, &h, i, k))};
+        if (c->how == FROM_STEPS)
+            stp_steps_part(&c->steps, parts[0], parts);
         which[i] = (int16_t)k;
-        out[i] = difference(words[i], predict(c, &h, i, k));
+        for (unsigned g = 0; g < groups; g++)
+            out[g][i] = parts[g];
         history_take(c, &h, k, words[i]);
     }
 }
 
-/* The inverse. False if `which`, of FROM_SEQUENCES, names no sequence. */
-static bool add_up(const coder *c, const int64_t *differences, const int16_t *which, uint32_t count,
-                   uint64_t *words)
+/* The inverse. False if `which` names no sequence, or a difference is no such number. */
+static bool add_up(const coder *c, int64_t *const differences[GROUPS], const int16_t *which,
+                   uint32_t count, uint64_t *words)
 {
     history h = history_begin(c);
+    const unsigned groups = group_count(c);
     for (uint32_t i = 0; i < count; i++) {
-        const int16_t told = c->how == FROM_SEQUENCES ? which[i] : (int16_t)0;
-        if (told < 0 || told > (int16_t)SEQUENCES)
+        const int16_t told = has_sequences(c) ? which[i] : (int16_t)0;
+        int64_t parts[GROUPS];
+        for (unsigned g = 0; g < groups; g++)
+            parts[g] = differences[g][i];
+        if (told < 0 || told > (int16_t)SEQUENCES ||
+            (c->how == FROM_STEPS && !stp_steps_join(&c->steps, parts, &parts[0])))
             return false;
-        words[i] = predict(c, &h, i, (unsigned)told) + (uint64_t)differences[i];
+        words[i] = predict(c, &h, i, (unsigned)told) + (uint64_t)parts[0];
         history_take(c, &h, (unsigned)told, words[i]);
     }
     return true;
@@ -236,14 +264,15 @@ static uint64_t middle_word(const uint64_t *words, uint32_t count)
 /* Memory for one part. */
 typedef struct work {
     uint64_t *words; /* floats as whole numbers */
-    int64_t *differences, *other;
+    int64_t *differences[GROUPS], *other;
     int16_t *which, *cells;
 } work;
 
 static void work_free(work *w)
 {
     free(w->words);
-    free(w->differences);
+    for (unsigned g = 0; g < GROUPS; g++)
+        free(w->differences[g]);
     free(w->other);
     free(w->which);
     free(w->cells);
@@ -254,12 +283,20 @@ static stp_status work_create(work *w, uint32_t count, stp_error *err)
     stp_status status = STP_OK;
     *w = (work){0};
     STP_TRY(stp_alloc(&w->words, count, sizeof *w->words, "an attribute", err));
-    STP_TRY(stp_alloc(&w->differences, count, sizeof *w->differences, "an attribute", err));
+    for (unsigned g = 0; g < GROUPS; g++)
+        STP_TRY(stp_alloc(&w->differences[g], count, sizeof(int64_t), "an attribute", err));
     STP_TRY(stp_alloc(&w->other, count, sizeof *w->other, "an attribute", err));
     STP_TRY(stp_alloc(&w->which, count, sizeof *w->which, "an attribute", err));
     STP_TRY(stp_alloc(&w->cells, count, sizeof *w->cells, "an attribute", err));
 done:
     return status;
+}
+
+static bool may_predict(const coder *c, stp_attribute_type type)
+{
+    return !(c->how == FROM_GUESS && !c->guesses) &&
+           !(c->how == FROM_SEQUENCES && stp_attribute_bytes(type) < 4) &&
+           !(c->how == FROM_STEPS && c->steps.count == 0);
 }
 
 static prediction choose(coder *c, stp_attribute_type type, const uint64_t *words, uint32_t count,
@@ -268,14 +305,13 @@ static prediction choose(coder *c, stp_attribute_type type, const uint64_t *word
     prediction best = FROM_BASE;
     double least = INFINITY;
     for (int how = FROM_BASE; how < PREDICTION_COUNT; how++) {
-        if ((how == FROM_GUESS && !c->guesses) ||
-            (how == FROM_SEQUENCES && stp_attribute_bytes(type) < 4))
-            continue;
         c->how = (prediction)how;
+        if (!may_predict(c, type))
+            continue;
         differ(c, words, count, w->differences, w->which);
-        const double bits =
-            cost(w->differences, count) +
-            (how == FROM_SEQUENCES ? cost_of_which(w->which, count, w->other) : 0.0);
+        double bits = has_sequences(c) ? cost_of_which(w->which, count, w->other) : 0.0;
+        for (unsigned g = 0; g < group_count(c); g++)
+            bits += cost(w->differences[g], count);
         best = bits < least ? c->how : best;
         least = fmin(least, bits);
     }
@@ -303,13 +339,48 @@ static bool is_any_left(const int64_t *differences, uint32_t count)
     return false;
 }
 
+/* Appends the columns of a group, and counts them in the byte at `pieces_at`. */
+static stp_status encode_group(int64_t *differences, uint32_t count, int16_t *cells,
+                               size_t pieces_at, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    while (is_any_left(differences, count) && out->data[pieces_at] < PIECES_MOST) {
+        take_piece(differences, count, cells);
+        STP_TRY(stp_column_encode(cells, count, true, out, err));
+        out->data[pieces_at]++;
+    }
+done:
+    return status;
+}
+
+/* Appends the head, with no pieces yet. */
+static stp_status encode_head(const coder *c, unsigned decimals, stp_bytes *out, stp_error *err)
+{
+    uint8_t head[HEAD_BYTES + 1 + STP_STEPS_LIMIT * STEP_BYTES] = {0};
+    size_t size = HEAD_BYTES;
+    head[0] = (uint8_t)c->how;
+    head[2] = (uint8_t)decimals;
+    stp_put_u64(head + 3, c->base);
+    if (c->how == FROM_STEPS) {
+        head[size++] = (uint8_t)c->steps.count;
+        for (unsigned k = 0; k < c->steps.count; k++, size += STEP_BYTES)
+            stp_put_f64(head + size, c->steps.of[k]);
+    }
+    return stp_bytes_append(out, head, size, err);
+}
+
+/* Where the byte is that counts the pieces of a group, from the begin of the head. */
+static size_t pieces_at(unsigned group)
+{
+    return group == 0 ? PIECES_AT : HEAD_BYTES + (size_t)group * STEP_BYTES;
+}
+
 stp_status stp_attribute_encode(stp_attribute_type type, const uint64_t *words,
-                                const uint64_t *guesses, uint32_t count, stp_bytes *out,
-                                stp_error *err)
+                                const uint64_t *guesses, const stp_steps *steps, uint32_t count,
+                                stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     work w = {0};
-    uint8_t head[HEAD_BYTES];
     if (count == 0)
         return STP_OK;
     STP_TRY(work_create(&w, count, err));
@@ -317,23 +388,36 @@ stp_status stp_attribute_encode(stp_attribute_type type, const uint64_t *words,
     const uint64_t *numbers = decimals == DECIMALS_NONE ? words : w.words;
     coder c = {.base = middle_word(numbers, count),
                .guesses = decimals == DECIMALS_NONE ? guesses : NULL};
+    if (steps && steps->decimals == decimals)
+        c.steps = *steps;
     c.how = choose(&c, type, numbers, count, &w);
     differ(&c, numbers, count, w.differences, w.which);
     const size_t begin = out->size;
-    head[0] = (uint8_t)c.how;
-    head[1] = 0;
-    head[2] = (uint8_t)decimals;
-    stp_put_u64(head + 3, c.base);
-    STP_TRY(stp_bytes_append(out, head, sizeof head, err));
-    if (c.how == FROM_SEQUENCES)
+    STP_TRY(encode_head(&c, decimals, out, err));
+    if (has_sequences(&c))
         STP_TRY(stp_column_encode(w.which, count, true, out, err));
-    while (is_any_left(w.differences, count) && out->data[begin + PIECES_AT] < PIECES_MOST) {
-        take_piece(w.differences, count, w.cells);
-        STP_TRY(stp_column_encode(w.cells, count, true, out, err));
-        out->data[begin + PIECES_AT]++;
-    }
+    for (unsigned g = 0; g < group_count(&c); g++)
+        STP_TRY(encode_group(w.differences[g], count, w.cells, begin + pieces_at(g), out, err));
 done:
     work_free(&w);
+    return status;
+}
+
+stp_status stp_attribute_steps(stp_attribute_type type, const uint64_t *words, uint32_t count,
+                               stp_steps *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t *numbers = NULL;
+    *out = (stp_steps){0};
+    if (stp_attribute_bytes(type) < 8)
+        return STP_OK;
+    STP_TRY(stp_alloc(&numbers, count, sizeof *numbers, "an attribute", err));
+    out->decimals = make_whole(type, words, count, numbers);
+    if (out->decimals == DECIMALS_NONE)
+        memcpy(numbers, words, count * sizeof *numbers);
+    STP_TRY(stp_steps_find((int64_t *)numbers, count, out, err));
+done:
+    free(numbers);
     return status;
 }
 
@@ -342,29 +426,81 @@ static stp_status corrupt(const char *what, stp_error *err)
     return stp_error_set(err, STP_CORRUPT, "numbers of an attribute %s", what);
 }
 
-/* Reads the pieces of the differences from the columns behind the head. */
-static stp_status read_columns(const coder *c, unsigned pieces, const uint8_t *bytes, size_t size,
-                               uint32_t count, work *w, stp_error *err)
+/* Bytes that are read from the front. */
+typedef struct rest {
+    const uint8_t *bytes;
+    size_t size;
+} rest;
+
+static stp_status read_column(rest *r, int16_t *cells, uint32_t count, stp_error *err)
+{
+    size_t used = 0;
+    const stp_status status = stp_column_decode(r->bytes, r->size, cells, count, &used, err);
+    if (status == STP_OK) {
+        r->bytes += used;
+        r->size -= used;
+    }
+    return status;
+}
+
+/* Adds up the pieces of a group. */
+static stp_status read_group(rest *r, unsigned pieces, int64_t *differences, uint32_t count,
+                             int16_t *cells, stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t used = 0;
-    if (c->how == FROM_SEQUENCES) {
-        STP_TRY(stp_column_decode(bytes, size, w->which, count, &used, err));
-        bytes += used;
-        size -= used;
-    }
+    memset(differences, 0, count * sizeof *differences);
     for (unsigned p = 0; p < pieces; p++) {
-        STP_TRY(stp_column_decode(bytes, size, w->cells, count, &used, err));
+        STP_TRY(read_column(r, cells, count, err));
         for (uint32_t i = 0; i < count; i++)
-            w->differences[i] = (int64_t)((uint64_t)w->differences[i] +
-                                          ((uint64_t)(int64_t)w->cells[i] << (16 * p)));
-        bytes += used;
-        size -= used;
+            differences[i] =
+                (int64_t)((uint64_t)differences[i] + ((uint64_t)(int64_t)cells[i] << (16 * p)));
     }
-    if (size > 0)
+done:
+    return status;
+}
+
+/* Reads the columns behind the head. */
+static stp_status read_columns(const coder *c, const uint8_t *head, rest *r, uint32_t count,
+                               work *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (has_sequences(c))
+        STP_TRY(read_column(r, w->which, count, err));
+    for (unsigned g = 0; g < group_count(c); g++)
+        STP_TRY(read_group(r, head[pieces_at(g)], w->differences[g], count, w->cells, err));
+    if (r->size > 0)
         status = corrupt("have bytes to spare", err);
 done:
     return status;
+}
+
+/* Reads the head and checks its numbers. */
+static stp_status read_head(stp_attribute_type type, rest *r, coder *c, unsigned *decimals,
+                            stp_error *err)
+{
+    const uint8_t *head = r->bytes;
+    size_t size = HEAD_BYTES;
+    if (r->size < size)
+        return corrupt("are cut off", err);
+    c->how = (prediction)head[0];
+    c->base = stp_get_u64(head + 3);
+    *decimals = head[2];
+    const bool whole = *decimals <= DECIMALS_MOST && stp_attribute_is_float(type);
+    bool known = head[0] < PREDICTION_COUNT && !(c->how == FROM_GUESS && !c->guesses) &&
+                 (whole || *decimals == DECIMALS_NONE);
+    if (known && c->how == FROM_STEPS) {
+        c->steps.count = r->size > size ? head[size++] : 0;
+        known = c->steps.count >= 1 && c->steps.count <= STP_STEPS_LIMIT &&
+                r->size - size >= (size_t)c->steps.count * STEP_BYTES;
+        for (unsigned k = 0; known && k < c->steps.count; k++, size += STEP_BYTES) {
+            c->steps.of[k] = stp_get_f64(head + size);
+            known = stp_step_is_valid(c->steps.of[k]);
+        }
+    }
+    for (unsigned g = 0; known && g < group_count(c); g++)
+        known = head[pieces_at(g)] <= PIECES_MOST;
+    *r = (rest){head + size, r->size - size};
+    return known ? STP_OK : corrupt("have an unknown head", err);
 }
 
 stp_status stp_attribute_decode(stp_attribute_type type, const uint8_t *bytes, size_t size,
@@ -373,24 +509,21 @@ stp_status stp_attribute_decode(stp_attribute_type type, const uint8_t *bytes, s
 {
     stp_status status = STP_OK;
     work w = {0};
+    coder c = {.guesses = guesses};
+    rest r = {bytes, size};
+    unsigned decimals = DECIMALS_NONE;
     if (count == 0)
         return size == 0 ? STP_OK : corrupt("have bytes to spare", err);
-    if (size < HEAD_BYTES || count > STP_ATTRIBUTE_PART_LIMIT)
-        return corrupt("are cut off", err);
-    const coder c = {(prediction)bytes[0], stp_get_u64(bytes + 3), guesses};
-    const unsigned pieces = bytes[1], decimals = bytes[2];
-    const bool whole = decimals <= DECIMALS_MOST && stp_attribute_is_float(type);
-    if (bytes[0] >= PREDICTION_COUNT || pieces > PIECES_MOST || (c.how == FROM_GUESS && !guesses) ||
-        (!whole && decimals != DECIMALS_NONE))
-        return corrupt("have an unknown head", err);
+    if (count > STP_ATTRIBUTE_PART_LIMIT)
+        return corrupt("are too many", err);
+    STP_TRY(read_head(type, &r, &c, &decimals, err));
     STP_TRY(work_create(&w, count, err));
-    memset(w.differences, 0, count * sizeof *w.differences);
-    STP_TRY(read_columns(&c, pieces, bytes + HEAD_BYTES, size - HEAD_BYTES, count, &w, err));
+    STP_TRY(read_columns(&c, bytes, &r, count, &w, err));
     if (!add_up(&c, w.differences, w.which, count, words)) {
-        status = corrupt("name an unknown sequence", err);
+        status = corrupt("name an unknown sequence or step", err);
         goto done;
     }
-    for (uint32_t i = 0; whole && i < count; i++)
+    for (uint32_t i = 0; decimals != DECIMALS_NONE && i < count; i++)
         words[i] = from_decimal(type, words[i], decimals);
 done:
     work_free(&w);

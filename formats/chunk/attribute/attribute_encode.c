@@ -41,14 +41,16 @@ stp_status stp_attribute_numbers_encode(const stp_attribute_list *list,
     for (uint32_t a = 0; a < list->count; a++) {
         const stp_attribute *attribute = &list->items[a];
         const bool guessed = attribute->coarse != STP_COARSE_NOT;
+        stp_steps steps;
         unpack(numbers, attribute, at, stride, words, guesses);
+        STP_TRY(stp_attribute_steps(attribute->type, words, count, &steps, err));
         rows[a] = (stp_attribute_row){.offset = out->size};
         for (int k = 0; k < STP_LEVEL_COUNT && !attribute->derived; k++) {
             const uint32_t first = k ? numbers->ends[k - 1] : 0;
             const size_t begin = out->size;
             STP_TRY(stp_attribute_encode(attribute->type, words + first,
-                                         guessed ? guesses + first : NULL, numbers->ends[k] - first,
-                                         out, err));
+                                         guessed ? guesses + first : NULL, &steps,
+                                         numbers->ends[k] - first, out, err));
             rows[a].bytes[k] = (uint32_t)(out->size - begin);
             rows[a].hash[k] = stp_hash(out->data ? out->data + begin : NULL, out->size - begin);
         }
