@@ -1,6 +1,8 @@
-/* Tests known answers: the reader must find in the files of tests/known the samples that their
- * texts list, and `verify` must find the files sound. With a path as argument, the program prints
- * such a text, as tests/known/read.py does; test_known_reader.sh uses this. */
+/* Tests known answers: the reader must find in the files of tests/known the samples, and the
+ * numbers of attributes, that their texts list, and `verify` must find the files sound. With a path
+ * as argument, the program prints such a text, as tests/known/read.py does; test_known_reader.sh
+ * uses this. */
+#include "formats/chunk/attribute/attribute_file.h"
 #include "formats/chunk/chunk_file.h"
 
 #include <setjmp.h>
@@ -100,6 +102,49 @@ static stp_status print_file(FILE *out, const char *path, stp_error *err)
     return status;
 }
 
+/* Prints a line for each point of a leaf, as attributes.py does: its numbers as unsigned words of
+ * their type. */
+static void print_numbers(FILE *out, stp_chunk_file *file, stp_attribute_file *attributes,
+                          uint32_t id)
+{
+    const stp_attribute_list *list = stp_attribute_file_list(attributes);
+    stp_chunk *chunk = NULL;
+    stp_error err = {0};
+    assert_int_equal(stp_chunk_file_read(file, id, 0, &chunk, &err), STP_OK);
+    const uint32_t count = chunk->level_begin[0][chunk->patch_count];
+    uint64_t *words = calloc((size_t)list->count * count + 1, sizeof *words);
+    assert_non_null(words);
+    for (uint32_t a = 0; a < list->count; a++)
+        if (stp_attribute_file_read(attributes, a, chunk, 0, words + (size_t)a * count, &err))
+            fail_msg("chunk %u: %s", id, err.message);
+    for (uint32_t i = 0; i < count; i++)
+        for (uint32_t a = 0; a < list->count; a++) {
+            const uint64_t unused = 64 - 8 * stp_attribute_bytes(list->items[a].type);
+            fprintf(out, "%llu%c",
+                    (unsigned long long)(words[(size_t)a * count + i] << unused >> unused),
+                    a + 1 < list->count ? ' ' : '\n');
+        }
+    free(words);
+    stp_chunk_destroy(&chunk);
+}
+
+static void print_attributes(FILE *out, const char *path)
+{
+    stp_chunk_file *file = NULL;
+    stp_attribute_file *attributes = NULL;
+    stp_error err = {0};
+    assert_int_equal(stp_chunk_file_open(&file, path, &err), STP_OK);
+    assert_int_equal(stp_attribute_file_open(&attributes, file, &err), STP_OK);
+    for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
+        stp_chunk_entry entry;
+        assert_int_equal(stp_chunk_file_entry(file, id, &entry, &err), STP_OK);
+        if (entry.child_count == 0)
+            print_numbers(out, file, attributes, id);
+    }
+    stp_attribute_file_close(&attributes);
+    stp_chunk_file_close(&file);
+}
+
 /* Makes the path of a file in tests/known. */
 static void known_path(char path[1024], const char *name, const char *ending)
 {
@@ -160,6 +205,23 @@ static void check_answer(const char *name, const char *codec)
     assert_int_equal(system(command), 0);
 }
 
+static void check_numbers(const char *name, const char *codec)
+{
+    char path[1024], answer[1024], ending[32], *found = NULL;
+    size_t size = 0;
+    snprintf(ending, sizeof ending, "_%s.stipple", codec);
+    known_path(path, name, ending);
+    known_path(answer, name, ".numbers");
+    FILE *out = open_memstream(&found, &size);
+    assert_non_null(out);
+    print_attributes(out, path);
+    assert_int_equal(fclose(out), 0);
+    char *expected = read_text(answer);
+    expect_same_lines(path, found, expected);
+    free(expected);
+    free(found);
+}
+
 static void check_codecs(const char *name)
 {
     check_answer(name, "raw");
@@ -194,13 +256,21 @@ static void test_version_2_0(void **state)
     check_codecs("scale_2_0");
 }
 
+static void test_attributes(void **state)
+{
+    (void)state;
+    check_codecs("attributes_2_0");
+    check_numbers("attributes_2_0", "raw");
+    check_numbers("attributes_2_0", "draco");
+    check_numbers("attributes_2_0", "zstd");
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_version_1_0),
-        cmocka_unit_test(test_version_1_1),
-        cmocka_unit_test(test_version_1_2),
-        cmocka_unit_test(test_version_2_0),
+        cmocka_unit_test(test_version_1_0), cmocka_unit_test(test_version_1_1),
+        cmocka_unit_test(test_version_1_2), cmocka_unit_test(test_version_2_0),
+        cmocka_unit_test(test_attributes),
     };
     if (argc == 2) {
         stp_error err = {0};

@@ -26,7 +26,12 @@ test_answers() {
         cmp "$FOLDER/out" "$name.samples" || fail "read.py finds other samples in ${file##*/}"
         count=$((count + 1))
     done
-    [ $count -ge 21 ] || fail "$count known-answer files, expected 21"
+    [ $count -ge 24 ] || fail "$count known-answer files, expected 24"
+    for file in "$known"/attributes_2_0_*.stipple; do
+        run "$python" "$known/attributes.py" "$file"
+        expect_code 0
+        cmp "$FOLDER/out" "$known/attributes_2_0.numbers" || fail "attributes.py finds other numbers in ${file##*/}"
+    done
 }
 
 # Builds a model of the scan with each codec: our reader must print the same text for all, and read.py for those

@@ -57,4 +57,35 @@ in_blocks grid_2_0 statue.txt --columns $columns --outliers mark --normal-bits 8
 in_blocks odds_2_0 statue.txt --columns $columns --outliers mark --normal-bits 8
 awk '{ for (i = 1; i <= 3; i++) $i = sprintf("%.2f", 9 * $i); print }' statue.txt >cm.txt
 in_blocks scale_2_0 cm.txt --columns $columns --outliers mark
-rm cm.txt whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+
+# Points as LAS: times of a clock, colours and intensities of 16 bits, counters that come in runs.
+python3 - attributes.las <<'END'
+import math
+import struct
+import sys
+count, tick, pulse, begin = 700, 1467.4587, 236.5511, struct.unpack("<Q", struct.pack("<d", 245379.25))[0]
+kinds = ((5, "counter"), (9, "warmth"))
+body = b"".join(struct.pack("<HBB32s156x", 0, kind, 0, name.encode()) for kind, name in kinds)
+head = bytearray(375)
+struct.pack_into("<4s20xBB", head, 0, b"LASF", 1, 4)
+struct.pack_into("<HIIBHI", head, 94, 375, 375 + 54 + len(body), 1, 7, 44, 0)
+struct.pack_into("<6d", head, 131, 0.01, 0.01, 0.01, 637000.0, 849000.0, 400.0)
+struct.pack_into("<Q", head, 247, count)
+out = bytes(head) + struct.pack("<H16sHH32s", 0, b"LASF_Spec", 4, len(body), b"") + body
+for i in range(count):
+    row, column = i // 28, i % 28
+    z = round(60 * math.sin(row / 5) * math.cos(column / 6))
+    time = begin + round(round((row * 1123 + column) * pulse) * tick)
+    light = 200 * row + 977 * column
+    out += struct.pack("<iiiHBBBBhHQ", 100 * column, 100 * row, z, light, 17 + 16 * (i % 5 == 0), i % 2 << 6, 2, 0,
+                       100 * (column - 14), 7, time)
+    out += struct.pack("<HHHIf", light, 65535 - light, 300 * column, i % 3 << 24 | i, round(20 + row / 8, 2))
+open(sys.argv[1], "wb").write(out)
+END
+"$program" prep attributes.las --attributes all --precision exact --codec raw -o attributes_2_0_raw.stipple --quiet
+for codec in draco zstd; do
+    "$program" convert attributes_2_0_raw.stipple -o attributes_2_0_$codec.stipple --codec $codec --quiet
+done
+python3 "$known/read.py" attributes_2_0_raw.stipple >attributes_2_0.samples
+python3 "$known/attributes.py" attributes_2_0_raw.stipple >attributes_2_0.numbers
+rm attributes.las cm.txt whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
