@@ -17,7 +17,8 @@
 /* The first line of a header is shorter. */
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
-    "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS, PTX, "   \
+    "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS "         \
+    "(Expe's, too), PTX, "                                                                         \
     "and "                                                                                         \
     "heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D"
 
@@ -99,6 +100,11 @@ static bool is_e57(const prefix *p)
     return starts_with(p, "ASTM-E57", 8);
 }
 
+static bool is_expe(const prefix *p)
+{
+    return starts_with(p, "[Expe/PointSet", 14);
+}
+
 static bool is_off(const prefix *p)
 {
     static const char *const words[] = {"OFF",   "COFF", "NOFF",  "CNOFF",
@@ -145,6 +151,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
         {is_las, STP_SCAN_LAS},
         {is_e57, STP_SCAN_E57},
         {is_ept, STP_SCAN_EPT},
+        {is_expe, STP_SCAN_EXPE},
         {is_grid, STP_SCAN_GRID},
         {is_pcd, STP_SCAN_PCD},
         {is_stl_binary,
@@ -173,7 +180,6 @@ static const struct {
     const char *name, *advice;
 } unsupported[] = {
     {"STIPPLE", 8, "a chunk file of ours", "view it, or export its points to make another"},
-    {"[Expe/PointSet", 14, "an Expe point set of surfels", "convert it to PLY (MeshLab reads it)"},
     {"\xff\xd8\xff", 3, "a picture (JPEG)", ADVICE_GRID},
     {"PF\n", 3, "a picture of colours in floats (PFM)", ADVICE_GRID},
     {"CDF", 3, "a NetCDF file", ADVICE_RASTER},
@@ -324,6 +330,6 @@ const char *stp_scan_format_name(stp_scan_format format)
         [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL", [STP_SCAN_LAS] = "LAS",
         [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",        [STP_SCAN_XYZ] = "XYZ",
         [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",        [STP_SCAN_GRID] = "grid",
-        [STP_SCAN_EPT] = "EPT"};
+        [STP_SCAN_EPT] = "EPT",       [STP_SCAN_EXPE] = "Expe"};
     return names[format];
 }

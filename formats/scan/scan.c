@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/scan/detect.h"
 #include "formats/scan/e57/e57.h"
+#include "formats/scan/expe/expe.h"
 #include "formats/scan/grid/grid.h"
 #include "formats/scan/las/las.h"
 #include "formats/scan/mesh/coarse_mesh.h"
@@ -66,6 +67,7 @@ static const stp_scan_reader *streamed_format(stp_scan_format format)
         [STP_SCAN_E57] = &stp_e57_reader,   [STP_SCAN_XYZ] = &stp_xyz_reader,
         [STP_SCAN_PTS] = &stp_pts_reader,   [STP_SCAN_PTX] = &stp_ptx_reader,
         [STP_SCAN_GRID] = &stp_grid_reader, [STP_SCAN_EPT] = &stp_ept_reader,
+        [STP_SCAN_EXPE] = &stp_expe_reader,
     };
     return readers[format];
 }

@@ -172,19 +172,9 @@ static void all_scans(void **state)
     }
 }
 
-/* A file with the name of points in text but other content. */
-static void surfels_are_refused(void **state)
-{
-    (void)state;
-    char path[4096];
-    if (scan_fixture_real("odd/bunny16k.pts", path))
-        scan_fixture_fails(path, NULL, STP_UNSUPPORTED, "surfels");
-}
-
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(all_scans),
-                                       cmocka_unit_test(surfels_are_refused)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(all_scans)};
     if (!scan_fixture_has_real())
         return 77;
     return cmocka_run_group_tests(tests, NULL, NULL);

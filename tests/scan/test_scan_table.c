@@ -56,7 +56,7 @@ static const real_file files[] = {
     {"odd/empty.ply", 0, 0, 0, NO_SURVEY, "has no points: there is nothing to write"},
     {"odd/pdal_no-points.las", 0, 0, 0, NO_SURVEY, "has no points: there is nothing to write"},
     {"odd/pdal_epsg_4326.las", 5380, 0, 0, NO_SURVEY, NULL},
-    {"odd/bunny16k.pts", 0, 0, 0, NO_SURVEY, "surfels, which is not read here: convert it to PLY"},
+    {"odd/bunny16k.pts", 16130, 0, 0, NO_SURVEY, NULL},
     {"grids/al3d-1.al3d", 59200, 0, 0, NO_SURVEY, NULL},
     {"grids/al3d-1_depth_m.pfm", 59200, 0, 0, NO_SURVEY, NULL},
     {"grids/al3d-1_texture.png", 59200, 0, 0, NO_SURVEY, COLOURS},

@@ -346,8 +346,6 @@ static void malformed(void **state)
         {"nul.xyz", "1 2 3\n\1\2\3\n", STP_FORMAT, "no known format"},
         {"old.xyz", "1 2 3\r4 5 6\r", STP_UNSUPPORTED, "CR alone"},
         {"wide.txt", "\377\3761", STP_UNSUPPORTED, "UTF-16"},
-        {"surfels.pts", "[Expe/PointSet/Binary/0.1]\nproperty position 12\n", STP_UNSUPPORTED,
-         "Expe"},
         {"hello.dat", "hello\n", STP_FORMAT, "no known format"},
     };
     scan_fixture_malformed(cases, sizeof cases / sizeof *cases);

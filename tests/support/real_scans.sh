@@ -9,7 +9,6 @@ picture=$FOLDER/picture.png
 refusal_of() { # name within the folder
     case $1 in
         odd/empty.ply | odd/pdal_no-points.las) echo 'has no points: there is nothing to write' ;;
-        odd/bunny16k.pts) echo 'surfels, which is not read here' ;;
         *.jpg) echo 'which is not read here' ;;
         *_color.png | *_texture.png) echo 'is a picture of colours' ;;
         */ept.json) ;;
