@@ -206,6 +206,8 @@ static uint64_t own_count(const char *path, const byte_row *file)
         return number_after(file, "Pf\n") * number_after(file, "Pf\n200 ");
     if (ends_with(path, ".al3d"))
         return text_at(file, "Cols") * text_at(file, "Rows");
+    if (file->data[0] == '[') /* Expe's surfels */
+        return number_after(file, "\nnofpoints ");
     return strtoull((const char *)file->data, NULL, 10); /* PTS */
 }
 
