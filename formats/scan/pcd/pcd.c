@@ -156,7 +156,7 @@ static stp_status read_points(void *state, stp_point *points, size_t capacity, s
         part = part < v->block_points ? part : v->block_points;
         part = part < left ? part : (size_t)left;
         STP_TRY(stp_pcd_values_read(
-            v, part, v->keeps_numbers ? v->numbers.packed + got * v->numbers.stride : NULL, err));
+            v, part, v->numbers.packed ? v->numbers.packed + got * v->numbers.stride : NULL, err));
         columns_to_points(r, points + got, part);
         got += part;
     }
