@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -21,6 +22,8 @@ struct stp_output {
     int descriptor;
     bool force;
     bool named; /* temporary is a name beside the final one; else it is a path to the descriptor */
+    bool reopened; /* the file had its name before */
+    uint64_t kept; /* of a reopened file: bytes that stay if the output is destroyed */
     char *path;
     char *temporary;
     uint64_t size;
@@ -143,6 +146,71 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
     output = NULL;
 done:
     stp_output_destroy(&output);
+    return status;
+}
+
+/* ---- files that are changed in place ---- */
+
+/* Locks the file that has the path. Fails if another file got the path meanwhile. */
+static stp_status lock(const stp_output *o, const struct stat *opened, stp_error *err)
+{
+    struct stat named;
+    if (flock(o->descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        return stp_error_set(err, STP_IO,
+                             "%s: another run is changing this file: try again when it has ended",
+                             o->path);
+    if (stat(o->path, &named) != 0 || named.st_dev != opened->st_dev ||
+        named.st_ino != opened->st_ino)
+        return stp_error_set(err, STP_IO, "%s was replaced meanwhile: try again", o->path);
+    return STP_OK;
+}
+
+stp_status stp_output_reopen(stp_output **out, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_output *o = NULL;
+    struct stat info;
+    STP_TRY(stp_alloc(&o, 1, sizeof *o, "output file", err));
+    o->descriptor = -1;
+    STP_TRY(stp_text_copy(&o->path, path, "a path", err));
+    const int file = open(path, O_RDWR | O_CLOEXEC | O_NONBLOCK);
+    if (file < 0) {
+        status = stp_error_set(err, errno == ENOENT ? STP_NOT_FOUND : STP_IO,
+                               "%s: cannot be opened for writing: %s", path, strerror(errno));
+        goto done;
+    }
+    o->descriptor = file;
+    if (fstat(file, &info) != 0 || !S_ISREG(info.st_mode) || (info.st_mode & 0222) == 0) {
+        status = stp_error_set(err, STP_IO, "%s is %s", path,
+                               S_ISREG(info.st_mode) ? "write-protected: allow writing, or copy it"
+                                                     : "not a regular file: give a file");
+        goto done;
+    }
+    STP_TRY(lock(o, &info, err));
+    o->kept = o->size = (uint64_t)info.st_size;
+    o->reopened = true;
+    *out = o;
+    o = NULL;
+done:
+    stp_output_destroy(&o);
+    return status;
+}
+
+stp_status stp_output_keep(stp_output *output, uint64_t size, stp_error *err)
+{
+    if (ftruncate(output->descriptor, (off_t)size) != 0)
+        return write_failed(output->path, err);
+    output->kept = output->size = size;
+    return STP_OK;
+}
+
+stp_status stp_output_sync(stp_output *output, stp_error *err)
+{
+    stp_status status = flush(output, err);
+    if (status == STP_OK && fsync(output->descriptor) != 0)
+        status = write_failed(output->path, err);
+    if (status == STP_OK)
+        output->kept = output->size;
     return status;
 }
 
@@ -301,6 +369,8 @@ void stp_output_destroy(stp_output **output)
         return;
     if (o->named)
         (void)unlink(o->temporary);
+    if (o->reopened && o->size > o->kept) /* else the next change drops what is left */
+        (void)!ftruncate(o->descriptor, (off_t)o->kept);
     if (o->descriptor >= 0)
         close(o->descriptor);
     free(o->temporary);

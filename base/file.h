@@ -21,6 +21,16 @@ uint64_t stp_output_sweep(const char *path, uint64_t *bytes);
 /* Creates an output, after a sweep. Errors: EXISTS (path exists and force is false), IO (the folder
  * is missing or read-only), OUT_OF_MEMORY. */
 stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err);
+/* Opens a file to change it in place, and locks it: no other run can reopen it until the output is
+ * destroyed. Programs may read it meanwhile. What is written is appended; stp_output_sync makes it
+ * stay. Not for commit. Errors: NOT_FOUND, IO (no permission, write-protected, locked, no regular
+ * file), OUT_OF_MEMORY. */
+stp_status stp_output_reopen(stp_output **out, const char *path, stp_error *err);
+/* Drops all bytes of a reopened file from `size` on: appending goes on there. Errors: IO. */
+stp_status stp_output_keep(stp_output *output, uint64_t size, stp_error *err);
+/* Writes all to the disk. What was appended to a reopened file stays from now on, also if the
+ * output is destroyed. Errors: IO. */
+stp_status stp_output_sync(stp_output *output, stp_error *err);
 /* Fails if the output and the input are the same file, whatever their names. Errors:
  * INVALID_ARGUMENT. */
 stp_status stp_output_check_input(const char *path, const char *input, stp_error *err);

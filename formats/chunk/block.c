@@ -84,6 +84,21 @@ stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_
     return status;
 }
 
+stp_status stp_chunk_file_records(stp_chunk_file *file, uint32_t id, const uint8_t **out,
+                                  stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_entry entry;
+    uint8_t *table = NULL;
+    STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+    STP_TRY(load_table(file, &table, err));
+    const uint8_t *records = table + (uint64_t)entry.first_block * STP_BLOCK_BYTES;
+    STP_TRY(check_records(file, &entry, id, records, err));
+    *out = records;
+done:
+    return status;
+}
+
 stp_block stp_block_of_entry(const stp_chunk_entry *e, uint32_t id)
 {
     stp_block block = {

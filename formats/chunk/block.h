@@ -40,6 +40,11 @@ stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_
 /* Fills out[stp_chunk_file_block_count]. Errors: as stp_chunk_file_entry. */
 stp_status stp_chunk_file_blocks(stp_chunk_file *file, uint32_t id, stp_block *out, stp_error *err);
 
+/* The records of a chunk's blocks as they are in the file's table, checked. They belong to the
+ * file. Not of a server. Errors: as stp_chunk_file_entry, OUT_OF_MEMORY. */
+stp_status stp_chunk_file_records(stp_chunk_file *file, uint32_t id, const uint8_t **out,
+                                  stp_error *err);
+
 /* All patches of a chunk as one block: what a chunk is whose codec has no blocks. */
 stp_block stp_block_of_entry(const stp_chunk_entry *entry, uint32_t id);
 /* Gives an entry the block's box, cone and errors in place of the chunk's. */

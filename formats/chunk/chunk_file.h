@@ -19,7 +19,7 @@
 /* The greatest version that this program knows. Version 1 has no blocks; its greatest minor version
  * is STP_CHUNK_FILE_MINOR_1. */
 #define STP_CHUNK_FILE_MAJOR 2
-#define STP_CHUNK_FILE_MINOR 0
+#define STP_CHUNK_FILE_MINOR 1 /* of a file with unused bytes; else a writer says 0 */
 #define STP_CHUNK_FILE_MINOR_1 2
 /* Limits of version 1. Within the limits of coordinates and of a model's longest side, squares of
  * floats neither overflow nor vanish: pictures of a model scaled by powers of two are the same
@@ -267,6 +267,21 @@ typedef struct stp_chunk_writer_params {
 /* The file appears under its name only at finish. Errors: EXISTS, IO, OUT_OF_MEMORY. */
 stp_status stp_chunk_writer_create(stp_chunk_writer **out, const char *path,
                                    const stp_chunk_writer_params *params, stp_error *err);
+
+struct stp_output;
+/* Changes a file of version 2 without attributes in place: *output is that file, reopened, and the
+ * writer takes it over, also on failure. New payloads and the rest follow the file's end; bytes
+ * behind that end are dropped. Whatever stops the run, the file is as it was, or as it is to be:
+ * all is on the disk before finish writes the older copy of the header, and that before the other
+ * copy. `file` is borrowed until finish. params: force and check are not used. Errors: IO,
+ * OUT_OF_MEMORY, INVALID_ARGUMENT (another version, attributes). */
+stp_status stp_chunk_writer_extend(stp_chunk_writer **out, struct stp_output **output,
+                                   stp_chunk_file *file, const stp_chunk_writer_params *params,
+                                   stp_error *err);
+/* Keeps a chunk of the file that is changed: its payload stays where it is. Errors: those of
+ * stp_chunk_file_entry, OUT_OF_MEMORY, LIMIT. */
+stp_status stp_chunk_writer_keep(stp_chunk_writer *writer, uint32_t id, uint32_t *handle,
+                                 stp_error *err);
 
 /* Encodes a chunk (thread-safe, no writer needed). *payload receives the bytes of the segments, one
  * after the other (free with free()). Fills entry's segment_end, segment_hash, codec, patch_count,

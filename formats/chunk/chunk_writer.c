@@ -2,7 +2,10 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/attribute/attribute_table.h"
+#include "formats/chunk/block.h"
 #include "formats/chunk/block_table.h"
+#include "formats/chunk/chunk_reader.h"
+#include "formats/chunk/free_ranges.h"
 #include "formats/chunk/layout.h"
 
 #include <inttypes.h>
@@ -27,6 +30,8 @@ struct stp_chunk_writer {
     size_t entry_count, entry_capacity;
     stp_bytes blocks; /* records; entries say which are theirs */
     written_numbers numbers;
+    stp_chunk_file *extended; /* the file that is changed in place, borrowed; NULL: a new one */
+    uint64_t first_header;    /* byte of the copy of its header to write first */
 };
 
 /* Files of codecs with blocks have version 2. */
@@ -49,6 +54,51 @@ stp_status stp_chunk_writer_create(stp_chunk_writer **out, const char *path,
     *out = writer;
     writer = NULL;
 done:
+    stp_chunk_writer_destroy(&writer);
+    return status;
+}
+
+/* The copy of the header that a reader does not take is written first: at byte 0 if that copy is
+ * damaged or older, else the second. */
+static stp_status choose_copy(stp_chunk_writer *writer, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk_file *file = writer->extended;
+    uint8_t bytes[STP_HEADER_BYTES_2];
+    stp_header first;
+    STP_TRY(stp_chunk_file_bytes(file, 0, bytes, sizeof bytes, false, err));
+    const bool sound = stp_header_read(bytes, sizeof bytes, stp_byte_source_size(file->source),
+                                       &first, NULL) == STP_OK;
+    const bool taken = sound && first.generation == file->header.generation;
+    writer->first_header = taken ? STP_HEADER_BYTES_2 : 0;
+done:
+    return status;
+}
+
+stp_status stp_chunk_writer_extend(stp_chunk_writer **out, stp_output **output,
+                                   stp_chunk_file *file, const stp_chunk_writer_params *params,
+                                   stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_writer *writer = NULL;
+    STP_TRY(stp_alloc(&writer, 1, sizeof *writer, "chunk writer", err));
+    writer->params = *params;
+    writer->extended = file;
+    writer->output = *output;
+    *output = NULL;
+    if (file->header.version_major < 2 || file->header.header_bytes != STP_HEADER_BYTES_2 ||
+        !has_blocks(writer) || stp_header_section(&file->header, STP_SECTION_ATTRIBUTES)) {
+        status = stp_error_set(err, STP_INVALID_ARGUMENT,
+                               "%s: a file of this version, or with attributes, cannot be extended",
+                               file->path);
+        goto done;
+    }
+    STP_TRY(choose_copy(writer, err));
+    STP_TRY(stp_output_keep(writer->output, file->header.file_bytes, err));
+    *out = writer;
+    writer = NULL;
+done:
+    stp_output_destroy(output);
     stp_chunk_writer_destroy(&writer);
     return status;
 }
@@ -89,20 +139,53 @@ done:
     return status;
 }
 
-stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
-                                   const stp_chunk_entry *entry, uint32_t *handle, stp_error *err)
+/* Makes room for an entry behind the others. */
+static stp_status next_entry(stp_chunk_writer *writer, const stp_chunk_entry *entry,
+                             stp_chunk_entry **out, stp_error *err)
 {
     stp_status status = STP_OK;
     if (writer->entry_count >= STP_CHUNK_NONE)
         return stp_error_set(err, STP_LIMIT, "more than 2^32 - 1 chunks");
     STP_TRY(stp_grow(&writer->entries, &writer->entry_capacity, writer->entry_count + 1,
                      sizeof *writer->entries, "directory", err));
-    stp_chunk_entry *kept = &writer->entries[writer->entry_count];
-    *kept = *entry;
+    *out = &writer->entries[writer->entry_count];
+    **out = *entry;
+done:
+    return status;
+}
+
+stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
+                                   const stp_chunk_entry *entry, uint32_t *handle, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_entry *kept = NULL;
+    STP_TRY(next_entry(writer, entry, &kept, err));
     kept->offset = stp_output_size(writer->output);
     STP_TRY(keep_blocks(writer, payload, kept, err));
     STP_TRY(
         stp_output_write(writer->output, payload, entry->segment_end[STP_SEGMENT_COUNT - 1], err));
+    *handle = (uint32_t)writer->entry_count++;
+done:
+    return status;
+}
+
+stp_status stp_chunk_writer_keep(stp_chunk_writer *writer, uint32_t id, uint32_t *handle,
+                                 stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_entry entry, *kept = NULL;
+    const uint8_t *records = NULL;
+    const size_t begin = writer->blocks.size;
+    STP_TRY(stp_chunk_file_entry(writer->extended, id, &entry, err));
+    STP_TRY(next_entry(writer, &entry, &kept, err));
+    if (begin / STP_BLOCK_BYTES > UINT32_MAX - STP_CHUNK_PATCHES_LIMIT)
+        return stp_error_set(err, STP_LIMIT, "more than 2^32 blocks");
+    kept->first_block = (uint32_t)(begin / STP_BLOCK_BYTES);
+    if (entry.block_count > 0) {
+        STP_TRY(stp_chunk_file_records(writer->extended, id, &records, err));
+        STP_TRY(stp_bytes_append(&writer->blocks, records,
+                                 (size_t)entry.block_count * STP_BLOCK_BYTES, err));
+    }
     *handle = (uint32_t)writer->entry_count++;
 done:
     return status;
@@ -277,6 +360,25 @@ done:
     return status;
 }
 
+/* Lists the bytes among the payloads that an extended file does not use any more. */
+static stp_status write_free(stp_chunk_writer *writer, const numbering *n, stp_header *header,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_bytes records = {0};
+    if (!writer->extended)
+        return STP_OK;
+    STP_TRY(stp_free_ranges_find(n->entries, n->count, stp_header_span(header),
+                                 stp_output_size(writer->output), &records, err));
+    if (records.size == 0)
+        goto done;
+    STP_TRY(write_section(writer, header, STP_SECTION_FREE, records.data, records.size, err));
+    header->version_minor = STP_CHUNK_FILE_MINOR;
+done:
+    free(records.data);
+    return status;
+}
+
 /* What stp_attribute_table_write asks for rows. */
 typedef struct row_source {
     const written_numbers *numbers;
@@ -342,8 +444,7 @@ static stp_header begin_header(const stp_chunk_writer *writer, const numbering *
     const bool blocks = has_blocks(writer);
     return (stp_header){
         .version_major = blocks ? 2 : 1,
-        .version_minor =
-            blocks ? STP_CHUNK_FILE_MINOR : stp_chunk_file_minor(writer->params.attributes),
+        .version_minor = blocks ? 0 : stp_chunk_file_minor(writer->params.attributes),
         .header_bytes = blocks ? STP_HEADER_BYTES_2 : STP_HEADER_BYTES,
         .chunk_count = n->count,
         .page_entries = STP_PAGE_ENTRIES,
@@ -354,8 +455,23 @@ static stp_header begin_header(const stp_chunk_writer *writer, const numbering *
         .orientation = writer->params.orientation,
         .lambda = writer->params.lambda,
         .box = *box,
-        .generation = 1,
+        .generation = writer->extended ? writer->extended->header.generation + 1 : 1,
     };
+}
+
+/* Writes the copies of the header one after the other, when all before it is on the disk. */
+static stp_status replace_header(stp_chunk_writer *writer, const uint8_t *bytes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint64_t first = writer->first_header;
+    const uint64_t places[] = {first, first == 0 ? STP_HEADER_BYTES_2 : 0};
+    STP_TRY(stp_output_sync(writer->output, err));
+    for (int i = 0; i < 2; i++) {
+        STP_TRY(stp_output_write_at(writer->output, places[i], bytes, STP_HEADER_BYTES_2, err));
+        STP_TRY(stp_output_sync(writer->output, err));
+    }
+done:
+    return status;
 }
 
 /* Writes the header, twice in version 2, after checking it as a reader will. */
@@ -369,6 +485,8 @@ static stp_status write_header(stp_chunk_writer *writer, const stp_header *heade
     if (stp_header_read(bytes, header->header_bytes, header->file_bytes, &read, &inner) != STP_OK)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "the file cannot be written: %s",
                              inner.message);
+    if (writer->extended)
+        return replace_header(writer, bytes, err);
     for (uint64_t at = 0; at < stp_header_span(header); at += header->header_bytes)
         STP_TRY(stp_output_write_at(writer->output, at, bytes, header->header_bytes, err));
 done:
@@ -385,6 +503,7 @@ static stp_status write_end(stp_chunk_writer *writer, const numbering *n, const 
         return stp_error_set(err, STP_LIMIT, "metadata of %zu bytes: use at most %u",
                              metadata_bytes, STP_METADATA_BYTES_LIMIT);
     begin_sections(writer, &header);
+    STP_TRY(write_free(writer, n, &header, err));
     STP_TRY(write_blocks(writer, n, &header, err));
     STP_TRY(write_attributes(writer, n, &header, err));
     header.metadata_offset = stp_output_size(writer->output);
@@ -396,6 +515,10 @@ static stp_status write_end(stp_chunk_writer *writer, const numbering *n, const 
     STP_TRY(write_directory(writer->output, &header, n->entries, err));
     header.file_bytes = stp_output_size(writer->output);
     STP_TRY(write_header(writer, &header, err));
+    if (writer->extended) {
+        *file_bytes = header.file_bytes;
+        return STP_OK;
+    }
     if (writer->params.check)
         STP_TRY(writer->params.check(writer->params.check_context,
                                      stp_output_temporary_path(writer->output), err));

@@ -217,8 +217,9 @@ static stp_status header_check_sections(const stp_header *h, stp_error *err)
                                  " does not follow what is before it",
                                  SECTIONS_AT + i * SECTION_BYTES, i, s->offset);
         const bool known = s->kind == STP_SECTION_BLOCKS || s->kind == STP_SECTION_NUMBERS ||
-                           s->kind == STP_SECTION_ATTRIBUTES;
+                           s->kind == STP_SECTION_ATTRIBUTES || s->kind == STP_SECTION_FREE;
         if ((s->kind == STP_SECTION_BLOCKS && s->bytes % STP_BLOCK_BYTES != 0) ||
+            (s->kind == STP_SECTION_FREE && s->bytes % STP_FREE_BYTES != 0) ||
             (known && stp_header_section(h, s->kind) != s))
             return stp_error_set(err, STP_CORRUPT,
                                  "byte %u: section %" PRIu32

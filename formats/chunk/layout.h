@@ -20,6 +20,7 @@
 #define STP_ENTRY_BYTES_LIMIT 4096u
 #define STP_BLOCK_BYTES 104u /* a record of the table of blocks */
 #define STP_PAGE_ENTRIES 64u
+#define STP_FREE_BYTES 16u /* a record of the section FREE */
 #define STP_HASH_BYTES 8u
 #define STP_PATCH_BYTES 64u
 #define STP_LINK_BYTES 2u /* follow each patch in a linked chunk */
@@ -76,6 +77,7 @@ typedef struct stp_section {
 #define STP_SECTION_BLOCKS UINT32_C(0x534b4c42)     /* "BLKS": the table of blocks */
 #define STP_SECTION_NUMBERS UINT32_C(0x44545441)    /* "ATTD": the numbers of attributes */
 #define STP_SECTION_ATTRIBUTES UINT32_C(0x52545441) /* "ATTR": their list, and where they lie */
+#define STP_SECTION_FREE UINT32_C(0x45455246)       /* "FREE": bytes that belong to nothing */
 #define STP_SECTION_NEEDED 1u /* a reader that does not know the kind must refuse the file */
 
 /* IEEE 754 single precision. */

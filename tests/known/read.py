@@ -46,10 +46,10 @@ class Header:
         root, zero, file_bytes = struct.unpack_from("<I4sQ", data, 136)
         require(self.chunks >= 1 and page == PAGE and 256 <= self.entry_bytes <= 4096 and root == 0 and
                 1 <= self.depth <= 256, "the header's counts are wrong")
-        self.sections, self.payloads, rest = [], self.bytes, 152
+        self.sections, self.payloads, self.unused, rest = [], self.bytes, [], 152
         if self.major == 2:
             rest = self.read_sections(data)
-        require(self.minor > (2, 0)[self.major - 1] or
+        require(self.minor > (2, 1)[self.major - 1] or
                 zero + data[rest:self.bytes - 8] == bytes(self.bytes - rest - 4),
                 "the header's rest is not zero")
         require(file_bytes == len(data) or (self.major > 1 and file_bytes < len(data)), f"the file has {len(data)} bytes, expected {file_bytes}")
@@ -67,7 +67,7 @@ class Header:
     def read_sections(self, data):
         """Reads what version 2 adds to the header; returns where it ends."""
         require(data[:self.bytes] == data[self.bytes:2 * self.bytes], "the header's copies differ")
-        self.payloads = 2 * self.bytes
+        self.payloads, self.unused = 2 * self.bytes, []
         self.generation, count = struct.unpack_from("<QI", data, 152)
         require(self.generation >= 1 and count <= 16, "the header's generation or sections are wrong")
         for i in range(count):
@@ -75,6 +75,10 @@ class Header:
             require(not self.sections or offset == self.sections_end, "sections do not follow each other")
             require(xxh3(data[offset:offset + size]) == stored, f"section {kind}: the checksum is wrong")
             require(kind == b"BLKS" or not flags & 1, f"section {kind} is needed and unknown")
+            if kind == b"FREE":
+                require(size % 16 == 0 and self.minor > 0, "the list of unused bytes is wrong")
+                self.unused = list(struct.iter_unpack("<2Q", data[offset:offset + size]))
+                require(all(bytes_ > 0 for _, bytes_ in self.unused), "an unused range is empty")
             self.sections.append((kind, offset, size))
             self.sections_end = offset + size
         require(not self.sections or self.sections_end == self.metadata,
@@ -147,9 +151,11 @@ def check_tree(header, entries):
     require(max(e.depth for e in entries) + 1 == header.depth, "the tree's depth is wrong")
     require(entries[0].points == header.points, "point_count is not that of the leaves")
     at = header.payloads
-    for e in sorted(entries, key=lambda e: e.offset):
-        require(e.offset == at, f"chunk {e.id}: a gap before the payload, or an overlap")
-        at += e.ends[2]
+    ranges = [(e.offset, e.ends[2], f"chunk {e.id}") for e in entries]
+    ranges += [(offset, size, "unused bytes") for offset, size in header.unused]
+    for offset, size, name in sorted(ranges):
+        require(offset == at, f"{name}: a gap before, or an overlap")
+        at += size
     require(at == header.payloads_end(), "payloads do not end where sections or metadata begin")
     records = 0
     for e in entries:
@@ -293,8 +299,8 @@ def check_kinds(entry, patch, samples, name):
 
 
 def check_closed(header, metadata):
-    """Checks the grid of cubes outside if samples are closed. A repaired file may lack the grid."""
-    if not header.attributes & 64 or ("closed" not in metadata and "repaired" in metadata):
+    """Checks the grid of cubes outside if samples are closed. A file that was repaired or has grown may lack the grid."""
+    if not header.attributes & 64 or ("closed" not in metadata and metadata.keys() & {"repaired", "grown"}):
         return
     require("closed" in metadata, "metadata: closed is missing")
     closed = metadata["closed"]

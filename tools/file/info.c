@@ -8,6 +8,7 @@
 #include "formats/chunk/attribute/attribute_file.h"
 #include "formats/chunk/attribute/attribute_json.h"
 #include "formats/chunk/convert.h"
+#include "formats/chunk/free_ranges.h"
 #include "formats/chunk/repair/repair_note.h"
 
 #include <cjson/cJSON.h>
@@ -47,6 +48,7 @@ typedef struct depth_summary {
 typedef struct file_facts {
     depth_summary *depths;   /* by depth */
     const info_bytes *bytes; /* NULL: they were not counted */
+    uint64_t unused_bytes;
     stp_attribute_list extra;
 } file_facts;
 
@@ -294,6 +296,10 @@ static void print_text(const stp_chunk_file *file, const file_facts *facts)
     printf("codec          %s\n", codecs);
     printf("bytes          %" PRIu64 ", %.2f a point\n", info->file_bytes,
            (double)info->file_bytes / (double)info->point_count);
+    if (facts->unused_bytes > 0)
+        printf("unused         %" PRIu64
+               " bytes, left by prep --append: convert makes a file without them\n",
+               facts->unused_bytes);
     print_attributes(info->attributes, &facts->extra);
     print_intensity(info);
     print_outliers(info);
@@ -409,6 +415,8 @@ static stp_status print_json(const stp_chunk_file *file, const file_facts *facts
     cJSON *json = json_info(path, stp_chunk_file_get_info(file), facts->depths);
     if (facts->bytes)
         info_bytes_json(facts->bytes, json);
+    if (facts->unused_bytes > 0)
+        cJSON_AddNumberToObject(json, "unused_bytes", (double)facts->unused_bytes);
     const stp_status status = add_extra(json, &facts->extra, err);
     char *text = cJSON_Print(json);
     cJSON_Delete(json);
@@ -457,6 +465,8 @@ static int run(int argc, char **argv)
         facts.extra = *stp_attribute_file_list(attributes);
     else /* damage of a part leaves the rest to be told */
         fprintf(stderr, "attributes are not told: %s\n", err.message);
+    if (stp_free_ranges_sum(file, &facts.unused_bytes, &err) != STP_OK)
+        fprintf(stderr, "unused bytes are not told: %s\n", err.message);
     if (count_bytes)
         STP_TRY(info_bytes_count(file, &bytes, &err));
     facts.bytes = count_bytes ? &bytes : NULL;

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/attribute/attribute_file.h"
+#include "formats/chunk/free_ranges.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -76,13 +77,14 @@ stp_status info_bytes_count(stp_chunk_file *file, info_bytes *out, stp_error *er
 {
     stp_status status = STP_OK;
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
-    uint64_t scale_bits[256];
+    uint64_t scale_bits[256], unused = 0;
     stp_chunk_scratch scratch = {.shares = &out->shares};
     fill_scale_bits(info->lambda, scale_bits);
     for (uint32_t id = 0; id < info->chunk_count; id++)
         STP_TRY(count_chunk(file, id, scale_bits, &scratch, out, err));
+    STP_TRY(stp_free_ranges_sum(file, &unused, err));
     out->shares.bytes[STP_SHARE_FRAME] +=
-        info->file_bytes - (info->payloads_end - info->payloads_begin);
+        info->file_bytes - (info->payloads_end - info->payloads_begin) + unused;
     STP_TRY(count_attributes(file, out, err));
     for (uint32_t a = 0; a < out->attributes.count; a++)
         out->shares.bytes[STP_SHARE_FRAME] -= out->attribute_bytes[a];

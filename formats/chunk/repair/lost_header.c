@@ -355,7 +355,9 @@ static void tell_metadata(const stp_damaged *d, const uint8_t *found, stp_header
 
 static uint16_t minor_of(const stp_header *h)
 {
-    return h->version_major == 1 ? stp_chunk_file_minor(h->attributes) : STP_CHUNK_FILE_MINOR;
+    if (h->version_major == 1)
+        return stp_chunk_file_minor(h->attributes);
+    return stp_header_section(h, STP_SECTION_FREE) ? STP_CHUNK_FILE_MINOR : 0;
 }
 
 /* Whether a header's checksum, or everything that it covers, is that of a copy found. */

@@ -81,6 +81,8 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
         STP_TRY(table_bytes(d, at + blocks, &attributes, err));
     if (attributes > 0)
         add_section(h, STP_SECTION_NUMBERS, at - begin);
+    else if (at > begin && at < h->directory_offset)
+        add_section(h, STP_SECTION_FREE, at - begin); /* all that can lie here besides */
     add_section(h, STP_SECTION_BLOCKS, blocks);
     if (attributes > 0)
         add_section(h, STP_SECTION_ATTRIBUTES, attributes);

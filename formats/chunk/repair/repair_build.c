@@ -2,7 +2,7 @@
 #include "formats/chunk/repair/repair_build.h"
 
 #include "base/memory.h"
-#include "formats/chunk/measure/overhang.h"
+#include "formats/chunk/measure/raise.h"
 #include "formats/chunk/repair/stand_in.h"
 
 #include <stdlib.h>
@@ -213,21 +213,6 @@ done:
 
 /* ---- tangential errors ---- */
 
-/* The errors that an inner chunk's level-0 samples carry, derived from its patches. */
-static stp_status told_carry(const stp_chunk *chunk, stp_carry **out, stp_error *err)
-{
-    stp_status status = STP_OK;
-    STP_TRY(stp_alloc(out, chunk->level_begin[0][chunk->patch_count], sizeof **out, "errors", err));
-    for (uint32_t p = 0; p < chunk->patch_count; p++) {
-        const stp_patch *patch = &chunk->patches[p];
-        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++)
-            (*out)[i] = (stp_carry){stp_error_decode(patch->error[0], patch->exponent),
-                                    stp_error_decode(patch->tangential_error[0], patch->exponent)};
-    }
-done:
-    return status;
-}
-
 /* Whose surroundings are sought. */
 typedef struct seeker {
     const stp_repair_plan *plan;
@@ -245,7 +230,7 @@ static stp_status add_surrounding(void *context, uint32_t id, stp_surroundings *
         return STP_OK;
     STP_TRY(borrow(s->plan, id, 0, &other, err));
     if (s->with_carry)
-        STP_TRY(told_carry(other.chunk, &carry, err));
+        STP_TRY(stp_carry_tell(other.chunk, &carry, err));
     STP_TRY(stp_surroundings_add(out, &(stp_placed_chunk){other.chunk, other.origin, carry}, err));
 done:
     free(carry);
@@ -262,25 +247,6 @@ static stp_status find_surroundings(seeker *s, const loan *middle, stp_surroundi
     return stp_surroundings_find(out, &placed, s->id, &chunks, err);
 }
 
-static uint8_t greater(uint8_t a, uint8_t b)
-{
-    return a > b ? a : b;
-}
-
-/* Stores measured errors. No error becomes less than what is stored. */
-static void take_overhang(stp_patch *patch, const stp_overhang *measured)
-{
-    uint8_t *level = patch->tangential_error;
-    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
-        level[l] = greater(level[l], stp_error_encode(measured->level[l], patch->exponent));
-        for (unsigned q = 0; (l == 1 || l == 2) && q < patch->counts[2]; q++) {
-            uint8_t *code = &patch->quarter_tangential_error[l - 1][q];
-            *code = greater(*code, stp_error_encode(measured->quarter[l - 1][q], patch->exponent));
-            level[l] = greater(level[l], *code);
-        }
-    }
-}
-
 static stp_status measure(const stp_repair_plan *plan, uint32_t id, stp_chunk *chunk,
                           stp_dvec3 origin, const stp_carry *carry, stp_error *err)
 {
@@ -292,7 +258,7 @@ static stp_status measure(const stp_repair_plan *plan, uint32_t id, stp_chunk *c
     STP_TRY(stp_alloc(&measured, chunk->patch_count, sizeof *measured, "errors", err));
     STP_TRY(stp_overhang_measure(measured, chunk, carry, &around, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++)
-        take_overhang(&chunk->patches[p], &measured[p]);
+        stp_overhang_raise(&chunk->patches[p], &measured[p]);
 done:
     free(measured);
     stp_surroundings_clear(&around);
@@ -326,7 +292,7 @@ static stp_status recheck(stp_repair_plan *plan, uint32_t id, stp_error *err)
     if (!refuted)
         goto done;
     if (plan->damaged->entries[id].child_count > 0)
-        STP_TRY(told_carry(l.chunk, &carry, err));
+        STP_TRY(stp_carry_tell(l.chunk, &carry, err));
     stp_chunk *chunk = l.own;
     l.own = NULL;
     if (chunk)

@@ -2,6 +2,7 @@
 #include "formats/chunk/verify/verify_tree.h"
 
 #include "base/memory.h"
+#include "formats/chunk/free_ranges.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -48,7 +49,7 @@ stp_status stp_verify_tree_entries(const stp_chunk_file *file, const stp_chunk_e
 
 typedef struct extent {
     uint64_t begin, end;
-    uint32_t id;
+    uint32_t id; /* STP_CHUNK_NONE: unused bytes */
 } extent;
 
 static int compare_extents(const void *a, const void *b)
@@ -60,21 +61,48 @@ static int compare_extents(const void *a, const void *b)
     return x->end < y->end ? -1 : x->end > y->end;
 }
 
-/* Every byte between header and metadata belongs to exactly one payload. */
+/* Lists the payloads and the unused bytes, in order. */
+static stp_status list_extents(const stp_chunk_file *file, const stp_chunk_entry *entries,
+                               extent **out, size_t *count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t chunks = stp_chunk_file_get_info(file)->chunk_count;
+    stp_free_range *unused = NULL;
+    size_t unused_count = 0;
+    STP_TRY(stp_free_ranges_read(file, &unused, &unused_count, err));
+    STP_TRY(stp_alloc(out, chunks + unused_count, sizeof **out, "payload extents", err));
+    for (uint32_t id = 0; id < chunks; id++) {
+        const uint64_t begin = entries[id].offset;
+        (*out)[id] = (extent){begin, begin + entries[id].segment_end[STP_SEGMENT_COUNT - 1], id};
+    }
+    for (size_t i = 0; i < unused_count; i++)
+        (*out)[chunks + i] =
+            (extent){unused[i].offset, unused[i].offset + unused[i].bytes, STP_CHUNK_NONE};
+    *count = chunks + unused_count;
+    qsort(*out, *count, sizeof **out, compare_extents);
+done:
+    free(unused);
+    return status;
+}
+
+/* Every byte between header and sections belongs to exactly one payload or is listed as unused. */
 static stp_status check_extents(const stp_chunk_file *file, const stp_chunk_entry *entries,
                                 stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     extent *extents = NULL;
+    size_t count = 0;
     uint64_t at = info->payloads_begin;
-    STP_TRY(stp_alloc(&extents, info->chunk_count, sizeof *extents, "payload extents", err));
-    for (uint32_t id = 0; id < info->chunk_count; id++) {
-        uint64_t begin = entries[id].offset;
-        extents[id] = (extent){begin, begin + entries[id].segment_end[STP_SEGMENT_COUNT - 1], id};
-    }
-    qsort(extents, info->chunk_count, sizeof *extents, compare_extents);
-    for (uint32_t i = 0; i < info->chunk_count; i++) {
+    STP_TRY(list_extents(file, entries, &extents, &count, err));
+    for (size_t i = 0; i < count; i++) {
+        if (extents[i].begin != at && extents[i].id == STP_CHUNK_NONE) {
+            status = stp_error_set(err, STP_CORRUPT,
+                                   "%s: unused bytes begin at byte %" PRIu64
+                                   ", the payload before them ends at byte %" PRIu64,
+                                   stp_chunk_file_path(file), extents[i].begin, at);
+            goto done;
+        }
         if (extents[i].begin != at) {
             status = stp_error_set(err, STP_CORRUPT,
                                    "%s: chunk %" PRIu32 ": its payload begins at byte %" PRIu64
