@@ -28,17 +28,6 @@
 /* Least units per thread, so that threads end at about the same time. */
 #define UNITS_BY_THREAD 16u
 
-enum {
-    STAGE_READ,
-    STAGE_SORT,
-    STAGE_LAYERS,
-    STAGE_OUTLIERS,
-    STAGE_SURFACE,
-    STAGE_ORIENTATION,
-    STAGE_CLOSED,
-    STAGE_PATCHES
-};
-
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
     "read", "sort", "layers", "outliers", "surface", "orientation", "closed", "patches"};
 
@@ -78,14 +67,13 @@ static void default_colour(stp_cloud *cloud)
 /* Whether a stage is left out in this run. */
 static bool is_left_out(int stage, const stp_prep_stats *stats)
 {
-    return (stage == STAGE_LAYERS && !stats->join_layers) ||
-           (stage == STAGE_OUTLIERS && stats->outliers == STP_OUTLIERS_KEEP) ||
-           (stats->keeps_grid &&
-            (stage == STAGE_SORT || stage == STAGE_ORIENTATION || stage == STAGE_CLOSED));
+    return (stage == STP_STAGE_LAYERS && !stats->join_layers) ||
+           (stage == STP_STAGE_OUTLIERS && stats->outliers == STP_OUTLIERS_KEEP) ||
+           (stats->keeps_grid && (stage == STP_STAGE_SORT || stage == STP_STAGE_ORIENTATION ||
+                                  stage == STP_STAGE_CLOSED));
 }
 
-/* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
-static stp_status end_stage(stp_prep_job *job, int stage, stp_error *err)
+stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err)
 {
     stp_prep_stats *stats = job->stats;
     double now = stp_clock_seconds();
@@ -121,14 +109,13 @@ static stp_status treat_outliers(stp_prep_job *job, stp_error *err)
             STP_TRY(source->rejected(source->context, sources[i], STP_REJECT_OUTLIER, err));
         recount(cloud, stats);
     }
-    STP_TRY(end_stage(job, STAGE_OUTLIERS, err));
+    STP_TRY(stp_prep_end_stage(job, STP_STAGE_OUTLIERS, err));
 done:
     stp_spill_free(cloud->spill, sources);
     return status;
 }
 
-/* Chooses the stations that normals will be turned to, if any. */
-static void choose_stations(stp_prep_job *job)
+void stp_prep_choose_stations(stp_prep_job *job)
 {
     stp_orient_params *orient = &job->orient;
     const stp_prep_source *source = job->source;
@@ -182,7 +169,7 @@ static uint32_t unit_points(const stp_prep_job *job)
     return points < UNIT_POINTS_MAX ? (uint32_t)points : UNIT_POINTS_MAX;
 }
 
-static stp_surface_params surface_params(const stp_prep_job *job)
+stp_surface_params stp_prep_surface_params(const stp_prep_job *job)
 {
     return (stp_surface_params){.k = job->k,
                                 .pieces = !stp_orient_by_file(&job->orient),
@@ -208,16 +195,16 @@ static stp_status find_surface(stp_prep_job *job, stp_error *err)
     stp_graph *graphs = NULL;
     stp_cloud *cloud = &job->cloud;
     stp_prep_stats *stats = job->stats;
-    const stp_surface_params params = surface_params(job);
+    const stp_surface_params params = stp_prep_surface_params(job);
     STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_wide, job->pool,
                              job->progress, err));
     choose_normal_bits(job);
-    STP_TRY(end_stage(job, STAGE_SURFACE, err));
+    STP_TRY(stp_prep_end_stage(job, STP_STAGE_SURFACE, err));
     STP_TRY(stp_orientation_find(cloud, job->k, &graphs, &job->orient, job->pool,
                                  &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)
         stats->station_count = 0; /* no normal was turned */
-    STP_TRY(end_stage(job, STAGE_ORIENTATION, err));
+    STP_TRY(stp_prep_end_stage(job, STP_STAGE_ORIENTATION, err));
 done:
     stp_surface_clear(&graphs, cloud);
     return status;
@@ -244,7 +231,7 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
         stats->orientation = stats->closed_count == 0                 ? STP_ORIENTATION_UNKNOWN
                              : stats->closed_count < job->cloud.count ? STP_ORIENTATION_MIXED
                                                                       : STP_ORIENTATION_PROPAGATED;
-    return end_stage(job, STAGE_CLOSED, err);
+    return stp_prep_end_stage(job, STP_STAGE_CLOSED, err);
 }
 
 /* Runs all stages from the stations that files claim to the first view. */
@@ -254,15 +241,15 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     stp_prep_stats *stats = job->stats;
     STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
     STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
-    STP_TRY(end_stage(job, STAGE_SORT, err));
+    STP_TRY(stp_prep_end_stage(job, STP_STAGE_SORT, err));
     if (stats->join_layers) {
-        const stp_surface_params surface = surface_params(job);
+        const stp_surface_params surface = stp_prep_surface_params(job);
         STP_TRY(
             stp_layers_join(&stats->joined, &job->cloud, &surface, job->pool, job->progress, err));
-        STP_TRY(end_stage(job, STAGE_LAYERS, err));
+        STP_TRY(stp_prep_end_stage(job, STP_STAGE_LAYERS, err));
     }
     STP_TRY(treat_outliers(job, err));
-    choose_stations(job);
+    stp_prep_choose_stations(job);
     STP_TRY(find_surface(job, err));
     STP_TRY(find_closed(job, err));
     STP_TRY(stp_first_view_of_points(&stats->first, &job->cloud, job->source, err));
@@ -283,7 +270,7 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     stats->normal_bits = job->tree.normal_bits;
     stats->orientation = STP_ORIENTATION_FILE;
     job->tree.sources.grid = &job->grid;
-    STP_TRY(end_stage(job, STAGE_SURFACE, err));
+    STP_TRY(stp_prep_end_stage(job, STP_STAGE_SURFACE, err));
 done:
     return status;
 }
@@ -309,7 +296,7 @@ static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *par
            params->outliers == STP_OUTLIERS_KEEP && params->orient == STP_ORIENT_AUTO;
 }
 
-static void set_defaults(stp_prep_job *job)
+void stp_prep_job_begin(stp_prep_job *job)
 {
     const stp_prep_params *params = job->params;
     job->k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
@@ -349,10 +336,8 @@ static void add_finite(stp_dbox *box, const stp_line_vertex *vertices, uint64_t 
             stp_dbox_add(box, vertices[i].position);
 }
 
-/* The longest side of the box of points, lines and triangles. Errors: LIMIT (coordinates too large,
- * or the box too small, for a picture). */
-static stp_status measure_side(double *out, const stp_prep_source *source,
-                               const stp_prep_stats *stats, stp_error *err)
+stp_status stp_prep_side(double *out, const stp_prep_source *source, const stp_prep_stats *stats,
+                         stp_error *err)
 {
     stp_dbox box = stats->box;
     if (source->lines)
@@ -395,7 +380,7 @@ static stp_status cut_shapes(stp_prep_job *job, stp_error *err)
                              "model",
                              name, 1e-6 * (double)bytes, 1e-6 * (double)job->plan.memory_bytes);
     double side = 0.0;
-    STP_TRY(measure_side(&side, source, stats, err));
+    STP_TRY(stp_prep_side(&side, source, stats, err));
     if (source->lines)
         STP_TRY(stp_line_leaves_create(&out->lines, source->lines, tree->resolution.precision, side,
                                        err));
@@ -472,7 +457,7 @@ static stp_status run(stp_prep_job *job, stp_error *err)
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(&job->cloud);
     STP_TRY(cut_shapes(job, err));
-    STP_TRY(end_stage(job, STAGE_READ, err));
+    STP_TRY(stp_prep_end_stage(job, STP_STAGE_READ, err));
     if (stats->keeps_grid)
         STP_TRY(treat_grid(job, err));
     else if (job->cloud.count > 0)
@@ -480,7 +465,7 @@ static stp_status run(stp_prep_job *job, stp_error *err)
     decide_intensity(&job->tree, stats);
     decide_attributes(job);
     STP_TRY(write_tree(job, err));
-    STP_TRY(end_stage(job, STAGE_PATCHES, err));
+    STP_TRY(stp_prep_end_stage(job, STP_STAGE_PATCHES, err));
     stats->temporary_bytes = stp_spill_most_file_bytes(job->spill);
 done:
     return status;
@@ -498,7 +483,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         .progress = progress,
                         .stats = stats,
                         .since = start};
-    set_defaults(&job);
+    stp_prep_job_begin(&job);
     if (source->point_count >= UINT32_MAX - 1)
         return stp_error_set(err, STP_LIMIT,
                              "%s: more than %u points: split the input into several models",

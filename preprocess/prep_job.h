@@ -36,6 +36,30 @@ typedef struct stp_prep_job {
     double since; /* when the stage began, as stp_clock_seconds */
 } stp_prep_job;
 
+/* Stages, by their places in stp_prep_stage_names. */
+enum {
+    STP_STAGE_READ,
+    STP_STAGE_SORT,
+    STP_STAGE_LAYERS,
+    STP_STAGE_OUTLIERS,
+    STP_STAGE_SURFACE,
+    STP_STAGE_ORIENTATION,
+    STP_STAGE_CLOSED,
+    STP_STAGE_PATCHES
+};
+
+/* Decides what the parameters and the source leave open, and empties the statistics. */
+void stp_prep_job_begin(stp_prep_job *job);
+/* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
+stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err);
+/* Chooses the stations that normals will be turned to, if any. */
+void stp_prep_choose_stations(stp_prep_job *job);
+/* How the cloud's surface is to be found, once the cloud and the plan are there. */
+stp_surface_params stp_prep_surface_params(const stp_prep_job *job);
+/* The longest side of the box of points, lines and triangles. Errors: LIMIT (coordinates too large,
+ * or the box too small, for a picture). */
+stp_status stp_prep_side(double *out, const stp_prep_source *source, const stp_prep_stats *stats,
+                         stp_error *err);
 /* Counts a stored point in the statistics. */
 void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
 /* Reads all points into the cloud, or into the grid if the job keeps it. If the scanner's position

@@ -9,6 +9,7 @@
 typedef struct cutter {
     stp_cloud *cloud;
     size_t capacity;
+    bool thinned; /* points are missing, so that piles are not in the order of their own grids */
 } cutter;
 
 /* An octree node over a grid: points whose codes are equal down to this depth. */
@@ -54,7 +55,7 @@ static stp_status cut_pile(cutter *c, octant node, stp_error *err)
     stp_status status = STP_OK;
     stp_dbox box = stp_points_box(c->cloud->points + node.begin, node.end - node.begin);
     stp_morton_grid grid = stp_morton_grid_of(&box);
-    if (grid.scale > 0.0)
+    if (grid.scale > 0.0 && !c->thinned)
         return cut(c, &grid, (octant){node.begin, node.end, 0}, err);
     for (uint32_t at = node.begin; at < node.end && status == STP_OK; at += STP_CELL_POINTS)
         status =
@@ -124,6 +125,18 @@ stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err)
     STP_TRY(stp_spill_alloc(cloud->spill, &cloud->marks, cloud->count, sizeof *cloud->marks,
                             "marks", err));
 done:
+    return status;
+}
+
+stp_status stp_cloud_cut(stp_cloud *cloud, uint32_t begin, uint32_t end, stp_error *err)
+{
+    cutter c = {.cloud = cloud, .capacity = cloud->cell_count, .thinned = true};
+    const uint32_t first = cloud->cell_count;
+    const stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
+    stp_status status = cut(&c, &grid, (octant){begin, end, 0}, err);
+    for (uint32_t i = first; status == STP_OK && i < cloud->cell_count; i++)
+        cloud->cells[i].box = stp_points_box(cloud->points + cloud->cells[i].begin,
+                                             cloud->cells[i].end - cloud->cells[i].begin);
     return status;
 }
 

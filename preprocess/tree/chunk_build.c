@@ -6,6 +6,7 @@
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/patch.h"
 #include "preprocess/patch/partition.h"
+#include "preprocess/tree/vertex_item.h"
 
 #include <limits.h>
 #include <stdlib.h>
@@ -64,9 +65,32 @@ bool stp_chunk_extent_fits(const stp_chunk_extent *e)
     return far <= (STP_ORIGIN_STEPS - STP_POSITION_STEPS) * ldexp(1.0, e->finest);
 }
 
+/* Patches [0, patch_count) of a chunk that refer to the child. */
+static bool is_kept(const stp_kept_patches *kept, uint32_t p)
+{
+    return kept->above.chunk->patches[p].child == kept->child;
+}
+
+/* Kept patches: their lattices, and those of their vertices. */
+static void add_kept(stp_chunk_extent *e, const stp_kept_patches *kept)
+{
+    const stp_chunk *above = kept->above.chunk;
+    for (uint32_t p = 0; p < above->patch_count; p++) {
+        if (!is_kept(kept, p))
+            continue;
+        const stp_item vertex = stp_vertex_item(&kept->above, p, INT_MIN);
+        stp_chunk_extent_add(e, vertex.disc.centre, vertex.area / STP_PATCH_SAMPLES,
+                             vertex.disc.bound, above->patches[p].exponent);
+        e->coarsest = vertex.exponent > e->coarsest ? vertex.exponent : e->coarsest;
+    }
+}
+
 static stp_dvec3 choose_origin(const stp_item_group *groups, uint32_t group_count, int vertex_least)
 {
     stp_chunk_extent extent = stp_chunk_extent_none(vertex_least);
+    for (uint32_t g = 0; g < group_count; g++)
+        if (groups[g].kept)
+            add_kept(&extent, groups[g].kept);
     for (uint32_t g = 0; g < group_count; g++)
         for (uint32_t i = 0; i < groups[g].count; i++) {
             const stp_item *item = &groups[g].items[i];
@@ -204,10 +228,77 @@ done:
     return status;
 }
 
+/* Moves a patch from the chunk that had it to the new origin. False if it lies too far away. */
+static bool move_patch(stp_patch *patch, stp_dvec3 from, stp_dvec3 to)
+{
+    const double in = ldexp(1.0, -patch->exponent);
+    const double way[3] = {from.x - to.x, from.y - to.y, from.z - to.z};
+    for (int axis = 0; axis < 3; axis++) {
+        const double at = (double)patch->origin[axis] + way[axis] * in;
+        if (!(fabs(at) <= STP_ORIGIN_STEPS) || at != nearbyint(at))
+            return false;
+        patch->origin[axis] = (int32_t)at;
+    }
+    return true;
+}
+
+/* Keeps the errors that the patch's level-0 samples bring from the child. */
+static stp_status carry_kept(assembly *a, const stp_patch *patch, const stp_chunk *below,
+                             stp_error *err)
+{
+    const int level = STP_LEVEL_COUNT - 1;
+    const size_t begin = a->sample_count[0] - patch->counts[0];
+    stp_status status = stp_grow(&a->carry, &a->carry_capacity, a->sample_count[0],
+                                 sizeof *a->carry, "errors", err);
+    for (uint32_t i = 0; status == STP_OK && i < patch->counts[0]; i++) {
+        const stp_patch *from = &below->patches[patch->first_below + i];
+        a->carry[begin + i] =
+            (stp_carry){stp_error_decode(from->error[level], from->exponent),
+                        stp_error_decode(from->tangential_error[level], from->exponent)};
+    }
+    return status;
+}
+
+static stp_status keep_patch(assembly *a, const stp_kept_patches *kept, uint32_t p, uint8_t child,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_chunk *above = kept->above.chunk;
+    stp_patch patch = above->patches[p];
+    stp_patch_samples samples;
+    const stp_item vertex = stp_vertex_item(&kept->above, p, INT_MIN);
+    if (!move_patch(&patch, kept->above.origin, a->origin))
+        return too_far(&vertex, false, err);
+    patch.child = child;
+    for (int level = 0; level < STP_LEVEL_COUNT; level++)
+        memcpy(samples.level[level], above->samples[level] + above->level_begin[level][p],
+               patch.counts[level] * sizeof(stp_sample));
+    STP_TRY(append(a, &patch, &samples, &vertex, err));
+    STP_TRY(stp_grow(&a->sources, &a->source_capacity, a->sample_count[0], sizeof *a->sources,
+                     "samples", err));
+    for (uint32_t i = a->sample_count[0] - patch.counts[0]; i < a->sample_count[0]; i++)
+        a->sources[i] = STP_SOURCE_NONE;
+    STP_TRY(carry_kept(a, &patch, kept->below.chunk, err));
+done:
+    return status;
+}
+
+static stp_status keep_group(assembly *a, const stp_kept_patches *kept, uint8_t child,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (uint32_t p = 0; status == STP_OK && p < kept->above.chunk->patch_count; p++)
+        if (is_kept(kept, p))
+            status = keep_patch(a, kept, p, child, err);
+    return status;
+}
+
 static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t child,
                               stp_error *err)
 {
     stp_status status = STP_OK;
+    if (group->kept)
+        return keep_group(a, group->kept, child, err);
     uint32_t *order = NULL, *own_ends = NULL;
     const uint32_t *ends = group->run_ends;
     uint32_t run_count = group->run_count;
@@ -383,7 +474,7 @@ stp_status stp_chunk_build_leaf(stp_built_chunk *out, const stp_item_group *poin
 stp_status stp_chunk_build_inner(stp_built_chunk *out, const stp_item_group *groups,
                                  uint32_t group_count, stp_error *err)
 {
-    assembly a = {.linked = groups[0].run_ends != NULL,
+    assembly a = {.linked = groups[0].run_ends != NULL || groups[0].kept != NULL,
                   .vertex_least = INT_MIN,
                   .normal_bits = STP_NORMAL_BITS};
     return build_groups(out, &a, groups, group_count, err);

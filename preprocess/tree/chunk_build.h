@@ -10,8 +10,17 @@
 #include "preprocess/patch/patch_build.h"
 #include "preprocess/patch/point_item.h"
 
+/* Patches of a chunk that stay as they are in a new chunk, because the child that refines them
+ * stays. */
+typedef struct stp_kept_patches {
+    stp_placed_chunk above; /* the chunk that had them, with all levels */
+    stp_placed_chunk below; /* the child, with level 3 at least: its errors may be raised */
+    uint32_t child;         /* its place among the children of `above` */
+} stp_kept_patches;
+
 /* Items that one child chunk refines. All items of a leaf are one group. */
 typedef struct stp_item_group {
+    const stp_kept_patches *kept; /* in place of items; NULL: none */
     const stp_item *items;
     /* The ends of the runs of items that become patches, linked to the child's. NULL: the build
      * finds the runs. Set in all groups or in none. */

@@ -4,6 +4,7 @@
 #include "base/json.h"
 #include "tools/cli/cli_value.h"
 #include "tools/file/codec_options.h"
+#include "tools/prep/prep_append.h"
 #include "tools/prep/prep_inputs.h"
 #include "tools/prep/prep_paths.h"
 #include "tools/prep/prep_report.h"
@@ -24,7 +25,7 @@ typedef struct prep_options {
         *system, *attributes, *where, *sample;
     uint64_t neighbours, seed, memory;
     double outlier_distance, line_radius;
-    bool recompute_normals, hybrid, strict, force;
+    bool recompute_normals, hybrid, strict, force, append;
     int lines;    /* 1: meshes of plants become lines */
     int withheld; /* 1: withheld points are kept */
     int codec, format, progress, outliers, shade;
@@ -42,19 +43,24 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     stp_pool *pool = NULL;
     stp_prep_source source = {0};
     stp_prep_stats stats = {0};
+    stp_append_result appended = {0};
     STP_TRY(prep_inputs_survey(in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
     in->params.pool = pool;
     if (o->rejects)
         STP_TRY(prep_inputs_begin_rejects(in, o->rejects, o->force, err));
-    status = stp_prep_run(o->output, &source, params, pool, progress, &stats, err);
+    status = o->append ? stp_append_run(o->output, &source, params, pool, progress, &stats,
+                                        &appended, err)
+                       : stp_prep_run(o->output, &source, params, pool, progress, &stats, err);
     cli_progress_end();
     if (status != STP_OK)
         goto done;
     STP_TRY(prep_inputs_end_rejects(in, err));
     if (o->stats)
         STP_TRY(stp_json_save(prep_report_json(&stats, in), o->stats, o->force, err));
-    if (!o->common.quiet)
+    if (!o->common.quiet && o->append)
+        prep_append_print(&appended, &stats, in);
+    else if (!o->common.quiet)
         prep_report_print(&stats, in);
 done:
     stp_pool_destroy(&pool);
@@ -100,6 +106,23 @@ static stp_prep_params prep_params(const prep_options *o)
     return params;
 }
 
+/* A model that is added to must be there, the other outputs must not. */
+static stp_status check_outputs(const prep_options *o, const prep_paths *paths, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *const outputs[CLI_OUTPUT_LIMIT] = {o->append ? NULL : o->output, o->stats,
+                                                   o->rejects};
+    for (size_t i = 0; o->append && i < paths->count; i++)
+        STP_TRY(stp_output_check_input(o->output, paths->list[i], err));
+    for (size_t i = 1; o->append && i < CLI_OUTPUT_LIMIT; i++)
+        if (outputs[i])
+            STP_TRY(stp_output_check_input(outputs[i], o->output, err));
+    STP_TRY(
+        cli_check_outputs(outputs, (const char *const *)paths->list, paths->count, o->force, err));
+done:
+    return status;
+}
+
 static stp_status run_prep(const prep_options *o, const char *const *arguments, size_t count,
                            stp_error *err)
 {
@@ -117,7 +140,6 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     stp_prep_params params = prep_params(o);
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C works from here on */
-    const char *const outputs[CLI_OUTPUT_LIMIT] = {o->output, o->stats, o->rejects};
     prep_run_expect(&params, o->progress == 1, stages);
     STP_TRY(parse_values(o, &params, &grid, err));
     STP_TRY(prep_parse_sample(o->sample, &in.params.sample_count, &in.vertices, err));
@@ -136,8 +158,9 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     in.count = paths.count;
     if (!o->common.quiet)
         prep_report_sweep(o->output);
-    STP_TRY(
-        cli_check_outputs(outputs, (const char *const *)paths.list, paths.count, o->force, err));
+    STP_TRY(check_outputs(o, &paths, err));
+    if (o->append)
+        STP_TRY(prep_append_begin(&in.system, o->output, err));
     status = run_stages(o, &in, &params, progress, err);
     const size_t unreadable = prep_inputs_unreadable(&in);
     prep_report_unreadable(&in);
@@ -229,6 +252,11 @@ static int check_options(const prep_options *o)
     if (o->attributes && strcmp(o->attributes, "none") != 0 && o->format == 0)
         return cli_usage(&cli_prep, "--attributes: files of version 1 have none: leave out "
                                     "--format 1");
+    if (o->append && (o->outliers != STP_OUTLIERS_KEEP || o->layers == 1 || o->attributes ||
+                      o->hybrid || o->lines == 1 || o->format == 0 || o->shade == 1))
+        return cli_usage(&cli_prep, "--append: the model has its form; leave out --outliers, "
+                                    "--layers, --attributes, --hybrid, --lines, --format and "
+                                    "--shade");
     if (o->line_radius < 0.0)
         return cli_usage(&cli_prep, "--line-radius: give a positive length");
     return CLI_CONTINUE;
@@ -297,6 +325,8 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
         {"--strict", 0, CLI_FLAG, &o->strict, NULL, "write nothing if an input is unreadable",
          NULL},
         {"--progress", 0, CLI_CHOICE, &o->progress, "text|json", "format of progress (text)", NULL},
+        {"--append", 0, CLI_FLAG, &o->append, NULL,
+         "add the inputs' points to the model M.stipple, which is there", NULL},
         {"--force", 'f', CLI_FLAG, &o->force, NULL, "replace existing files", NULL},
     };
     cli_option options[sizeof own / sizeof *own + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS];

@@ -317,7 +317,7 @@ static void print_system(const prep_inputs *in)
                 stp_projection_name(way));
 }
 
-void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
+void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
 {
     fprintf(stderr, "%" PRIu64 " points read, %" PRIu64 " stored, %" PRIu64 " rejected",
             s->points_in, s->points_out, s->points_in - s->points_out);
@@ -357,9 +357,10 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
                 inputs->numbers.left_out);
     print_displacement(s);
     print_normal_bits(s);
-    fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
-            s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
-            (double)s->tree.file_bytes / samples_of(s));
+}
+
+void prep_report_stages(const stp_prep_stats *s)
+{
     print_orientation(s);
     print_row("stage", "seconds", "points/s", "memory so far");
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
@@ -369,6 +370,15 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
     print_stage("all", s->seconds, s->points_out, stp_peak_rss_bytes());
     if (s->temporary_bytes > 0)
         fprintf(stderr, "temporary files: %.2f GB at most\n", 1e-9 * (double)s->temporary_bytes);
+}
+
+void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
+{
+    prep_report_points(s, inputs);
+    fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
+            s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
+            (double)s->tree.file_bytes / samples_of(s));
+    prep_report_stages(s);
 }
 
 void prep_report_unreadable(const prep_inputs *inputs)

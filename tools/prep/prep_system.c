@@ -168,6 +168,17 @@ static stp_status check_told(const prep_system *system, const told *t, const cha
     return STP_OK;
 }
 
+/* Whether an input's system is the target's. */
+static bool is_target(const prep_system *system, const told *t)
+{
+    char *wkt = NULL;
+    bool same = t->definition == NULL || strcmp(t->definition, system->target) == 0;
+    if (!same && stp_system_wkt(&wkt, t->definition, NULL) == STP_OK)
+        same = strcmp(wkt, system->target) == 0;
+    free(wkt);
+    return same;
+}
+
 stp_status prep_system_choose(prep_system *system, const char *path, const stp_scan_params *params,
                               const stp_scan_info *info, prep_way *way, stp_error *err)
 {
@@ -176,7 +187,8 @@ stp_status prep_system_choose(prep_system *system, const char *path, const stp_s
     stp_dvec3 at = {0.0, 0.0, 0.0};
     way->unit = 1.0;
     STP_TRY(find_told(&t, path, info, err));
-    if (system->wanted == NULL && !t.angles && !(system->projects && t.definition != NULL)) {
+    const bool projects = system->projects || (system->joins && !is_target(system, &t));
+    if (system->wanted == NULL && !t.angles && !(projects && t.definition != NULL)) {
         if (system->target == NULL && t.definition != NULL) {
             system->target = t.definition;
             t.definition = NULL;
@@ -189,7 +201,7 @@ stp_status prep_system_choose(prep_system *system, const char *path, const stp_s
     const char *to = system->wanted ? system->wanted : system->target;
     STP_TRY(stp_projection_create(&way->projection, t.definition, to, at, err));
     way->unit = t.angles ? METRES_BY_DEGREE : 1.0;
-    system->projects = true;
+    system->projects = !system->joins;
     if (system->target == NULL)
         STP_TRY(stp_text_copy(&system->target, stp_projection_wkt(way->projection),
                               "a coordinate system", err));

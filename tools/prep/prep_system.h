@@ -16,6 +16,7 @@ typedef struct prep_system {
     const char *wanted; /* --to; NULL: none */
     char *target;       /* that of an input so far; NULL: none is known */
     bool projects;      /* some input was projected, so the next ones are */
+    bool joins;         /* the target is that of a model: inputs of other systems are projected */
 } prep_system;
 
 /* The option --to. */

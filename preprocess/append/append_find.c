@@ -1,0 +1,175 @@
+/* Finds the leaves that new points touch. */
+#include "preprocess/append/append_job.h"
+
+#include "base/memory.h"
+#include "formats/chunk/block.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+
+/* A point joins a leaf if it lies within this part of the leaf's longest side. */
+#define NEAR_PARTS 16.0
+#define SLICE_POINTS 4096u
+
+/* A leaf's blocks, in the world. */
+typedef struct leaf_blocks {
+    stp_dbox *boxes;
+    uint32_t count;
+} leaf_blocks;
+
+typedef struct finder {
+    stp_append *a;
+    stp_chunk_boxes boxes, wide; /* of the leaves; the same with what is near */
+    leaf_blocks *blocks;         /* by leaf; empty: no new point is near */
+    atomic_bool *touched;        /* by leaf */
+} finder;
+
+static bool has(const stp_dbox *box, stp_dvec3 p)
+{
+    return p.x >= box->min.x && p.x <= box->max.x && p.y >= box->min.y && p.y <= box->max.y &&
+           p.z >= box->min.z && p.z <= box->max.z;
+}
+
+/* A measure of a box, also of a flat one. */
+static double size_of(const stp_dbox *box)
+{
+    return box->max.x - box->min.x + (box->max.y - box->min.y) + (box->max.z - box->min.z);
+}
+
+static double distance(const stp_dbox *box, stp_dvec3 p)
+{
+    const stp_dvec3 way = {stp_max(0.0, stp_max(box->min.x - p.x, p.x - box->max.x)),
+                           stp_max(0.0, stp_max(box->min.y - p.y, p.y - box->max.y)),
+                           stp_max(0.0, stp_max(box->min.z - p.z, p.z - box->max.z))};
+    return stp_dvec3_length(way);
+}
+
+/* The leaf of the least block around the point, or of the least box if no block is around it.
+ * STP_LEAF_FREE if no leaf is. Touches all leaves with a block around the point. */
+static uint32_t leaf_around(const finder *f, stp_dvec3 p)
+{
+    const stp_dbox at = {p, p};
+    uint32_t best = STP_LEAF_FREE;
+    double least = INFINITY, least_block = INFINITY;
+    for (uint32_t i = stp_chunk_boxes_next(&f->boxes, &at, 0); i != STP_CHUNK_NONE;
+         i = stp_chunk_boxes_next(&f->boxes, &at, i + 1)) {
+        const leaf_blocks *blocks = &f->blocks[i];
+        for (uint32_t b = 0; b < blocks->count; b++) {
+            if (!has(&blocks->boxes[b], p))
+                continue;
+            atomic_store_explicit(&f->touched[i], true, memory_order_relaxed);
+            if (size_of(&blocks->boxes[b]) < least_block) {
+                least_block = size_of(&blocks->boxes[b]);
+                best = i;
+            }
+        }
+        if (least_block == INFINITY && size_of(&f->boxes.boxes[i]) < least) {
+            least = size_of(&f->boxes.boxes[i]);
+            best = i;
+        }
+    }
+    return best;
+}
+
+static uint32_t leaf_beside(const finder *f, stp_dvec3 p)
+{
+    const stp_dbox at = {p, p};
+    uint32_t best = STP_LEAF_FREE;
+    double least = INFINITY;
+    for (uint32_t i = stp_chunk_boxes_next(&f->wide, &at, 0); i != STP_CHUNK_NONE;
+         i = stp_chunk_boxes_next(&f->wide, &at, i + 1)) {
+        const double way = distance(&f->boxes.boxes[i], p);
+        if (way < least) {
+            least = way;
+            best = i;
+        }
+    }
+    return best;
+}
+
+static stp_status find_slice(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const finder *f = context;
+    const stp_cloud *cloud = &f->a->job.cloud;
+    const uint32_t begin = (uint32_t)index * SLICE_POINTS;
+    (void)worker;
+    (void)err;
+    for (uint32_t i = begin; i < cloud->count && i < begin + SLICE_POINTS; i++) {
+        const stp_cloud_point *p = &cloud->points[i];
+        uint32_t leaf = leaf_around(f, p->position);
+        if (leaf == STP_LEAF_FREE)
+            leaf = leaf_beside(f, p->position);
+        if (leaf != STP_LEAF_FREE)
+            atomic_store_explicit(&f->touched[leaf], true, memory_order_relaxed);
+        f->a->leaf_of[p->source] = leaf;
+    }
+    return STP_OK;
+}
+
+static stp_status load_blocks(const finder *f, uint32_t leaf, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t id = f->a->first_leaf + leaf;
+    const stp_dvec3 origin = f->a->entries[id].origin;
+    leaf_blocks *out = &f->blocks[leaf];
+    stp_block *blocks = NULL;
+    uint32_t count = 0;
+    STP_TRY(stp_chunk_file_block_count(f->a->file, id, &count, err));
+    STP_TRY(stp_alloc(&blocks, count, sizeof *blocks, "blocks", err));
+    STP_TRY(stp_chunk_file_blocks(f->a->file, id, blocks, err));
+    STP_TRY(stp_alloc(&out->boxes, count, sizeof *out->boxes, "blocks", err));
+    for (uint32_t b = 0; b < count; b++)
+        out->boxes[b] = (stp_dbox){stp_dvec3_add(origin, stp_dvec3_from_float(blocks[b].box_min)),
+                                   stp_dvec3_add(origin, stp_dvec3_from_float(blocks[b].box_max))};
+    out->count = count;
+done:
+    free(blocks);
+    return status;
+}
+
+/* Prepares the boxes, and the blocks of leaves whose boxes meet that of the new points. */
+static stp_status begin(finder *f, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_append *a = f->a;
+    STP_TRY(stp_chunk_boxes_create(&f->boxes, a->leaf_count, err));
+    STP_TRY(stp_chunk_boxes_create(&f->wide, a->leaf_count, err));
+    STP_TRY(stp_alloc(&f->blocks, a->leaf_count, sizeof *f->blocks, "blocks", err));
+    STP_TRY(stp_alloc(&f->touched, a->leaf_count, sizeof *f->touched, "chunks", err));
+    for (uint32_t i = 0; i < a->leaf_count; i++) {
+        const stp_dbox box = stp_chunk_entry_box(stp_append_leaf(a, i));
+        const double near = stp_dbox_side(&box) / NEAR_PARTS;
+        const stp_dvec3 margin = {near, near, near};
+        f->boxes.boxes[i] = box;
+        f->wide.boxes[i] =
+            (stp_dbox){stp_dvec3_sub(box.min, margin), stp_dvec3_add(box.max, margin)};
+        if (stp_dbox_meet(&box, &a->job.stats->box))
+            STP_TRY(load_blocks(f, i, err));
+    }
+    stp_chunk_boxes_join(&f->boxes);
+    stp_chunk_boxes_join(&f->wide);
+done:
+    return status;
+}
+
+stp_status stp_append_find(stp_append *a, stp_error *err)
+{
+    stp_status status = STP_OK;
+    finder f = {.a = a};
+    const stp_cloud *cloud = &a->job.cloud;
+    STP_TRY(begin(&f, err));
+    STP_TRY(stp_alloc(&a->touched, a->leaf_count, sizeof *a->touched, "chunks", err));
+    STP_TRY(stp_cloud_run(cloud, a->job.pool,
+                          ((size_t)cloud->count + SLICE_POINTS - 1) / SLICE_POINTS, find_slice, &f,
+                          err));
+    for (uint32_t i = 0; i < a->leaf_count; i++)
+        a->touched[i] = atomic_load(&f.touched[i]);
+done:
+    for (uint32_t i = 0; f.blocks && i < a->leaf_count; i++)
+        free(f.blocks[i].boxes);
+    free(f.blocks);
+    free((void *)f.touched);
+    stp_chunk_boxes_clear(&f.boxes);
+    stp_chunk_boxes_clear(&f.wide);
+    return status;
+}
