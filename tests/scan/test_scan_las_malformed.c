@@ -55,7 +55,8 @@ static void numbers_that_lie(void **state)
     (void)state;
     const lie lies[] = {
         {24, 1, 2, STP_VERSION, "byte 24 of the LAS header says version 2.4"},
-        {25, 1, 5, STP_VERSION, "version 1.5"},
+        {25, 1, 6, STP_VERSION, "version 1.6"},
+        {25, 1, 5, STP_CORRUPT, "expected at least 393 for LAS 1.5"},
         {94, 2, 374, STP_CORRUPT,
          "byte 94 of the LAS header gives a header size of 374, expected at least 375 for LAS 1.4"},
         {94, 2, 0, STP_CORRUPT, "header size of 0"},

@@ -95,6 +95,21 @@ static void wkt(void **state)
     las_expect_note("evlr.las", "wkt", "PROJCS[\"far behind\"]");
 }
 
+/* LAS 1.5 may count times from an offset; only its bit of the encoding says so. */
+static void time_offset(void **state)
+{
+    (void)state;
+    las_file f;
+    for (unsigned bits = 0; bits < 2; bits++) {
+        las_begin(&f, 5, 6, 30);
+        las_put(&f, 6, 2, bits ? 0x51 : 0x11);
+        las_put(&f, 391, 2, 1400);
+        one_point(&f);
+        las_save(&f, "offset.las");
+        las_expect_note("offset.las", "gps_time_offset", bits ? "1400" : "");
+    }
+}
+
 /* Each byte that is not valid UTF-8 must become `?`. */
 static void texts_are_utf8(void **state)
 {
@@ -185,6 +200,7 @@ int main(void)
         cmocka_unit_test(fields_left_out),
         cmocka_unit_test(extra_bytes),
         cmocka_unit_test(wkt),
+        cmocka_unit_test(time_offset),
         cmocka_unit_test(texts_are_utf8),
         cmocka_unit_test(geokeys),
         cmocka_unit_test(geokeys_of_nothing),

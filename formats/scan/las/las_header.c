@@ -10,8 +10,12 @@
  * too. */
 #define STP_LAS_COMPRESSED_BITS 0xc0u
 
+/* Of the global encoding: GPS times are counted from the header's offset. */
+#define STP_LAS_TIME_OFFSET_BIT 0x40u
+
 /* Offsets of fields in the header. */
 enum {
+    AT_ENCODING = 6,
     AT_MAJOR = 24,
     AT_MINOR = 25,
     AT_HEADER_BYTES = 94,
@@ -24,7 +28,8 @@ enum {
     AT_OFFSET = 155,
     AT_EVLR_OFFSET = 235,
     AT_EVLR_COUNT = 243,
-    AT_COUNT_64 = 247
+    AT_COUNT_64 = 247,
+    AT_TIME_OFFSET = 391
 };
 
 const stp_las_format *stp_las_format_get(unsigned number)
@@ -59,10 +64,10 @@ static stp_status read_version(stp_las_header *h, const stp_source *s, const uns
                                stp_error *err)
 {
     h->minor_version = b[AT_MINOR];
-    if (b[AT_MAJOR] == 1 && b[AT_MINOR] <= 4)
+    if (b[AT_MAJOR] == 1 && b[AT_MINOR] <= 5)
         return STP_OK;
     return stp_error_set(err, STP_VERSION,
-                         "%s: byte %d of the LAS header says version %u.%u, and 1.0 to 1.4 are "
+                         "%s: byte %d of the LAS header says version %u.%u, and 1.0 to 1.5 are "
                          "read: convert it to LAS 1.4",
                          s->path, AT_MAJOR, b[AT_MAJOR], b[AT_MINOR]);
 }
@@ -180,7 +185,9 @@ stp_status stp_las_header_read(stp_las_header *out, stp_source *source, stp_erro
     if (available < STP_LAS_HEADER_BYTES)
         return too_short(source, STP_LAS_HEADER_BYTES, err);
     STP_TRY(read_version(&h, source, bytes, err));
-    const unsigned least = h.minor_version >= 4 ? STP_LAS_HEADER_BYTES_1_4 : STP_LAS_HEADER_BYTES;
+    const unsigned least = h.minor_version >= 5   ? STP_LAS_HEADER_BYTES_1_5
+                           : h.minor_version >= 4 ? STP_LAS_HEADER_BYTES_1_4
+                                                  : STP_LAS_HEADER_BYTES;
     h.header_bytes = stp_las_u16(bytes + AT_HEADER_BYTES);
     if (h.header_bytes < least) {
         char expected[64];
@@ -190,6 +197,9 @@ stp_status stp_las_header_read(stp_las_header *out, stp_source *source, stp_erro
     STP_TRY(stp_source_peek(source, h.header_bytes, &bytes, &available, err));
     if (available < h.header_bytes)
         return too_short(source, h.header_bytes, err);
+    h.has_time_offset =
+        h.minor_version >= 5 && (stp_las_u16(bytes + AT_ENCODING) & STP_LAS_TIME_OFFSET_BIT);
+    h.time_offset = h.has_time_offset ? stp_las_u16(bytes + AT_TIME_OFFSET) : 0;
     STP_TRY(read_layout(&h, source, bytes, err));
     STP_TRY(read_transform(&h, source, bytes, err));
     STP_TRY(read_counts(&h, source, bytes, err));

@@ -1,6 +1,6 @@
 /* The public header of a LAS file: where its points lie and how to read them.
  *
- * LAS 1.0 to 1.4 of the ASPRS, point data record formats 0 to 10; compressed files (LAZ) have the
+ * LAS 1.0 to 1.5 of the ASPRS, point data record formats 0 to 10; compressed files (LAZ) have the
  * same header. Every number is checked against the file before it is used. Tolerated: headers and
  * records that are longer than their version and format need, a 1.3 header without the one field
  * that 1.3 adds, a 64-bit count of 0 beside a 32-bit count. Threads: any. */
@@ -14,9 +14,10 @@
 #include <stdint.h>
 
 #define STP_LAS_FORMAT_COUNT 11u
-/* Bytes of the public header up to 1.2, and of 1.4. */
+/* Bytes of the public header up to 1.2, of 1.4, and of 1.5. */
 #define STP_LAS_HEADER_BYTES 227u
 #define STP_LAS_HEADER_BYTES_1_4 375u
+#define STP_LAS_HEADER_BYTES_1_5 393u
 
 /* The layout of a point data record format. Offsets are bytes from the record's begin; 0: not in
  * the format. */
@@ -39,12 +40,14 @@ typedef struct stp_las_header {
     uint32_t vlr_count, evlr_count;
     uint64_t evlr_offset;       /* undefined without EVLRs */
     double scale[3], offset[3]; /* coordinate = integer * scale + offset */
+    bool has_time_offset;       /* of 1.5: GPS times begin after time_offset million seconds */
+    unsigned time_offset;
 } stp_las_header;
 
 /* Format number < STP_LAS_FORMAT_COUNT. */
 const stp_las_format *stp_las_format_get(unsigned number);
 
-/* Reads from the start of source. Errors: IO, CORRUPT (with the byte), VERSION (later than 1.4),
+/* Reads from the start of source. Errors: IO, CORRUPT (with the byte), VERSION (later than 1.5),
  * UNSUPPORTED (unknown point format). */
 stp_status stp_las_header_read(stp_las_header *out, stp_source *source, stp_error *err);
 

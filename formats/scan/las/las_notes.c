@@ -109,6 +109,9 @@ stp_status stp_las_notes_make(stp_las_notes *out, const stp_las_header *header,
                              header->scale[0], header->scale[1], header->scale[2],
                              header->offset[0], header->offset[1], header->offset[2]));
     take(out, "lattice");
+    if (header->has_time_offset)
+        STP_TRY(stp_las_text_add(&out->texts[out->count], err, "%u", header->time_offset));
+    take(out, "gps_time_offset");
     STP_TRY(counts(&out->texts[out->count], header, file_bytes, err));
     take(out, "counts");
 done:

@@ -1,7 +1,8 @@
 /* Makes the notes of a LAS file: "wkt" (its coordinate system), "geokeys" (the same as GeoTIFF
  * keys, one per line), "left_out" (fields of its points that are not read, by the standard's
- * names), "counts" (if its numbers of points disagree), "lattice" (scale x y z, then offset x y z:
- * coordinate = integer * scale + offset). */
+ * names), "counts" (if its numbers of points disagree), "gps_time_offset" (of
+ * LAS 1.5: GPS times begin after so many million seconds), "lattice" (scale x y z, then offset x y
+ * z: coordinate = integer * scale + offset). */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 #define STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 
@@ -11,7 +12,7 @@
 #include "formats/scan/las/las_text.h"
 #include "formats/scan/scan.h"
 
-#define STP_LAS_NOTES_MAX 5u
+#define STP_LAS_NOTES_MAX 6u
 
 typedef struct stp_las_notes {
     stp_scan_note list[STP_LAS_NOTES_MAX];
