@@ -68,6 +68,11 @@ test_frames() {
     expect_outline "$frames/frame_000001.png" smooth
     fly "$FOLDER/hard" --aa none --frames 1
     expect_outline "$FOLDER/hard/frame_000001.png" hard
+    fly "$FOLDER/chosen" --where 'z>0' --frames 13
+    run "$STIPPLE" render "$model" --eye=-1.5,-0.5,0.5 --look 0,0.25,0 --up 0,0,1 --fovy 60 \
+        --size 96x64 -o "$FOLDER/chosen.png" --where 'z>0'
+    cmp -s "$FOLDER/chosen.png" "$FOLDER/chosen/frame_000013.png" || fail "--where: not the picture of render"
+    cmp -s "$FOLDER/chosen.png" "$FOLDER/last.png" && fail "--where chooses nothing"
     # everything is there: fly must make nothing and say so
     fly "$frames" --depth --normals
     expect_code 0

@@ -54,6 +54,23 @@ check_line 218 520 100 520 0.5
 check_line 130 498 130 600 4.5
 check_line 150 540 151 540 9
 
+# With a condition: the points of the profile that fulfil it, also by an attribute. Without one, none is read.
+awk 'BEGIN { print "x,y,z,line"; for (i = 0; i < 4000; i++) print i % 80, int(i / 80), i % 7, i % 5 }' >"$FOLDER/lines.csv"
+run "$STIPPLE" prep "$FOLDER/lines.csv" -o "$FOLDER/lines.stipple" --attributes all --precision exact --quiet
+expect_code 0
+run "$STIPPLE" profile "$FOLDER/lines.stipple" --line 0,20,79,20 --width 0.5 -o "$FOLDER/all.csv" -q
+expect_code 0
+run "$STIPPLE" profile "$FOLDER/lines.stipple" --line 0,20,79,20 --width 0.5 -o "$FOLDER/some.csv" -q --where 'line==3 && z>2'
+expect_code 0
+diff <(awk -F, 'NR == 1 || ((20 * 80 + $2) % 5 == 3 && $4 > 2)' "$FOLDER/all.csv") "$FOLDER/some.csv" >/dev/null ||
+    fail "$command: $(wc -l <"$FOLDER/some.csv") lines"
+[ "$(wc -l <"$FOLDER/some.csv")" -gt 5 ] || fail "$command: no points"
+run "$STIPPLE" profile "$FOLDER/lines.stipple" --line 0,20,79,20 -o "$FOLDER/none.csv" --where 'line>7'
+expect_failure "no point that fulfils --where"
+run "$STIPPLE" profile "$FOLDER/lines.stipple" --line 0,20,79,20 -o "$FOLDER/none.csv" --where 'lime>7'
+expect_failure "lime"
+[ ! -e "$FOLDER/none.csv" ] || fail "a wrong condition leaves a file"
+
 run "$STIPPLE" profile "$model" --line 100,510,218,510 -o "$FOLDER/usual.csv"
 [ "$code" = 0 ] && [ "$(wc -l <"$FOLDER/usual.csv")" -gt 60 ] || fail "$command: $(cat "$FOLDER/err")"
 run "$STIPPLE" profile "$model" --line 100,510,218,510 -o "$FOLDER/usual.csv"

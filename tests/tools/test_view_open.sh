@@ -47,6 +47,29 @@ test_drop() {
     expect_no_title preparing "a dropped scan"
 }
 
+# A condition chooses in the coarse model as in the whole one: half of a sphere.
+test_where() {
+    local camera=(--size 200x200 --cull none --eye 4,0,0 --look 0,0,0 --up 0,0,1)
+    rm -rf "$cache"
+    run_viewer "$scan" "${camera[@]}" --where 'z>0' || return
+    title_has "coarse: preparing" || fail "the first picture is not the coarse one: $(title)"
+    local coarse whole
+    coarse=$(lit_pixels 0 0 200 200)
+    expect_no_title coarse "a prepared scan"
+    wait_for 30 is_still
+    sleep 0.5
+    whole=$(lit_pixels 0 0 200 200)
+    expect_kill_by_key q
+    rm -rf "$cache"
+    run_viewer "$scan" "${camera[@]}" || return
+    [ $((2 * coarse)) -lt $((3 * whole)) ] && [ $((3 * coarse)) -gt $((2 * whole)) ] &&
+        [ $((4 * whole)) -lt $((3 * $(lit_pixels 0 0 200 200))) ] ||
+        fail "$coarse pixels of the coarse half, $whole of the half, $(lit_pixels 0 0 200 200) of the sphere"
+    expect_kill_by_key q
+    run "$STIPPLE" view "$scan" --where 'lime>7'
+    expect_failure "lime"
+}
+
 # An end in the middle ends the child, too.
 test_end() {
     rm -rf "$cache"
@@ -82,6 +105,7 @@ start_display 640 480
 "$STIPPLE" gen sphere -n 110000 -o "$FOLDER/$scan" --quiet
 "$STIPPLE" gen sphere -n 400 -o "$FOLDER/small.ply" --quiet
 test_coarse_first
+test_where
 test_end
 test_broken
 end_test

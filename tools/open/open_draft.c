@@ -31,6 +31,8 @@ typedef struct draft {
     size_t count, capacity;
     size_t next; /* that prep reads */
     double until_s;
+    const prep_where *where;    /* bound to the scan that is read */
+    stp_projection *projection; /* of that scan; NULL: its points stay */
 } draft;
 
 /* What is taken of a scan: at each of `places`, every step-th of `depth` points. */
@@ -62,7 +64,12 @@ static stp_status read_run(draft *d, stp_scan *scan, const pattern *p, stp_error
         const uint64_t left = p->depth - at;
         STP_TRY(stp_scan_read(scan, block, left < BLOCK_POINTS ? (size_t)left : BLOCK_POINTS,
                               &count, err));
+        if (d->projection)
+            prep_system_move(d->projection, block, count);
+        prep_where_reject(d->where, stp_scan_get_info(scan), stp_scan_numbers(scan), block, count);
         for (size_t i = (size_t)((p->step - at % p->step) % p->step); i < count; i += p->step) {
+            if (block[i].reject == STP_REJECT_WHERE)
+                continue;
             STP_TRY(
                 stp_grow(&d->points, &d->capacity, d->count + 1, sizeof *d->points, "points", err));
             d->points[d->count++] = block[i];
@@ -150,10 +157,16 @@ static stp_status read_places(draft *d, reading *r, stp_scan **first, stp_pool *
     r->places = places;
     r->scans[0] = *first;
     *first = NULL;
-    if (r->params->mirror == NULL)
+    for (size_t i = 0; i < count; i++) {
+        r->runs[i].where = d->where;
+        r->runs[i].projection = d->projection;
+    }
+    /* one thread at a time uses a mirror or a projection */
+    const bool alone = r->params->mirror != NULL || d->projection != NULL;
+    if (!alone)
         STP_TRY(stp_pool_run(pool, count, read_place, r, err));
-    for (size_t i = 0; r->params->mirror != NULL && i < count; i++)
-        STP_TRY(read_place(r, i, 0, err)); /* one thread at a time uses a mirror */
+    for (size_t i = 0; alone && i < count; i++)
+        STP_TRY(read_place(r, i, 0, err));
     STP_TRY(join_runs(d, r->runs, count, err));
 done:
     for (unsigned i = 0; r->scans != NULL && i < threads; i++)
@@ -189,8 +202,8 @@ done:
 }
 
 /* Reads a part of a scan. total: points of all scans. */
-static stp_status read_scan(draft *d, const prep_inputs *in, size_t f, uint64_t total,
-                            stp_pool *pool, stp_error *err)
+static stp_status read_scan(draft *d, prep_inputs *in, size_t f, uint64_t total, stp_pool *pool,
+                            stp_error *err)
 {
     stp_status status = STP_OK;
     stp_scan *scan = NULL;
@@ -199,6 +212,9 @@ static stp_status read_scan(draft *d, const prep_inputs *in, size_t f, uint64_t 
     const size_t before = d->count;
     uint64_t points = 0;
     STP_TRY(open_part(&scan, in->paths[f], &params, &region, &points, err));
+    prep_where_open(&in->where, stp_scan_get_info(scan));
+    d->where = &in->where;
+    d->projection = in->facts[f].way.projection;
     const double share = (double)points / (double)total * DRAFT_POINTS;
     const pattern p = pattern_of(stp_scan_get_info(scan), (uint64_t)share + 1);
     reading r = {.path = in->paths[f], .params = &params, .pattern = &p, .until_s = d->until_s};
@@ -206,8 +222,6 @@ static stp_status read_scan(draft *d, const prep_inputs *in, size_t f, uint64_t 
     for (size_t i = before; i < d->count; i++)
         if (d->points[i].station > 0)
             d->points[i].station = (uint16_t)(d->points[i].station + in->files[f].station_begin);
-    if (in->facts[f].way.projection)
-        prep_system_move(in->facts[f].way.projection, d->points + before, d->count - before);
 done:
     stp_scan_close(&scan);
     return status;
@@ -241,7 +255,7 @@ static stp_status read_draft(void *context, stp_point *points, size_t capacity, 
     return STP_OK;
 }
 
-stp_status open_draft_make(bool *made, const prep_paths *scans, const char *path,
+stp_status open_draft_make(bool *made, const prep_paths *scans, const char *path, const char *where,
                            const cli_common *common, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -253,12 +267,16 @@ stp_status open_draft_make(bool *made, const prep_paths *scans, const char *path
     stp_prep_params params = prep_run_defaults(true);
     params.codec = STP_CODEC_RAW; /* the fastest */
     *made = false;
+    STP_TRY(prep_where_parse(&in.where, where, err));
+    in.params.numbers = where != NULL;
     STP_TRY(prep_inputs_survey(&in, &source, err));
     if (source.point_count <= OPEN_DRAFT_WORTH || in.lines.strip_count > 0 ||
         in.triangles.triangle_count > 0)
         goto done;
     STP_TRY(stp_pool_create(&pool, (unsigned)common->threads, err));
     STP_TRY(read_all(&d, &in, source.point_count, pool, err));
+    if (where && d.count == 0)
+        goto done;
     source.context = &d;
     source.read = read_draft;
     source.point_count = d.count;

@@ -89,6 +89,8 @@ static int run(int argc, char **argv)
          NULL},
         {"--width", 0, CLI_NUMBER, &r.line.width, "W",
          "of the strip of points that count (twice the spacing of the points)", NULL},
+        {"--where", 0, CLI_STRING, &r.line.where, "CONDITION",
+         "take only points that fulfil it, like 'return==1 && class!=7' (as export --where)", NULL},
         {"--output", 'o', CLI_STRING, &r.output, "F.csv|F.svg", "the file to write", NULL},
         {"--force", 'f', CLI_FLAG, &r.force, NULL, "replace an existing file", NULL},
         source_options_timeout(&r.timeout_s),

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "formats/chunk/repair/repair_note.h"
+#include "tools/file/export_filter.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,18 +16,23 @@
  * of 8 x 8 samples. */
 #define VERTEX_SPACINGS 11.2
 
-/* A line with its direction. */
+/* A line with its direction, and which samples count. */
 typedef struct ruler {
     const profile_line *line;
     double direction[2]; /* unit */
     double length, half_width;
+    export_filter filter;
+    export_numbers numbers;
 } ruler;
 
 static ruler ruler_of(const profile_line *line, double width)
 {
     const double x = line->to[0] - line->from[0], y = line->to[1] - line->from[1];
     const double length = hypot(x, y);
-    return (ruler){line, {x / length, y / length}, length, 0.5 * width};
+    return (ruler){.line = line,
+                   .direction = {x / length, y / length},
+                   .length = length,
+                   .half_width = 0.5 * width};
 }
 
 /* How far along the line a place is, and how far beside the segment. */
@@ -76,7 +82,10 @@ static stp_status add_chunk(profile *out, const stp_chunk *chunk, stp_dvec3 orig
                                    .rgb = {s->rgb[0], s->rgb[1], s->rgb[2]}};
             double beside = 0.0;
             measure(r, point.position.x, point.position.y, &point.distance, &beside);
-            if (beside <= r->half_width)
+            const uint8_t *packed =
+                r->numbers.list ? r->numbers.packed + i * r->numbers.stride : NULL;
+            if (beside <= r->half_width &&
+                export_filter_takes(&r->filter, s, point.position, packed))
                 STP_TRY(add_point(out, &point, err));
         }
     }
@@ -113,7 +122,7 @@ done:
     return status;
 }
 
-static stp_status read_leaves(profile *out, stp_chunk_file *file, const ruler *r, const bool *skip,
+static stp_status read_leaves(profile *out, stp_chunk_file *file, ruler *r, const bool *skip,
                               const stp_progress *progress, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -124,6 +133,8 @@ static stp_status read_leaves(profile *out, stp_chunk_file *file, const ruler *r
         STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
         if (entry.child_count == 0 && !skip[id] && is_near(r, &entry)) {
             STP_TRY(stp_chunk_file_read(file, id, 0, &chunk, err));
+            if (r->filter.conditional)
+                STP_TRY(export_numbers_read(&r->numbers, chunk, 0, err));
             STP_TRY(add_chunk(out, chunk, entry.origin, r, err));
             stp_chunk_destroy(&chunk);
         }
@@ -134,26 +145,42 @@ done:
     return status;
 }
 
+/* Prepares the condition; without one, no attributes are read. */
+static stp_status choose(ruler *r, stp_chunk_file *file, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const export_choice choice = {.where = r->line->where};
+    if (choice.where == NULL)
+        return STP_OK;
+    STP_TRY(export_numbers_open(&r->numbers, file, err));
+    STP_TRY(export_filter_make(&r->filter, &choice, file, &r->numbers, err));
+done:
+    return status;
+}
+
 stp_status profile_find(profile *out, stp_chunk_file *file, const profile_line *line,
                         const stp_progress *progress, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
     profile found = {.width = line->width, .coloured = info->attributes & STP_HAS_COLOUR};
+    ruler r = {0};
     bool *skip = NULL;
     STP_TRY(stp_alloc(&skip, info->chunk_count, sizeof *skip, "chunks", err));
     stp_repair_note_stand_ins(info->metadata_json, skip, info->chunk_count);
     if (!(found.width > 0.0))
         STP_TRY(usual_width(file, &found.width, err));
-    const ruler r = ruler_of(line, found.width);
+    r = ruler_of(line, found.width);
+    STP_TRY(choose(&r, file, err));
     found.length = r.length;
     STP_TRY(read_leaves(&found, file, &r, skip, progress, err));
     if (found.count == 0) {
         status = stp_error_set(err, STP_EMPTY,
-                               "%s has no point within %g of the line: give another --line (the "
+                               "%s has no point%s within %g of the line: give another --line (the "
                                "model reaches from %.9g,%.9g to %.9g,%.9g) or a wider --width",
-                               stp_chunk_file_path(file), r.half_width, info->box.min.x,
-                               info->box.min.y, info->box.max.x, info->box.max.y);
+                               stp_chunk_file_path(file),
+                               line->where ? " that fulfils --where" : "", r.half_width,
+                               info->box.min.x, info->box.min.y, info->box.max.x, info->box.max.y);
         goto done;
     }
     qsort(found.points, found.count, sizeof *found.points, compare);
@@ -161,6 +188,7 @@ stp_status profile_find(profile *out, stp_chunk_file *file, const profile_line *
     found = (profile){0};
 done:
     free(skip);
+    export_numbers_clear(&r.numbers);
     profile_clear(&found);
     return status;
 }

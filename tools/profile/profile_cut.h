@@ -12,6 +12,7 @@
 typedef struct profile_line {
     double from[2], to[2]; /* x, y in the world */
     double width;          /* 0: twice the spacing of the model's samples */
+    const char *where;     /* takes the samples that fulfil this condition; NULL: all. Borrowed */
 } profile_line;
 
 typedef struct profile_point {
@@ -29,8 +30,8 @@ typedef struct profile {
 } profile;
 
 /* Finds the points. Strips, triangles and samples that stand in for lost points are left out.
- * Errors: EMPTY (no sample is there), those of stp_chunk_file_read, CANCELLED, OUT_OF_MEMORY. Free
- * with profile_clear. */
+ * Errors: EMPTY (no sample is there), INVALID_ARGUMENT (the condition), those of
+ * stp_chunk_file_read, CANCELLED, OUT_OF_MEMORY. Free with profile_clear. */
 stp_status profile_find(profile *out, stp_chunk_file *file, const profile_line *line,
                         const stp_progress *progress, stp_error *err);
 void profile_clear(profile *p);

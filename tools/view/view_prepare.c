@@ -32,11 +32,13 @@ done:
     return status;
 }
 
-static stp_status show_file(viewer *v, const char *file, const char *path, stp_error *err)
+/* coarse: a draft, which has no attributes, and only chosen points. */
+static stp_status show_file(viewer *v, const char *file, const char *path, bool coarse,
+                            stp_error *err)
 {
     stp_model *model = NULL;
     stp_status status = stp_model_open_at(&model, file, NULL, err);
-    if (status == STP_OK) { /* a draft has no attributes; with a condition there is none */
+    if (status == STP_OK && !coarse) {
         const stp_status shown = draw_options_show(v->options, model, err);
         status = v->options->where ? shown : STP_OK;
     }
@@ -53,9 +55,16 @@ static stp_status show_draft(viewer *v, const open_scan *scan, const char *path,
     stp_status status = STP_OK;
     open_scan coarse = {.params = scan->params};
     STP_TRY(open_scan_take_temporary(&coarse, err));
-    STP_TRY(open_draft_make(made, &scan->scans, coarse.path, v->common, err));
+    status = open_draft_make(made, &scan->scans, coarse.path, v->options->where, v->common, err);
+    if (v->options->where && (status == STP_INVALID_ARGUMENT || status == STP_UNSUPPORTED)) {
+        status = STP_OK; /* scans have no outliers, say; the whole model tells if it has no such
+                            name */
+        goto done;
+    }
+    if (status != STP_OK)
+        goto done;
     if (*made) {
-        status = show_file(v, coarse.path, path, err);
+        status = show_file(v, coarse.path, path, true, err);
         open_scan_opened(&coarse);
     }
 done:
@@ -83,7 +92,7 @@ static stp_status open_scans(viewer *v, const char *const *arguments, size_t cou
     if (view_scene_find(&v->scene, arguments[0]) < v->scene.count)
         return stp_error_set(err, STP_EXISTS, "%s: is shown already", arguments[0]);
     STP_TRY(open_scan_find(&p.scan, arguments, count, &params, err));
-    if (p.scan.found && show_file(v, p.scan.path, arguments[0], NULL) == STP_OK) {
+    if (p.scan.found && show_file(v, p.scan.path, arguments[0], false, NULL) == STP_OK) {
         open_scan_opened(&p.scan);
         goto done;
     }
@@ -92,11 +101,10 @@ static stp_status open_scans(viewer *v, const char *const *arguments, size_t cou
                                arguments[0]);
         goto done;
     }
-    if (!v->options->where) /* a draft has no attributes to ask */
-        STP_TRY(show_draft(v, &p.scan, arguments[0], &coarse, err));
+    STP_TRY(show_draft(v, &p.scan, arguments[0], &coarse, err));
     if (!coarse && !v->window) {
         STP_TRY(open_scan_prepare(&p.scan, err));
-        STP_TRY(show_file(v, p.scan.path, arguments[0], err));
+        STP_TRY(show_file(v, p.scan.path, arguments[0], false, err));
         open_scan_opened(&p.scan);
         goto done;
     }
@@ -162,7 +170,7 @@ static void finish(viewer *v)
     view_prepare_reap(p);
     p->scan.partial = p->why[0] != '\0';
     if (access(p->scan.path, F_OK) == 0) {
-        const bool shown = show_file(v, p->scan.path, p->arguments[0], &err) == STP_OK;
+        const bool shown = show_file(v, p->scan.path, p->arguments[0], false, &err) == STP_OK;
         if (shown) {
             v->control.wants |= VIEW_WANTS_RANGE;
             view_note(v, "%s", p->scan.partial ? p->why : "the whole model is shown");

@@ -24,7 +24,8 @@ void view_profile_last(viewer *v)
         view_note(v, "measure a line first: M and two clicks");
         return;
     }
-    const profile_line line = {.from = {ends[0].x, ends[0].y}, .to = {ends[1].x, ends[1].y}};
+    const profile_line line = {
+        .from = {ends[0].x, ends[0].y}, .to = {ends[1].x, ends[1].y}, .where = v->options->where};
     if (!(hypot(line.to[0] - line.from[0], line.to[1] - line.from[1]) > 0.0)) {
         view_note(v, "the line is upright: it has no length on the map");
         return;
