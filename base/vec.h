@@ -7,7 +7,7 @@
 
 #include "base/vec_types.h"
 
-#include <cglm/struct.h>
+#include <cglm/struct/vec3.h>
 #include <math.h>
 #include <stdbool.h>
 

@@ -9,6 +9,7 @@
 #include "runtime/stream/upload_ring.h"
 #include "runtime/stream/victims.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
