@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "formats/chunk/sample.h"
+#include "runtime/gl/shader_trim.h"
 
 #include <ctype.h>
 #include <stdbool.h>
@@ -165,6 +166,8 @@ static stp_status assemble(assembly *a, const char *name, const char *defines, s
     stp_status status = STP_OK;
     assembly body = {.folder = a->folder};
     STP_TRY(append_file(&body, name, err));
+    stp_shader_trim(body.text);
+    body.length = strlen(body.text);
     STP_TRY(append(a, version, sizeof version - 1, err));
     if (defines != NULL)
         STP_TRY(append_defines(a, defines, body.text, err));
