@@ -48,10 +48,11 @@ while read -r line; do
     done < <(grep -oE -- '--[a-z][a-z-]*' <<<"$line")
 done < <(grep -hoP '^    \Kstipple [a-z].*' "${pages[@]}")
 
-# Every shape of the table must be known to gen. (test_docs.sh tests the links.)
+# Every shape of the table must be known to gen: it then asks for the number of points. (test_docs.sh tests the links.)
 shapes=$(sed -n 's/.*known surface: `\([a-z ]*\)`.*/\1/p' "$SOURCE/README.md")
 [ -n "$shapes" ] || fail "no shapes in the table"
 for shape in $shapes; do
-    "$STIPPLE" gen "$shape" -n 1 -o "$FOLDER/shape.ply" --quiet --force || fail "no shape $shape"
+    run "$STIPPLE" gen "$shape" -o "$FOLDER/shape.ply"
+    expect_usage 'no number of points'
 done
 end_test

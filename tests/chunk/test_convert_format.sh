@@ -33,11 +33,11 @@ check() {
 }
 
 "$STIPPLE" gen terrain -n 300000 -o terrain.ply --quiet || fail "gen terrain"
-"$STIPPLE" gen statue -n 60000 -o statue.ply --quiet || fail "gen statue"
+"$STIPPLE" gen bumpy -n 60000 -o bumpy.ply --quiet || fail "gen bumpy"
 check terrain draco 5 1 3
 check terrain zstd 4 3
-check statue draco -4 3
-check statue raw 1 1
+check bumpy draco -4 3
+check bumpy raw 1 1
 
 "$STIPPLE" convert terrain-draco-2.stipple -o zstd.stipple --codec zstd --quiet || fail "convert --codec of version 2"
 cmp zstd.stipple terrain-zstd-2.stipple || fail "another codec does not give the file that prep writes"

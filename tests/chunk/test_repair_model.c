@@ -1,6 +1,9 @@
 /* Tests that a repaired model, of either version, keeps the promise of its errors. The errors of
  * each chunk's patch vertices must be covered by the chunk above, both perpendicular and tangential
- * errors; verify checks only the first. */
+ * errors; verify checks only the first.
+ *
+ * Each segment is damaged in one of the two versions; with the argument --every, as in
+ * long_repair_model, in both. */
 #include "tests/fixtures/repair_fixture.h"
 
 #include "tests/fixtures/prep_fixture.h"
@@ -80,6 +83,8 @@ static void assert_all_held(const char *path)
     stp_chunk_file_close(&file);
 }
 
+static bool every;
+
 static void repair_each_segment(int format)
 {
     bench *b = model_bench(format);
@@ -89,6 +94,8 @@ static void repair_each_segment(int format)
     for (uint32_t id = 0; id < count; id++)
         for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
             size_t size = 0, at;
+            if (!every && (id + (uint32_t)s + (uint32_t)format) % 2 != 0)
+                continue;
             memcpy(b->damaged, b->bytes, b->size);
             at = (size_t)(segment(b, id, s, &size) - b->damaged);
             memset(b->damaged + at + size / 3, 0, size / 3);
@@ -114,8 +121,9 @@ static void test_errors_held_in_blocks(void **state)
     repair_each_segment(2);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
+    every = argc > 1 && strcmp(argv[1], "--every") == 0;
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_errors_held),
         cmocka_unit_test(test_errors_held_in_blocks),

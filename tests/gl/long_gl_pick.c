@@ -9,7 +9,7 @@ static void statue(void **state)
 {
     (void)state;
     pick_tally t = pick_model("statue", &(model_recipe){.shape = GEN_STATUE, .point_count = COUNT},
-                              4000000, SIZE, PICKS);
+                              4000000, SIZE, PICKS, 1);
     assert_true(t.right * 1000 >= t.picks * 999);
 }
 
@@ -17,7 +17,7 @@ static void sheet(void **state)
 {
     (void)state;
     const model_recipe recipe = {.shape = GEN_SHEET, .point_count = COUNT, .true_normals = true};
-    pick_tally t = pick_model("sheet", &recipe, 0, SIZE, PICKS);
+    pick_tally t = pick_model("sheet", &recipe, 0, SIZE, PICKS, 1);
     assert_true(t.right * 1000 >= t.picks * 999);
 }
 

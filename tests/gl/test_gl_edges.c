@@ -123,7 +123,7 @@ static void near_the_true_outline(void **state)
     static uint8_t rough[4 * PIXELS], smooth[4 * PIXELS];
     static double part[PIXELS];
     static float depth[PIXELS];
-    triangles_mesh mesh = model_fixture_mesh(GEN_BUMPY, 60000, 0);
+    triangles_mesh mesh = model_fixture_mesh(GEN_BUMPY, 60000, 300000);
     (void)state;
     open_bumpy(f);
     for (int direction = 0; direction < 20; direction += 6) {

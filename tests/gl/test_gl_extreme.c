@@ -3,10 +3,12 @@
  * value that is not a number. No pixel outside a disc's ellipse may be covered; the test finds the
  * ellipse by meeting rays with planes in double.
  *
- * A software rasteriser needs half of the time for the two wider templates, which are one shader
- * with template3. So the test judges each in half of the scenes and in perspective only. It judges
- * each disc alone in a quarter of a mode's views, and all discs together by one of the four roads
- * in each view. With the argument --every, as in long_gl_extreme, it leaves out nothing. */
+ * A software rasteriser needs minutes for all of it. The two wider templates are one shader with
+ * template3: the test judges each in half of the scenes. It judges each mode in one projection:
+ * gauss in perspective, box, which has the same shaders but for the weights, orthographic, only
+ * template3 and splats in both. It judges each disc alone in a quarter of a mode's views, and all
+ * discs together by one of the four roads in each view. With the argument --every, as in
+ * long_gl_extreme, it leaves out nothing. */
 #include "tests/fixtures/disc_judge.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -22,17 +24,20 @@ typedef struct scene {
     uint32_t count;
 } scene;
 
+typedef enum projections { PERSPECTIVE = 1, ORTHOGRAPHIC = 2, BOTH = 3 } projections;
+
 static const struct {
     const char *name;
     double floor_px, radius_part; /* shaders/README.md, The ellipse, Templates, Splatting */
+    projections projections;      /* judged without --every */
 } modes[] = {
-    [STP_RECONSTRUCT_GAUSS] = {"gauss", 1.25, 1.0},
-    [STP_RECONSTRUCT_BOX] = {"box", 1.25, 1.0},
-    [STP_RECONSTRUCT_TEMPLATE3] = {"template3", 0.75, 0.85},
-    [STP_RECONSTRUCT_TEMPLATE5] = {"template5", 0.75, 0.85},
-    [STP_RECONSTRUCT_TEMPLATE7] = {"template7", 0.75, 0.85},
-    [STP_RECONSTRUCT_SPLAT] = {"splat", 0.75, 0.85},
-    [STP_RECONSTRUCT_POINTS] = {"points", 0.0, 0.0},
+    [STP_RECONSTRUCT_GAUSS] = {"gauss", 1.25, 1.0, PERSPECTIVE},
+    [STP_RECONSTRUCT_BOX] = {"box", 1.25, 1.0, ORTHOGRAPHIC},
+    [STP_RECONSTRUCT_TEMPLATE3] = {"template3", 0.75, 0.85, BOTH},
+    [STP_RECONSTRUCT_TEMPLATE5] = {"template5", 0.75, 0.85, PERSPECTIVE},
+    [STP_RECONSTRUCT_TEMPLATE7] = {"template7", 0.75, 0.85, PERSPECTIVE},
+    [STP_RECONSTRUCT_SPLAT] = {"splat", 0.75, 0.85, BOTH},
+    [STP_RECONSTRUCT_POINTS] = {"points", 0.0, 0.0, PERSPECTIVE},
 };
 
 static const int sizes[][2] = {{WIDTH, HEIGHT}, {61, 97}, {1, 1}};
@@ -362,7 +367,8 @@ static bool is_plain(const stp_view *view, const fixture_disc *disc)
            (disc->kind == STP_KIND_TUBE || fabs(stp_dvec3_dot(judge.normal, w)) > 0.7);
 }
 
-static bool every_view; /* of the wider templates, of each disc alone, by each road */
+/* Each projection, each scene with the wider templates, each disc alone, each road. */
+static bool every_view;
 
 /* Is this disc judged alone, or this road taken, in other views of the mode only? turn: counts a
  * mode's views of a scene. */
@@ -464,11 +470,13 @@ static void judge_mode(int mode)
         check_ok(stp_model_open(&f[i].model, makers[i].name, err));
         f[i].renderer = f[0].renderer;
     }
-    for (size_t k = 0; k < (wide && !every_view ? 1 : 2) * SCENE_COUNT; k++) {
+    for (size_t k = 0; k < 2 * SCENE_COUNT; k++) {
         size_t i = k % SCENE_COUNT;
-        if (wide && !every_view && (int)i % 2 != mode % 2)
-            continue;
         bool orthographic = k >= SCENE_COUNT;
+        projections own = orthographic ? ORTHOGRAPHIC : PERSPECTIVE;
+        if (!every_view &&
+            ((wide && (int)i % 2 != mode % 2) || (modes[mode].projections & own) == 0))
+            continue;
         const stp_model *model = f[i].model;
         check_ok(stp_renderer_set_models(f[i].renderer, &model, 1, err));
         for (int n = is_template(mode); n < 3; n++) {

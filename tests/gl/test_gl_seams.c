@@ -1,6 +1,7 @@
 /* Tests the seam between triangles and points: one half of a ball is stored as triangles by prep's
  * own rule. From 26 directions no pixel at the seam may show the background or the ball's far side.
- */
+ * Box, which has gauss's shaders but for the weights, makes small pictures only, as templates do;
+ * with the argument --every, as in long_gl_seams, large ones, too. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -129,6 +130,8 @@ static void judge_view(gl_fixture *f, const stp_view *view, const stp_draw_param
     free(pixels);
 }
 
+static bool every_size;
+
 static void no_seam(void **state)
 {
     (void)state;
@@ -138,7 +141,7 @@ static void no_seam(void **state)
     build("ball.stipple");
     gl_fixture_open(&f, "ball.stipple", NULL);
     for (int m = 0; m < 4; m++)
-        for (int size = 150; size <= (m < 2 ? 450 : 150); size += 300) { /* templates are slow */
+        for (int size = 150; size <= (m < 1 + every_size ? 450 : 150); size += 300) {
             tally sum = {0};
             for (int v = 0; v < VIEWS_DIRECTIONS; v++) {
                 stp_view view = views_get(v, &f.model->ball, NULL, 0, size, size);
@@ -158,8 +161,9 @@ static void no_seam(void **state)
     gl_fixture_close(&f);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
+    every_size = argc > 1 && strcmp(argv[1], "--every") == 0;
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {cmocka_unit_test(no_seam)};
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -4,6 +4,7 @@
 #include "base/pool.h"
 #include "tests/fixtures/ept_fixture.h"
 #include "tests/fixtures/laz_fixture.h"
+#include "tests/fixtures/size.h"
 
 #include <ftw.h>
 #include <unistd.h>
@@ -112,13 +113,14 @@ static int check_file(const char *path, const struct stat *st, int kind, struct 
 static void packed_files(void **state)
 {
     (void)state;
+    enum { COUNT = TEST_SIZE(9000, 3000) };
     static const unsigned formats[] = {1, 3, 6, 8};
     for (unsigned i = 0; i < 4; i++) {
         const laz_way way = {.format = formats[i],
                              .record_bytes = las_record_bytes[formats[i]] + i,
                              .chunk_points = 700};
-        unsigned char *records = laz_make_records(way.format, way.record_bytes, 9000, true);
-        laz_write("p.laz", &way, records, 9000);
+        unsigned char *records = laz_make_records(way.format, way.record_bytes, COUNT, true);
+        laz_write("p.laz", &way, records, COUNT);
         assert_int_equal(check_file("p.laz", NULL, FTW_F, NULL), 0);
         free(records);
     }

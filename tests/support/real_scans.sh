@@ -161,10 +161,21 @@ check_cull() { # name, options
     done
 }
 
+# Scans that the gate leaves to long runs, because it tries another one of the same kind.
+is_left_out() { # name
+    [ "$directions" != 26 ] || return
+    case $1 in
+        lidar/CSite2_orig-utm.pcd | grids/office1.pcd | grids/aloeGT_disparity.png) ;;
+        *) false ;;
+    esac
+}
+
 check_file() { # name
-    local sentence
+    local sentence options=()
     sentence=$(refusal_of "$1")
-    run "$STIPPLE" prep "$STIPPLE_SCANS/$1" -o "$model" --force --quiet --stats "$FOLDER/stats.json"
+    # an EPT's coarse levels do for the gate; test_scan_ept reads the others
+    [[ $directions = 26 || $1 != */ept.json ]] || options=(--resolution 2)
+    run "$STIPPLE" prep "$STIPPLE_SCANS/$1" -o "$model" --force --quiet --stats "$FOLDER/stats.json" "${options[@]}"
     if [ -n "$sentence" ]; then
         expect_failure "$sentence"
         expect_text err "$1"
@@ -184,10 +195,12 @@ check_file() { # name
 }
 
 check_folder() { # find's test of the size; for check_cull how many directions, and the pictures' width
-    local file seconds drawn=0 directions=$2 width=$3
+    local file seconds
+    drawn=0 directions=$2 width=$3
     [ -n "${STIPPLE_SCANS:-}" ] || skip_test "STIPPLE_SCANS names no folder of real scans"
     "$STIPPLE" --help | found '^  render ' || skip_test "built without the renderer"
     while IFS= read -r -d '' file; do
+        is_left_out "${file#"$STIPPLE_SCANS"/}" && continue
         seconds=$SECONDS
         printf '%s: ' "${file#"$STIPPLE_SCANS"/}"
         check_file "${file#"$STIPPLE_SCANS"/}"

@@ -4,6 +4,7 @@
 #include "base/random.h"
 #include "base/sort.h"
 #include "tests/fixtures/size.h"
+#include "tests/fixtures/statue_kept.h"
 #include "tools/gen/curve.h"
 #include "tools/gen/sampler.h"
 #include "tools/gen/statue.h"
@@ -37,7 +38,7 @@ enum { STATUE_POINTS = TEST_SIZE(300000, 60000) };
 /* Fills in params' surface and point_count. */
 static void make_cloud(cloud *c, gen_shape shape, size_t count, gen_sampler_params params)
 {
-    gen_surface_init(&c->surface, shape, count, params.seed);
+    statue_kept_init(&c->surface, shape, count, params.seed);
     params.surface = &c->surface;
     params.point_count = count;
     assert_int_equal(gen_sampler_create(&c->sampler, &params, pool, NULL), STP_OK);
@@ -367,8 +368,7 @@ static void test_statue_is_sampled_evenly(void **state)
     static double areas[CELLS], kept_areas[CELLS];
     const gen_surface *surface = &statue.surface;
     gen_mesh mesh = {0};
-    assert_int_equal(surface->mesh(surface, TEST_SIZE(2000000, 1000000), pool, &mesh, NULL),
-                     STP_OK);
+    assert_int_equal(surface->mesh(surface, 1000000, pool, &mesh, NULL), STP_OK);
     double reach = surface->radius;
     for (size_t i = 0; i < COUNT + mesh.triangle_count; i++) {
         stp_dvec3 p;
