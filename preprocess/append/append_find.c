@@ -10,6 +10,8 @@
 /* A point joins a leaf if it lies within this part of the leaf's longest side. */
 #define NEAR_PARTS 16.0
 #define SLICE_POINTS 4096u
+/* Leaves times points that are compared at most. */
+#define COMPARED_MOST UINT64_C(1000000000)
 
 /* A leaf's blocks, in the world. */
 typedef struct leaf_blocks {
@@ -22,6 +24,7 @@ typedef struct finder {
     stp_chunk_boxes boxes, wide; /* of the leaves; the same with what is near */
     leaf_blocks *blocks;         /* by leaf; empty: no new point is near */
     atomic_bool *touched;        /* by leaf */
+    bool *far; /* by leaf: a block is around a new point, but no disc is; NULL: not known yet */
 } finder;
 
 static bool has(const stp_dbox *box, stp_dvec3 p)
@@ -54,6 +57,8 @@ static uint32_t leaf_around(const finder *f, stp_dvec3 p)
     for (uint32_t i = stp_chunk_boxes_next(&f->boxes, &at, 0); i != STP_CHUNK_NONE;
          i = stp_chunk_boxes_next(&f->boxes, &at, i + 1)) {
         const leaf_blocks *blocks = &f->blocks[i];
+        if (f->far && f->far[i])
+            continue;
         for (uint32_t b = 0; b < blocks->count; b++) {
             if (!has(&blocks->boxes[b], p))
                 continue;
@@ -105,6 +110,87 @@ static stp_status find_slice(void *context, size_t index, unsigned worker, stp_e
     }
     return STP_OK;
 }
+
+/* ---- discs ---- */
+
+/* Boxes of a leaf's level-0 discs, in their order. */
+static stp_status box_discs(stp_chunk_boxes *out, const stp_chunk *chunk, stp_dvec3 origin,
+                            stp_error *err)
+{
+    stp_status status = stp_chunk_boxes_create(out, chunk->level_begin[0][chunk->patch_count], err);
+    for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
+        for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
+            const stp_sample *sample = &chunk->samples[0][i];
+            const double r = stp_sample_radius(sample, &chunk->patches[p]);
+            const stp_dvec3 reach = {r, r, r};
+            const stp_dvec3 at =
+                stp_dvec3_add(origin, stp_sample_position(sample, &chunk->patches[p]));
+            out->boxes[i] = (stp_dbox){stp_dvec3_sub(at, reach), stp_dvec3_add(at, reach)};
+        }
+    if (status == STP_OK)
+        stp_chunk_boxes_join(out);
+    return status;
+}
+
+/* The bounds of merged discs make blocks wider than their points. Asks the discs. */
+static stp_status refine_leaf(void *context, size_t leaf, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const finder *f = context;
+    const stp_cloud *cloud = &f->a->job.cloud;
+    stp_chunk_boxes discs = {0};
+    stp_chunk *chunk = NULL;
+    bool near = false;
+    (void)worker;
+    if (!atomic_load_explicit(&f->touched[leaf], memory_order_relaxed))
+        return STP_OK;
+    const uint32_t id = f->a->first_leaf + (uint32_t)leaf;
+    STP_TRY(stp_chunk_file_read(f->a->file, id, 0, &chunk, err));
+    STP_TRY(box_discs(&discs, chunk, f->a->entries[id].origin, err));
+    for (uint32_t i = 0; i < cloud->count && !near; i++) {
+        const stp_dbox at = {cloud->points[i].position, cloud->points[i].position};
+        near = has(&f->boxes.boxes[leaf], at.min) &&
+               stp_chunk_boxes_next(&discs, &at, 0) != STP_CHUNK_NONE;
+    }
+    f->far[leaf] = !near;
+done:
+    stp_chunk_boxes_clear(&discs);
+    stp_chunk_destroy(&chunk);
+    return status;
+}
+
+/* Leaves out the leaves without a disc around a new point. Their points go to other leaves, if
+ * there are such. */
+static stp_status refine(finder *f, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_append *a = f->a;
+    const stp_cloud *cloud = &a->job.cloud;
+    uint64_t touched = 0;
+    for (uint32_t i = 0; i < a->leaf_count; i++)
+        touched += atomic_load(&f->touched[i]);
+    if (touched * cloud->count > COMPARED_MOST)
+        return STP_OK;
+    STP_TRY(stp_alloc(&f->far, a->leaf_count, sizeof *f->far, "chunks", err));
+    STP_TRY(stp_cloud_run(cloud, a->job.pool, a->leaf_count, refine_leaf, f, err));
+    for (uint32_t i = 0; i < a->leaf_count; i++)
+        if (f->far[i])
+            atomic_store(&f->touched[i], false);
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        uint32_t *leaf = &a->leaf_of[cloud->points[i].source];
+        if (*leaf == STP_LEAF_FREE ||
+            atomic_load_explicit(&f->touched[*leaf], memory_order_relaxed))
+            continue;
+        const uint32_t other = leaf_around(f, cloud->points[i].position);
+        if (other != STP_LEAF_FREE)
+            *leaf = other;
+        atomic_store_explicit(&f->touched[*leaf], true, memory_order_relaxed);
+    }
+done:
+    return status;
+}
+
+/* ---- blocks ---- */
 
 static stp_status load_blocks(const finder *f, uint32_t leaf, stp_error *err)
 {
@@ -162,6 +248,7 @@ stp_status stp_append_find(stp_append *a, stp_error *err)
     STP_TRY(stp_cloud_run(cloud, a->job.pool,
                           ((size_t)cloud->count + SLICE_POINTS - 1) / SLICE_POINTS, find_slice, &f,
                           err));
+    STP_TRY(refine(&f, err));
     for (uint32_t i = 0; i < a->leaf_count; i++)
         a->touched[i] = atomic_load(&f.touched[i]);
 done:
@@ -169,6 +256,7 @@ done:
         free(f.blocks[i].boxes);
     free(f.blocks);
     free((void *)f.touched);
+    free(f.far);
     stp_chunk_boxes_clear(&f.boxes);
     stp_chunk_boxes_clear(&f.wide);
     return status;

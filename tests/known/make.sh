@@ -88,4 +88,14 @@ for codec in draco zstd; do
 done
 python3 "$known/read.py" attributes_2_0_raw.stipple >attributes_2_0.samples
 python3 "$known/attributes.py" attributes_2_0_raw.stipple >attributes_2_0.numbers
-rm attributes.las cm.txt whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+
+# Files that points were added to.
+mkdir -p grown
+"$program" gen sphere -n 400 -o sphere.ply --quiet --force
+"$program" gen sphere -n 60 --seed 7 -o more.ply --quiet
+for codec in raw draco zstd; do
+    "$program" prep sphere.ply -o "grown/2_1_$codec.stipple" --codec $codec --quiet
+    "$program" prep --append more.ply -o "grown/2_1_$codec.stipple" --quiet
+done
+python3 "$known/read.py" grown/2_1_raw.stipple >grown/2_1.samples
+rm attributes.las more.ply cm.txt whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

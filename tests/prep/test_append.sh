@@ -158,11 +158,12 @@ refused() { # text, arguments
 }
 sed 's/^element vertex .*/element vertex 0/' "$FOLDER/more.ply" | head -c 200 >"$FOLDER/none.ply"
 refused "nothing to write" "$FOLDER/none.ply"
-head -c 9000 "$FOLDER/more.ply" >"$FOLDER/short.ply"
+head -c 2000 "$FOLDER/more.ply" >"$FOLDER/short.ply"
 refused "short.ply" "$FOLDER/short.ply"
 refused "is also an input" "$model"
 "$STIPPLE" gen tree -n 500 -o "$FOLDER/leaves.ply" --mesh "$FOLDER/tree.ply" --quiet
-refused "lines or triangles" "$FOLDER/tree.ply" --sample 0 --line-radius 1 --hybrid 2>/dev/null
+printf 'v 0 0 0\nv 1 0 0\nl 1 2\n' >"$FOLDER/line.obj"
+refused "lines or triangles" "$FOLDER/line.obj"
 append "$FOLDER/missing.stipple" "$FOLDER/more.ply" --quiet
 expect_failure "missing.stipple"
 append "$model" "$FOLDER/more.ply" --outliers drop
