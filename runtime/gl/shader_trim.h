@@ -1,8 +1,8 @@
 /* Leaves out of a shader what it does not use: comments, and functions that nothing calls.
  *
- * Drivers compile every function before they see which are used, and a shader includes far more
- * than it calls. Without them a program is compiled in less time, and more variants of a shader are
- * one text, which is found in the driver's cache. Threads: any. */
+ * A shader includes far more than it calls. Without the rest, a macro that only the rest mentions
+ * no longer makes a text of its own (stp_shader_text): more variants of a shader are one program,
+ * which the driver's cache has. Threads: any. */
 #ifndef STP_RUNTIME_GL_SHADER_TRIM_H
 #define STP_RUNTIME_GL_SHADER_TRIM_H
 

@@ -122,7 +122,7 @@ static void check_cloud(stp_cloud *cloud)
 static void codes_are_the_definition(void **state)
 {
     (void)state;
-    enum { COUNT = 150000 };
+    enum { COUNT = TEST_SIZE(150000, 80000) };
     stp_cloud cloud = cloud_fixture_make(COUNT);
     for (uint32_t i = 0; i < COUNT; i++) {
         uint32_t k = i < COUNT / 3 ? i * 2 : i;

@@ -63,7 +63,7 @@ call() { # options of run
     away "$@" || code=$?
     command="run $*"
 }
-settings=()
+settings=(GALLIVM_PERF=nopt LP_NUM_THREADS=0) # as tests/CMakeLists.txt sets them
 
 call --swift
 expect_code 2
