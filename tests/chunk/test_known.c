@@ -276,8 +276,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_version_1_0), cmocka_unit_test(test_version_1_1),
         cmocka_unit_test(test_version_1_2), cmocka_unit_test(test_version_2_0),
-        cmocka_unit_test(test_attributes),
-        cmocka_unit_test(test_version_2_1),
+        cmocka_unit_test(test_attributes),  cmocka_unit_test(test_version_2_1),
     };
     if (argc == 2) {
         stp_error err = {0};
