@@ -137,6 +137,19 @@ typedef struct stp_chunk_entry {
     uint64_t blocks_hash;
 } stp_chunk_entry;
 
+/* Where the samples of a grid of heights lie: the one of (column, row) at (x + column dx, y + row
+ * dy), relative to the chunk's origin. */
+typedef struct stp_raster {
+    double x, y, dx, dy; /* dx 0: the samples are on no grid */
+    unsigned reach;      /* normals are of planes through (2 reach + 1)^2 samples; 1 to 4 */
+} stp_raster;
+
+/* A patch whose level-0 samples are those of a square of 8 x 8 of a grid, in Morton order. */
+typedef struct stp_square {
+    uint64_t samples;     /* bit i: the square has sample i in Morton order; none: not a square */
+    uint32_t column, row; /* of the square, in squares */
+} stp_square;
+
 /* A decoded chunk, or a prefix of one: levels >= finest_level are present. The samples of a level
  * are stored patch by patch. level_begin[l][p] is the first sample of patch p,
  * level_begin[l][patch_count] the level's count. */
@@ -151,10 +164,19 @@ typedef struct stp_chunk {
     uint32_t *block_ends; /* patches at which blocks end; NULL: not cut. Belongs to the chunk */
     uint32_t block_count;
     bool is_block; /* a block of a chunk, coded by itself */
-    void *memory;  /* owns all other arrays */
+    /* Of a grid of heights. Encoding looks at the raster alone; decoding sets both. */
+    stp_raster raster;
+    stp_square *squares; /* by patch; NULL: none. Belongs to the chunk */
+    void *memory;        /* owns all other arrays */
     size_t memory_bytes;
     size_t memory_capacity; /* of the block of arrays; more if another chunk had it before */
 } stp_chunk;
+
+/* Whether a decoded block, or the first block of a decoded chunk, is one of squares. */
+static inline bool stp_chunk_is_squares(const stp_chunk *chunk)
+{
+    return chunk->squares && chunk->squares[0].samples;
+}
 
 /* Facts about the whole file. Strings and metadata belong to the stp_chunk_file. */
 typedef struct stp_chunk_file_info {

@@ -67,10 +67,10 @@ test_new_models() {
 # In a file of version 2 also: both copies of the header, a block, the table of blocks.
 test_damage_of_blocks() {
     local file size at count=0
-    for file in "$known"/{blocks,scale}_2_0_draco.stipple; do
+    for file in "$known"/{blocks,scale,squares}_2_0_draco.stipple; do
         size=$(wc -c <"$file")
         for at in 9 600 1024 1500 2100 $((size - 3200)) $((size - 400)); do
-            count=$((count + 1)) # seven places: the second file gets those that the first one misses
+            count=$((count + 1)) # seven places: a file gets those that the one before misses
             is_long || [ $((count % 2)) = 1 ] || continue
             cp "$file" "$FOLDER/bad.stipple"
             printf '\xa5' | dd of="$FOLDER/bad.stipple" bs=1 seek="$at" conv=notrunc status=none

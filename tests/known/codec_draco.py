@@ -3,12 +3,14 @@
 import math
 import struct
 
+import codec_squares
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
                    grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
 from odds import read_columns
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
+SQUARE_COLUMNS = 10
 # First and last columns that share a stream.
 PATCH_STREAMS = ((1, 3), (4, 6), (7, 9), (10, 13), (14, 18), (19, 23), (24, 28), (29, 33), (34, 37),
                  (38, 40), (41, 42), (43, 44))
@@ -86,17 +88,17 @@ def add_coordinate(child, axis, predicted, cell, scale):
 
 
 class Table:
-    """Rows of cells; of a block's table also the shift of normals and, if it has one, the scale."""
+    """Rows of cells; of a block's table also the shift of normals, the scale, and whether squares follow."""
 
-    def __init__(self, rows=(), shift=0, scale=None):
-        self.rows, self.shift, self.scale = rows, shift, scale
+    def __init__(self, rows=(), shift=0, scale=None, squares=False):
+        self.rows, self.shift, self.scale, self.squares = rows, shift, scale, squares
 
 
 def read_table(cursor, rows, columns, joined=False, level=None):
     if rows == 0:
         return Table()
     block = Cursor(cursor.take(cursor.number(4)), cursor.name)
-    mask, shift, by_odds, scale = block.number(8), 0, False, None
+    mask, shift, by_odds, scale, squares = block.number(8), 0, False, None, False
     if joined:
         by_odds, mask = mask >> 59 & 1, mask & ~(1 << 59)
         if columns == SAMPLE_COLUMNS:
@@ -104,18 +106,20 @@ def read_table(cursor, rows, columns, joined=False, level=None):
             require(shift <= 11, f"{cursor.name}: normals are shifted by {shift} bits")
         if level == 0 and mask >> 58 & 1:
             mask, scale = mask & ~(1 << 58), Scale(block)
+        if columns >= patch_columns(False):
+            mask, squares = mask & ~(1 << 57), bool(mask >> 57 & 1)
     require(mask >> columns == 0, f"{cursor.name}: the mask has bits beyond the last column")
     same = {c: signed(block.number(2), 16) for c in range(columns) if mask >> c & 1}
     table = {c: [same[c]] * rows for c in same}
     if by_odds:
-        table.update(read_columns(block, rows, columns, same, columns == SAMPLE_COLUMNS))
+        table.update(read_columns(block, rows, columns, same))
     else:
         for stream in streams_of(rows, columns, joined):
             varying = [c for c in stream if c not in same]
             cells = read_column(block, rows * len(varying)) if varying else []
             table.update((c, cells[i * rows:(i + 1) * rows]) for i, c in enumerate(varying))
     block.end()
-    return Table(list(zip(*(table[c] for c in range(columns)))), shift, scale)
+    return Table(list(zip(*(table[c] for c in range(columns)))), shift, scale, squares)
 
 
 def quarters(cells, patch, before):
@@ -312,20 +316,31 @@ def finer_level(elder, last, patches, level, coarser):
     return out
 
 
+def read_squares(cursor, patches):
+    """The block of squares that follows a table of patches."""
+    raster = codec_squares.Raster(cursor)
+    rows = read_table(cursor, len(patches), SQUARE_COLUMNS, True).rows
+    return codec_squares.Block(raster, codec_squares.squares_of(raster, rows, patches, cursor.name), patches,
+                               cursor.name)
+
+
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    patches = patches_of(read_table(cursor, patch_count, patch_columns(linked), joined).rows, linked)
+    table = read_table(cursor, patch_count, patch_columns(linked), joined)
+    patches = patches_of(table.rows, linked)
+    squares = read_squares(cursor, patches) if table.squares else None
     coarsest = read_table(cursor, patch_count, SAMPLE_COLUMNS, joined)
     levels = [None, None, None, coarsest_level(coarsest.rows, patches, coarsest.shift)]
     for level in (2, 1, 0):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")
         parents = len(levels[level + 1])
+        how = cursor.number(1) if squares else 0
         elder = sum(p.counts[level] for p in patches) - parents
-        elder_table = read_table(cursor, elder, SAMPLE_COLUMNS, joined, level)
-        last_table = read_table(cursor, parents, SAMPLE_COLUMNS, joined, level)
-        levels[level] = finer_level(elder_table, last_table, patches, level, levels[level + 1])
+        tables = [read_table(cursor, rows, SAMPLE_COLUMNS, joined, level) for rows in (elder, parents)]
+        levels[level] = (codec_squares.decode_level(squares, level, how, levels[level + 1], tables) if squares else
+                         finer_level(*tables, patches, level, levels[level + 1]))
         cursor.end()
     return patches, levels
 

@@ -98,4 +98,19 @@ for codec in raw draco zstd; do
     "$program" prep --append more.ply -o "grown/2_1_$codec.stipple" --quiet
 done
 python3 "$known/read.py" grown/2_1_raw.stipple >grown/2_1.samples
-rm attributes.las more.ply cm.txt whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+
+# A grid of heights of two tiles: a slope with waves, a cliff, a hole and single samples that are missing.
+awk 'BEGIN {
+    print "ncols 264\nnrows 6\nxllcorner 100\nyllcorner 50\ncellsize 2\nNODATA_value -1"
+    for (r = 0; r < 6; r++)
+        for (c = 0; c < 264; c++) {
+            none = (c > 40 && c < 46 && r > 1) || (7 * c + 13 * r) % 61 == 0
+            z = 0.3 * c + r + 4 * sin(c / 5) + (c > 150 ? 60 : 0) + (31 * c + 17 * r) % 5 / 10
+            printf "%s%s", none ? -1 : sprintf("%.1f", z), c < 263 ? " " : "\n"
+        }
+}' >grid.asc
+for codec in raw draco zstd; do
+    "$program" prep grid.asc -o "squares_2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" squares_2_0_raw.stipple >squares_2_0.samples
+rm attributes.las more.ply cm.txt grid.asc whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

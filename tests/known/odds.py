@@ -8,8 +8,10 @@ NONE, SMALL, MIDDLE, LARGE = range(4)
 RATIOS = ((983, 737, 983, 1327), (2891, 2170, 2891, 3897), (5749, 4326, 5749, 7713),
           (11246, 8542, 11246, 14840), (20832, 16304, 20832, 26261), (33927, 28285, 33927, 39657),
           (46343, 41561, 46343, 50585))
-SAMPLE_KINDS, PATCH_KINDS = (1, 2), (7, 8)
-SAMPLE_BESIDE = {4: 3, 6: 5, 7: 6, 10: 9, 11: 10}
+# By columns of the table: of samples 12, of squares 10, of patches all others.
+KINDS = {12: (1, 2), 10: tuple(range(2, 10))}
+PATCH_KINDS = (7, 8)
+BESIDE = {12: {4: 3, 6: 5, 7: 6, 10: 9, 11: 10}, 10: {1: 0}}
 PATCH_ALONE = (0, 1, 9)
 
 
@@ -93,9 +95,16 @@ class Kinds:
         self.cells.append(signed(self.before, 8))
 
 
-def read_columns(cursor, rows, columns, same, samples):
+def beside_of(column, columns):
+    """The column beside one of a table."""
+    if columns in BESIDE:
+        return BESIDE[columns].get(column)
+    return None if column in PATCH_ALONE else column - 1
+
+
+def read_columns(cursor, rows, columns, same):
     """The cells of each column that is not in `same`; takes the rest of the cursor."""
-    kinds = SAMPLE_KINDS if samples else PATCH_KINDS
+    kinds = KINDS.get(columns, PATCH_KINDS)
     coded = [c for c in range(columns) if c not in same]
     if not coded:
         return {}
@@ -106,8 +115,7 @@ def read_columns(cursor, rows, columns, same, samples):
             continue
         first = cursor.number(1)
         require(first <= 23, f"{cursor.name}: the first mean of a column is 2^{first}")
-        beside = SAMPLE_BESIDE.get(c) if samples else None if c in PATCH_ALONE else c - 1
-        table[c] = Numbers(lane % LANES, first, table.get(beside))
+        table[c] = Numbers(lane % LANES, first, table.get(beside_of(c, columns)))
     symbols = Symbols(cursor)
     for row in range(rows):
         for column in table.values():

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/predict.h"
 #include "formats/chunk/codec/shares.h"
+#include "formats/chunk/codec/square_level.h"
 #include "formats/chunk/codec/zstd_segment.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"
@@ -170,13 +171,43 @@ static void level_tables_destroy(stp_level_tables *tables)
     free(tables->last.values);
 }
 
-static stp_status patches_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
+/* The squares of a block to be written: NULL if it is coded as points. Free with free(). */
+static stp_status squares_find(const stp_chunk *chunk, stp_square **out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_square *squares = NULL;
+    stp_square_map map = {0};
+    if (!chunk->is_block || chunk->raster.dx == 0.0)
+        return STP_OK;
+    STP_TRY(stp_alloc(&squares, chunk->patch_count, sizeof *squares, "squares", err));
+    bool found = stp_squares_find(chunk, squares);
+    if (found) {
+        const stp_status mapped = stp_square_map_create(chunk, squares, &map, err);
+        found = mapped == STP_OK;
+        status = mapped == STP_CORRUPT ? STP_OK : mapped;
+    }
+    if (found && status == STP_OK) {
+        *out = squares;
+        squares = NULL;
+    }
+done:
+    stp_square_map_clear(&map);
+    free(squares);
+    return status;
+}
+
+/* squares: NULL if the block is coded as points. */
+static stp_status patches_encode(const stp_chunk *chunk, const stp_square *squares, stp_bytes *out,
+                                 stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
+    table.squares = squares != NULL;
     stp_patches_encode(chunk->patches, &table);
     STP_TRY(stp_table_encode(&table, out, err));
+    if (squares)
+        STP_TRY(stp_squares_encode(chunk, squares, out, err));
 done:
     free(table.values);
     return status;
@@ -195,7 +226,26 @@ done:
     return status;
 }
 
-static stp_status level_encode(const stp_chunk *chunk, int level, stp_bytes *out, stp_error *err)
+/* Fills the tables of a level of squares, and writes the choice that goes before them. */
+static stp_status squares_predict(const stp_chunk *chunk, int level, const stp_square *squares,
+                                  stp_level_tables *tables, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_square_map map = {0};
+    stp_square_choice choice = {.reach = level == 0 ? chunk->raster.reach : 1};
+    STP_TRY(stp_square_map_create(chunk, squares, &map, err));
+    tables->elder.by_odds = tables->last.by_odds = true;
+    stp_square_level_encode(chunk, level, &map, &choice, tables);
+    const uint8_t byte = stp_square_choice_write(&choice);
+    STP_TRY(stp_bytes_append(out, &byte, sizeof byte, err));
+done:
+    stp_square_map_clear(&map);
+    return status;
+}
+
+/* squares: NULL if the block is coded as points. */
+static stp_status level_encode(const stp_chunk *chunk, int level, const stp_square *squares,
+                               stp_bytes *out, stp_error *err)
 {
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
@@ -204,7 +254,10 @@ static stp_status level_encode(const stp_chunk *chunk, int level, stp_bytes *out
     if (tables.elder.may_scale)
         stp_scale_find(chunk, &tables.elder.scale);
     tables.last.scale = tables.elder.scale;
-    stp_predict_level_encode(chunk, level, &tables);
+    if (squares)
+        STP_TRY(squares_predict(chunk, level, squares, &tables, out, err));
+    else
+        stp_predict_level_encode(chunk, level, &tables);
     STP_TRY(stp_table_encode(&tables.elder, out, err));
     STP_TRY(stp_table_encode(&tables.last, out, err));
 done:
@@ -215,12 +268,15 @@ done:
 static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_square *squares = NULL;
+    STP_TRY(squares_find(chunk, &squares, err));
     if (segment == 0) {
-        STP_TRY(patches_encode(chunk, out, err));
+        STP_TRY(patches_encode(chunk, squares, out, err));
         STP_TRY(vertices_encode(chunk, out, err));
     }
-    STP_TRY(level_encode(chunk, finest_level[segment], out, err));
+    STP_TRY(level_encode(chunk, finest_level[segment], squares, out, err));
 done:
+    free(squares);
     return status;
 }
 
@@ -229,6 +285,12 @@ typedef struct cursor {
     const uint8_t *bytes;
     size_t left;
 } cursor;
+
+static void skip(cursor *c, size_t bytes)
+{
+    c->bytes += bytes;
+    c->left -= bytes;
+}
 
 /* shares: NULL if nobody asks. */
 static stp_status table_read(cursor *c, stp_table *table, stp_shares *shares, stp_error *err)
@@ -239,13 +301,25 @@ static stp_status table_read(cursor *c, stp_table *table, stp_shares *shares, st
     stp_status status = stp_table_decode(c->bytes, c->left, table, &used, err);
     if (status != STP_OK)
         return status;
-    c->bytes += used;
-    c->left -= used;
+    skip(c, used);
     if (shares && table->column_count == STP_SAMPLE_COLUMN_COUNT)
         stp_shares_add_samples(shares, column_bytes, used);
     else if (shares)
         shares->bytes[STP_SHARE_PATCHES] += used;
     return STP_OK;
+}
+
+static stp_status squares_decode(cursor *c, stp_chunk *chunk, stp_shares *shares, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t used = 0;
+    STP_TRY(stp_alloc(&chunk->squares, chunk->patch_count, sizeof *chunk->squares, "squares", err));
+    STP_TRY(stp_squares_decode(c->bytes, c->left, chunk, chunk->squares, &used, err));
+    skip(c, used);
+    if (shares)
+        shares->bytes[STP_SHARE_PATCHES] += used;
+done:
+    return status;
 }
 
 static stp_status patches_decode(cursor *c, uint32_t child_count, stp_chunk *chunk,
@@ -254,9 +328,12 @@ static stp_status patches_decode(cursor *c, uint32_t child_count, stp_chunk *chu
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
+    table.may_squares = chunk->is_block;
     STP_TRY(table_read(c, &table, shares, err));
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(check_and_place(chunk, child_count, err));
+    if (table.squares)
+        STP_TRY(squares_decode(c, chunk, shares, err));
 done:
     free(table.values);
     return status;
@@ -274,15 +351,47 @@ done:
     return status;
 }
 
+/* Decodes a level of squares from its tables. */
+static stp_status squares_level_decode(const stp_square_choice *choice, int level, stp_chunk *chunk,
+                                       const stp_level_tables *tables, stp_error *err)
+{
+    stp_square_map map = {0};
+    stp_status status = stp_square_map_create(chunk, chunk->squares, &map, err);
+    if (status == STP_OK)
+        stp_square_level_decode(chunk, level, &map, choice, tables);
+    stp_square_map_clear(&map);
+    return status;
+}
+
+static stp_status choice_read(cursor *c, stp_square_choice *out, stp_shares *shares, stp_error *err)
+{
+    if (c->left < STP_SQUARE_CHOICE_BYTES)
+        return stp_error_set(err, STP_CORRUPT, "it ends before a level of squares");
+    const uint8_t byte = *c->bytes;
+    skip(c, STP_SQUARE_CHOICE_BYTES);
+    if (shares)
+        shares->bytes[STP_SHARE_FRAME] += STP_SQUARE_CHOICE_BYTES;
+    return stp_square_choice_read(byte, out, err);
+}
+
 static stp_status level_decode(cursor *c, int level, stp_chunk *chunk, stp_shares *shares,
                                stp_error *err)
 {
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
+    stp_square_choice choice = {.reach = 1};
+    const bool squares = stp_chunk_is_squares(chunk);
     STP_TRY(level_tables_create(chunk, level, &tables, err));
+    if (squares)
+        STP_TRY(choice_read(c, &choice, shares, err));
     STP_TRY(table_read(c, &tables.elder, shares, err));
     STP_TRY(table_read(c, &tables.last, shares, err));
-    stp_predict_level_decode(chunk, level, &tables);
+    if (squares)
+        STP_TRY(squares_level_decode(&choice, level, chunk, &tables, err));
+    else
+        stp_predict_level_decode(chunk, level, &tables);
+    if (squares && level == 0)
+        chunk->raster.reach = choice.reach;
 done:
     level_tables_destroy(&tables);
     return status;

@@ -38,6 +38,7 @@ static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, u
     v->chunk.block_ends = NULL;
     v->chunk.block_count = 0;
     v->chunk.is_block = true;
+    v->chunk.squares = whole->squares ? whole->squares + first : NULL;
     stp_status status = stp_alloc(&v->begins, STP_LEVEL_COUNT * ((size_t)count + 1),
                                   sizeof *v->begins, "a block", err);
     for (int l = 0; status == STP_OK && l < STP_LEVEL_COUNT; l++)
@@ -205,6 +206,28 @@ static void expect_row(view *v, const stp_chunk *whole, const stp_block_row *row
     }
 }
 
+static bool is_same_raster(const stp_raster *a, const stp_raster *b)
+{
+    return a->x == b->x && a->y == b->y && a->dx == b->dx && a->dy == b->dy;
+}
+
+/* Moves the squares that segment 0 of a block has to the chunk. */
+static stp_status place_squares(stp_chunk *whole, view *v, uint32_t first, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (!v->chunk.squares)
+        return STP_OK;
+    if (whole->squares && !is_same_raster(&whole->raster, &v->chunk.raster))
+        return stp_error_set(err, STP_CORRUPT, "its blocks are of two grids");
+    if (!whole->squares)
+        STP_TRY(
+            stp_alloc(&whole->squares, whole->patch_count, sizeof *whole->squares, "squares", err));
+    memcpy(whole->squares + first, v->chunk.squares, v->chunk.patch_count * sizeof *whole->squares);
+    whole->raster = v->chunk.raster;
+done:
+    return status;
+}
+
 /* Copies a block's level_begin, now known, to the chunk; moves on to the next block. */
 static void place_levels(stp_chunk *whole, const view *v, place *at)
 {
@@ -223,18 +246,25 @@ static stp_status decode_block(const uint8_t *bytes, const stp_block_row *row, i
     stp_status status = STP_OK;
     view v = {0};
     STP_TRY(view_create(&v, chunk, at->patch, at->patch + row->patch_count, err));
-    if (segment == 0)
+    if (segment == 0) {
+        v.chunk.squares = NULL;
         expect_row(&v, chunk, row, at);
-    else
+    } else {
         view_place(&v, chunk, at->patch);
+    }
     STP_TRY(stp_part_decode(bytes + row->begin, row->bytes, segment,
                             (int)stp_codec_of_part((stp_codec)codec), child_count, &v.chunk,
                             scratch, err));
-    if (segment == 0)
+    if (segment == 0) {
+        STP_TRY(place_squares(chunk, &v, at->patch, err));
         place_levels(chunk, &v, at);
-    else
+    } else {
         at->patch += row->patch_count;
+        chunk->raster.reach = v.chunk.raster.reach;
+    }
 done:
+    if (segment == 0)
+        free(v.chunk.squares);
     free(v.begins);
     return status;
 }

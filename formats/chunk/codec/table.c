@@ -18,6 +18,8 @@
 #define ODDS_BIT 59
 /* This bit: a scale follows the mask. */
 #define SCALE_BIT 58
+/* This bit: squares follow the table. */
+#define SQUARES_BIT 57
 /* Draco, in the first files of version 2: tables with fewer rows join columns (formats/SPEC.md,
  * "Blocks"). */
 #define JOINED_ROWS 768u
@@ -53,7 +55,8 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
     if (table->row_count == 0)
         return STP_OK;
     uint64_t mask = constant_mask(table);
-    stp_put_u64(head + SIZE_BYTES, mask | (uint64_t)(table->scale.step > 0.0) << SCALE_BIT |
+    stp_put_u64(head + SIZE_BYTES, mask | (uint64_t)table->squares << SQUARES_BIT |
+                                       (uint64_t)(table->scale.step > 0.0) << SCALE_BIT |
                                        (uint64_t)table->by_odds << ODDS_BIT |
                                        (uint64_t)table->normal_shift << SHIFT_BIT);
     STP_TRY(stp_bytes_append(out, head, sizeof head, err));
@@ -165,12 +168,14 @@ done:
     return status;
 }
 
-/* Takes the shift of normals and the bit of odds off the mask. */
+/* Takes the shift of normals, the bit of odds and that of squares off the mask. */
 static stp_status take_flags(uint64_t *mask, stp_table *table, stp_error *err)
 {
     table->normal_shift = table->may_shift ? (unsigned)(*mask >> SHIFT_BIT) : 0;
     table->by_odds = table->beside && (*mask >> ODDS_BIT & 1u);
-    *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT | (uint64_t)table->by_odds << ODDS_BIT);
+    table->squares = table->may_squares && (*mask >> SQUARES_BIT & 1u);
+    *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT | (uint64_t)table->by_odds << ODDS_BIT |
+               (uint64_t)table->squares << SQUARES_BIT);
     table->scale = (stp_scale){0};
     if (table->normal_shift > STP_NORMAL_SHIFT_MOST)
         return stp_error_set(err, STP_CORRUPT,

@@ -1,0 +1,40 @@
+/* Squares of a grid of heights: which samples of the grid a block's patches have.
+ *
+ * If a block is of squares, its patches are followed by the raster and, for each patch, its square.
+ * They tell column and row of each sample, so that positions need no bytes but for heights.
+ * formats/SPEC.md, "Squares", has the layout. Threads: any. */
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_H
+
+#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/codec/table.h"
+
+#define STP_SQUARE_SIDE 8u
+/* Greatest reach of a normal's window. */
+#define STP_SQUARE_REACH_MOST 4u
+/* Columns and rows of squares are less. */
+#define STP_SQUARE_PLACES_LIMIT (UINT32_C(1) << 28)
+
+/* Column and row, within the square, of sample i in Morton order. */
+static inline uint32_t stp_square_column(unsigned i)
+{
+    return (i & 1u) | (i >> 1 & 2u) | (i >> 2 & 4u);
+}
+static inline uint32_t stp_square_row(unsigned i)
+{
+    return stp_square_column(i >> 1);
+}
+
+/* Finds the squares of a block with all levels whose raster is set. False if some patch is not a
+ * square of the grid, or its square cannot be coded. out: one for each patch. */
+bool stp_squares_find(const stp_chunk *block, stp_square *out);
+
+/* Appends raster and squares. Errors: OUT_OF_MEMORY. */
+stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares, stp_bytes *out,
+                              stp_error *err);
+/* Reads them into block->raster and squares[patch_count]. The block's counts are known. *used:
+ * bytes. Errors: CORRUPT, OUT_OF_MEMORY. */
+stp_status stp_squares_decode(const uint8_t *bytes, size_t size, stp_chunk *block,
+                              stp_square *squares, size_t *used, stp_error *err);
+
+#endif

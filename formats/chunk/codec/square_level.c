@@ -1,0 +1,456 @@
+/* Codes the levels of a block of squares. */
+#include "formats/chunk/codec/square_level.h"
+
+#include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/codec/square_normal.h"
+#include "formats/chunk/normal_grid.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Values that have slopes. */
+enum { HEIGHT, GREEN, RED, BLUE, VALUE_COUNT };
+
+/* Whole numbers beyond it count as 0. */
+#define WHOLE_MOST 1073741824.0
+
+#define CHOICE_FOLLOW 8u
+#define CHOICE_REACH 7u
+
+uint8_t stp_square_choice_write(const stp_square_choice *choice)
+{
+    return (uint8_t)(choice->reach | (choice->follow ? CHOICE_FOLLOW : 0));
+}
+
+stp_status stp_square_choice_read(uint8_t byte, stp_square_choice *out, stp_error *err)
+{
+    *out = (stp_square_choice){byte & CHOICE_REACH, byte & CHOICE_FOLLOW};
+    if (byte > (CHOICE_FOLLOW | CHOICE_REACH) || out->reach > STP_SQUARE_REACH_MOST)
+        return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
+    return STP_OK;
+}
+
+typedef struct coder {
+    const stp_chunk *block;
+    stp_square_map *map;
+    const stp_level_tables *tables;
+    const double *values[VALUE_COUNT]; /* of the samples of the next coarser level */
+    int level;
+    bool decode;
+} coder;
+
+/* The next rows of a level's two tables. */
+typedef struct rows {
+    uint32_t elder, last;
+} rows;
+
+/* A row of a table: `column` at cell + column * stride. */
+typedef struct table_row {
+    int16_t *cell;
+    size_t stride;
+} table_row;
+
+static table_row next_row(const coder *c, rows *r, bool youngest)
+{
+    const stp_table *table = youngest ? &c->tables->last : &c->tables->elder;
+    return (table_row){table->values + (youngest ? r->last++ : r->elder++), table->stride};
+}
+
+/* Codes a value modulo mask + 1, with the cell of least magnitude. Returns the value. */
+static int32_t code(const coder *c, const table_row *r, unsigned column, int32_t predicted,
+                    int32_t value, int32_t mask)
+{
+    int16_t *cell = r->cell + column * r->stride;
+    if (c->decode)
+        return (predicted + *cell) & mask;
+    const int32_t low = (value - predicted) & mask;
+    *cell = (int16_t)(low > mask >> 1 ? low - mask - 1 : low);
+    return value;
+}
+
+/* A whole number near x, for any x. */
+static int32_t whole(double x)
+{
+    return fabs(x) <= WHOLE_MOST ? (int32_t)floor(x + 0.5) : 0;
+}
+
+/* ---- slopes ---- */
+
+/* The samples that tell a slope along an axis: one before and one after, or the sample itself; and
+ * if the slope is a smooth one, those before and after these. */
+typedef struct neighbours {
+    int32_t before, after, before_2, after_2;
+    double wide; /* from before to after, in sides of a cell */
+    bool smooth;
+} neighbours;
+
+/* Of a sample of a level, along columns or rows. */
+static neighbours find_neighbours(const stp_square_level *on, int level, int32_t sample,
+                                  bool by_column)
+{
+    const double side = (double)(1 << level), *place = by_column ? on->column : on->row;
+    const int column = stp_square_cell(on->column[sample], level), x = by_column;
+    const int row = stp_square_cell(on->row[sample], level), y = !by_column;
+    neighbours n = {.before = stp_square_at(on, column - x, row - y),
+                    .after = stp_square_at(on, column + x, row + y),
+                    .before_2 = stp_square_at(on, column - 2 * x, row - 2 * y),
+                    .after_2 = stp_square_at(on, column + 2 * x, row + 2 * y)};
+    n.before = n.before >= 0 ? n.before : sample;
+    n.after = n.after >= 0 ? n.after : sample;
+    n.wide = (place[n.after] - place[n.before]) / side;
+    n.smooth = n.wide == 2.0 && n.before_2 >= 0 && n.after_2 >= 0 &&
+               place[n.after_2] - place[n.before_2] == 4.0 * side;
+    return n;
+}
+
+/* By the side of a cell. values: of all samples. */
+static double slope(const neighbours *n, const double *values)
+{
+    if (n->before == n->after)
+        return 0.0;
+    const double rise = values[n->after] - values[n->before];
+    return n->smooth ? (22.0 * rise - 3.0 * (values[n->after_2] - values[n->before_2])) / 32.0
+                     : rise / n->wide;
+}
+
+/* How the slope by column changes by row; 0 if a corner is missing. */
+static double twist(const int32_t corner[4], const double *values)
+{
+    if (corner[0] < 0 || corner[1] < 0 || corner[2] < 0 || corner[3] < 0)
+        return 0.0;
+    return ((values[corner[3]] - values[corner[2]]) - (values[corner[1]] - values[corner[0]])) /
+           4.0;
+}
+
+/* What to expect around a parent. Offsets are in sides of its cell. */
+typedef struct field {
+    double value[VALUE_COUNT];
+    double by_column[VALUE_COUNT], by_row[VALUE_COUNT], across[VALUE_COUNT];
+    double column, row;
+} field;
+
+static field field_at(const coder *c, int32_t parent)
+{
+    const int level = c->level + 1;
+    const stp_square_level *on = &c->map->level[level];
+    const int column = stp_square_cell(on->column[parent], level);
+    const int row = stp_square_cell(on->row[parent], level);
+    const neighbours by_column = find_neighbours(on, level, parent, true);
+    const neighbours by_row = find_neighbours(on, level, parent, false);
+    int32_t corner[4];
+    field out = {.column = on->column[parent], .row = on->row[parent]};
+    for (int k = 0; k < 4; k++)
+        corner[k] = stp_square_at(on, column + (k & 1 ? 1 : -1), row + (k & 2 ? 1 : -1));
+    for (int v = 0; v < VALUE_COUNT; v++) {
+        out.value[v] = c->values[v][parent];
+        out.by_column[v] = slope(&by_column, c->values[v]);
+        out.by_row[v] = slope(&by_row, c->values[v]);
+        out.across[v] = twist(corner, c->values[v]);
+    }
+    return out;
+}
+
+/* ---- a family ---- */
+
+typedef struct family {
+    field field;
+    double left[VALUE_COUNT]; /* what is left of the parent's mean */
+    unsigned count;
+    uint32_t parent, first; /* samples */
+    const stp_patch *patch;
+    double steps; /* of the finest lattice in one of the patch */
+    stp_patch_scale scale;
+} family;
+
+/* Sets what is expected of child k. */
+static void expect(const coder *c, const family *f, unsigned k, double out[VALUE_COUNT])
+{
+    const stp_square_level *on = &c->map->level[c->level];
+    const double side = (double)(1 << (c->level + 1));
+    const double column = (on->column[f->first + k] - f->field.column) / side;
+    const double row = (on->row[f->first + k] - f->field.row) / side;
+    for (int v = 0; v < VALUE_COUNT; v++) {
+        out[v] = f->field.value[v] + (column * f->field.by_column[v] + row * f->field.by_row[v]);
+        if (f->count == 4)
+            out[v] += column * row * f->field.across[v];
+    }
+}
+
+static void code_height(const coder *c, const family *f, const table_row *r, uint32_t child,
+                        double expected, stp_sample *s)
+{
+    const int32_t origin = f->patch->origin[2];
+    double steps = expected / f->steps - origin;
+    steps = steps > -65536.0 ? steps : -65536.0;
+    steps = steps < 131072.0 ? steps : 131072.0;
+    int32_t position = s->position[2];
+    if (f->scale.used) {
+        const int32_t place = stp_scale_nearest(steps * f->scale.places + f->scale.offset[2]);
+        const int32_t own = c->decode ? 0 : stp_scale_place(&f->scale, 2, position);
+        const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place & 0xffff, own, 0xffff);
+        position = c->decode ? stp_scale_position(&f->scale, 2, coded) : position;
+    } else {
+        position = code(c, r, STP_COLUMN_POSITION_C, whole(steps), position, 0xffff);
+    }
+    s->position[2] = (uint16_t)position;
+    c->map->level[c->level].z[child] = ((double)origin + position) * f->steps;
+}
+
+/* Codes what a child has besides normal and radius. */
+static void code_child(const coder *c, family *f, unsigned k, const table_row *r)
+{
+    const uint32_t child = f->first + k;
+    const stp_square_level *on = &c->map->level[c->level];
+    const stp_sample *parent = &c->block->samples[c->level + 1][f->parent];
+    stp_sample *s = &c->block->samples[c->level][child];
+    double expected[VALUE_COUNT];
+    const double share = 1.0 / (f->count - k);
+    expect(c, f, k, expected);
+    s->flags = (uint8_t)code(c, r, STP_COLUMN_FLAGS, parent->flags, s->flags, 0xff);
+    s->class_id = (uint8_t)code(c, r, STP_COLUMN_CLASS, parent->class_id, s->class_id, 0xff);
+    s->intensity = (uint8_t)code(c, r, STP_COLUMN_INTENSITY, parent->intensity, s->intensity, 0xff);
+    static const uint8_t channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
+    static const uint8_t column[VALUE_COUNT] = {
+        [GREEN] = STP_COLUMN_GREEN, [RED] = STP_COLUMN_RED, [BLUE] = STP_COLUMN_BLUE};
+    for (int v = GREEN; v <= BLUE; v++) {
+        uint8_t *value = &s->rgb[channel[v]];
+        *value =
+            (uint8_t)code(c, r, column[v], whole(expected[v] + share * f->left[v]), *value, 0xff);
+        f->left[v] += expected[v] - *value;
+    }
+    const double place[2] = {on->x[child], on->y[child]};
+    for (unsigned i = 0; i < 2; i++)
+        s->position[i] =
+            (uint16_t)code(c, r, STP_COLUMN_POSITION_A + i, whole(place[i] - f->patch->origin[i]),
+                           s->position[i], 0xffff);
+    code_height(c, f, r, child, expected[HEIGHT] + share * f->left[HEIGHT], s);
+    f->left[HEIGHT] += expected[HEIGHT] - on->z[child];
+}
+
+static void code_families(const coder *c)
+{
+    rows r = {0};
+    for (uint32_t p = 0; p < c->block->patch_count; p++) {
+        const stp_patch *patch = &c->block->patches[p];
+        const unsigned parents = patch->counts[c->level + 1], children = patch->counts[c->level];
+        family f = {.patch = patch, .steps = stp_square_map_steps(c->map, patch)};
+        f.scale = stp_scale_of_patch(&c->tables->last.scale, patch);
+        for (unsigned j = 0; j < parents; j++) {
+            const unsigned begin = stp_level_children_begin(j, parents, children);
+            f.count = stp_level_children_begin(j + 1, parents, children) - begin;
+            f.parent = c->block->level_begin[c->level + 1][p] + j;
+            f.first = c->block->level_begin[c->level][p] + begin;
+            f.field = field_at(c, (int32_t)f.parent);
+            for (int v = 0; v < VALUE_COUNT; v++)
+                f.left[v] = 0.0;
+            for (unsigned k = 0; k < f.count; k++) {
+                const table_row next = next_row(c, &r, k + 1 == f.count);
+                code_child(c, &f, k, &next);
+            }
+        }
+    }
+}
+
+/* ---- normals and radii, when all heights of the level are known ---- */
+
+static void code_normal(const coder *c, const table_row *r, const double direction[2],
+                        stp_sample *s)
+{
+    const unsigned shift = c->tables->last.normal_shift;
+    int32_t uv[2] = {s->normal[0] | (s->normal[1] & 15) << 8,
+                     s->normal[1] >> 4 | s->normal[2] << 4};
+    for (unsigned i = 0; i < 2; i++) {
+        const int32_t place = whole(direction[i] / (double)(1 << shift));
+        const int32_t own = c->decode ? 0 : stp_normal_grid_place(uv[i], shift);
+        const int32_t coded = code(c, r, STP_COLUMN_NORMAL_U + i, place, own, 0xffff);
+        uv[i] = c->decode ? stp_normal_grid_code(coded, shift) : uv[i];
+    }
+    s->normal[0] = (uint8_t)uv[0];
+    s->normal[1] = (uint8_t)(uv[0] >> 8 | (uv[1] & 15) << 4);
+    s->normal[2] = (uint8_t)(uv[1] >> 4);
+}
+
+/* Kinds of a sample for its radius: how steep it is, and whether a neighbour is missing. */
+#define STEEPNESS_COUNT 5u
+#define KIND_COUNT (2u * STEEPNESS_COUNT)
+
+static unsigned kind_of(const coder *c, uint32_t sample)
+{
+    const stp_square_level *on = &c->map->level[c->level];
+    const stp_sample *s = &c->block->samples[c->level][sample];
+    const stp_ivec3 n = stp_integer_normal(s->normal[0] | (s->normal[1] & 15) << 8,
+                                           s->normal[1] >> 4 | s->normal[2] << 4);
+    const double all = (double)(n.v[0] * n.v[0] + n.v[1] * n.v[1] + n.v[2] * n.v[2]);
+    const double upright = (double)(n.v[2] * n.v[2]);
+    unsigned kind = 0;
+    for (double ratio = M_SQRT2; kind + 1 < STEEPNESS_COUNT && all >= ratio * upright; ratio *= 2.0)
+        kind++;
+    const int column = stp_square_cell(on->column[sample], c->level);
+    const int row = stp_square_cell(on->row[sample], c->level);
+    bool missing = false;
+    for (int j = row - 1; j <= row + 1; j++)
+        for (int i = column - 1; i <= column + 1; i++)
+            missing = missing || (i >= 0 && j >= 0 && i < on->width && j < on->height &&
+                                  stp_square_at(on, i, j) < 0);
+    return kind + (missing ? STEEPNESS_COUNT : 0);
+}
+
+/* The last radius of each kind, in codes on the finest lattice. */
+static void code_radius(const coder *c, const table_row *r, const stp_patch *patch, uint32_t sample,
+                        int32_t last[KIND_COUNT])
+{
+    stp_sample *s = &c->block->samples[c->level][sample];
+    const int32_t lattice = STP_RADIUS_CODES_PER_OCTAVE * (patch->exponent - c->map->exponent);
+    int32_t *of_kind = &last[kind_of(c, sample)];
+    s->radius = (uint8_t)code(c, r, STP_COLUMN_RADIUS, *of_kind - lattice, s->radius, 0xff);
+    *of_kind = s->radius + lattice;
+}
+
+/* The slopes at a sample, by column and by row: of the window, or those of heights alone. */
+static void find_slopes(const coder *c, const stp_square_normals *normals, uint32_t sample,
+                        double out[2])
+{
+    if (normals->reach > 0) {
+        stp_square_slopes_at(normals, sample, out);
+        return;
+    }
+    const stp_square_level *on = &c->map->level[c->level];
+    for (int i = 0; i < 2; i++) {
+        const neighbours n = find_neighbours(on, c->level, (int32_t)sample, i == 0);
+        out[i] = slope(&n, on->z);
+    }
+}
+
+static void code_normals(const coder *c, unsigned reach)
+{
+    rows r = {0};
+    int32_t last[KIND_COUNT];
+    const stp_square_normals normals = stp_square_normals_begin(c->block, c->map, c->level, reach);
+    for (unsigned k = 0; k < KIND_COUNT; k++)
+        last[k] = c->block->patches[0].radius[c->level];
+    for (uint32_t p = 0; p < c->block->patch_count; p++) {
+        const stp_patch *patch = &c->block->patches[p];
+        const unsigned parents = patch->counts[c->level + 1], children = patch->counts[c->level];
+        for (unsigned j = 0; j < parents; j++) {
+            const unsigned begin = stp_level_children_begin(j, parents, children);
+            const unsigned end = stp_level_children_begin(j + 1, parents, children);
+            for (unsigned k = begin; k < end; k++) {
+                const uint32_t sample = c->block->level_begin[c->level][p] + k;
+                const table_row next = next_row(c, &r, k + 1 == end);
+                double slopes[2], direction[2];
+                find_slopes(c, &normals, sample, slopes);
+                stp_square_normal_of(&normals, slopes, direction);
+                code_normal(c, &next, direction, &c->block->samples[c->level][sample]);
+                code_radius(c, &next, patch, sample, last);
+            }
+        }
+    }
+}
+
+/* ---- levels ---- */
+
+/* Sets the heights of a level that is there. */
+static void set_heights(const stp_chunk *block, int level, stp_square_map *map)
+{
+    for (uint32_t p = 0; p < block->patch_count; p++) {
+        const stp_patch *patch = &block->patches[p];
+        const double steps = stp_square_map_steps(map, patch);
+        for (uint32_t i = block->level_begin[level][p]; i < block->level_begin[level][p + 1]; i++)
+            map->level[level].z[i] =
+                ((double)patch->origin[2] + block->samples[level][i].position[2]) * steps;
+    }
+}
+
+static int16_t wrapped(int32_t x)
+{
+    return (int16_t)(((x + 128) & 0xff) - 128);
+}
+
+/* The sum of the magnitudes of red and blue, if they follow green or not. */
+static uint64_t cost(const stp_table *table, bool follow)
+{
+    const int16_t *green = stp_table_column(table, STP_COLUMN_GREEN);
+    const int16_t *red = stp_table_column(table, STP_COLUMN_RED);
+    const int16_t *blue = stp_table_column(table, STP_COLUMN_BLUE);
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < table->row_count; i++) {
+        const int32_t less = follow ? green[i] : 0;
+        sum += (uint64_t)abs(wrapped(red[i] - less)) + (uint64_t)abs(wrapped(blue[i] - less));
+    }
+    return sum;
+}
+
+static uint64_t normals_cost(const stp_level_tables *tables)
+{
+    const stp_table *both[2] = {&tables->elder, &tables->last};
+    uint64_t sum = 0;
+    for (int t = 0; t < 2; t++)
+        for (uint32_t i = 0; i < both[t]->row_count; i++)
+            sum += (uint64_t)abs(stp_table_column(both[t], STP_COLUMN_NORMAL_U)[i]) +
+                   (uint64_t)abs(stp_table_column(both[t], STP_COLUMN_NORMAL_V)[i]);
+    return sum;
+}
+
+/* Takes the normals of slopes without a window, if they are nearer. */
+static void choose_reach(const coder *c, stp_square_choice *choice)
+{
+    const uint64_t with = normals_cost(c->tables);
+    code_normals(c, 0);
+    if (normals_cost(c->tables) < with)
+        choice->reach = 0;
+    else
+        code_normals(c, choice->reach);
+}
+
+/* Takes green off red and blue of elder children, or adds it. */
+static void move_colours(const stp_table *table, int sign)
+{
+    const int16_t *green = stp_table_column(table, STP_COLUMN_GREEN);
+    int16_t *red = stp_table_column(table, STP_COLUMN_RED);
+    int16_t *blue = stp_table_column(table, STP_COLUMN_BLUE);
+    for (uint32_t i = 0; i < table->row_count; i++) {
+        red[i] = wrapped(red[i] + sign * green[i]);
+        blue[i] = wrapped(blue[i] + sign * green[i]);
+    }
+}
+
+/* Sets what the level's parents tell. Their colours take the place of the map's sums. */
+static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
+                         const stp_level_tables *tables, bool decode)
+{
+    const uint32_t count = block->level_begin[level + 1][block->patch_count];
+    const stp_sample *parents = block->samples[level + 1];
+    double *colours = map->sums;
+    static const unsigned channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
+    coder c = {block, map, tables, {[HEIGHT] = map->level[level + 1].z}, level, decode};
+    set_heights(block, level + 1, map);
+    for (int v = GREEN; v <= BLUE; v++, colours += count) {
+        for (uint32_t i = 0; i < count; i++)
+            colours[i] = parents[i].rgb[channel[v]];
+        c.values[v] = colours;
+    }
+    return c;
+}
+
+void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *map,
+                             stp_square_choice *choice, const stp_level_tables *tables)
+{
+    const coder c = coder_begin(block, level, map, tables, false);
+    code_families(&c);
+    code_normals(&c, choice->reach);
+    if (level > 0)
+        choose_reach(&c, choice);
+    choice->follow = cost(&tables->elder, true) < cost(&tables->elder, false);
+    if (choice->follow)
+        move_colours(&tables->elder, -1);
+}
+
+void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
+                             const stp_square_choice *choice, const stp_level_tables *tables)
+{
+    const coder c = coder_begin(block, level, map, tables, true);
+    if (choice->follow)
+        move_colours(&tables->elder, 1);
+    code_families(&c);
+    code_normals(&c, choice->reach);
+}

@@ -1,0 +1,373 @@
+/* Tests blocks of squares: samples come back whatever they are, at every level; what is no square
+ * of the grid is coded as points; and hostile bytes are refused or decoded, never followed. */
+#include "formats/chunk/codec/square_map.h"
+
+#include "base/random.h"
+#include "formats/chunk/codec/segment.h"
+#include "formats/chunk/layout.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#define CODEC STP_CODEC_DRACO_BLOCKS
+/* Squares of the test's block; its raster begins at square (3, 5). */
+enum { ACROSS = 4, DOWN = 3, SQUARES = ACROSS * DOWN, FIRST_COLUMN = 24, FIRST_ROW = 40 };
+/* Of the index of a segment of one block: segment 0, and the others. */
+enum { INDEX_FIRST = 16, INDEX = 8, TABLE_SIZE = 4 };
+
+static const stp_raster raster = {.x = -17.0, .y = 90.0, .dx = 0.5, .dy = -0.25, .reach = 2};
+
+/* What a test makes its samples of. */
+typedef struct recipe {
+    bool wild;   /* fields of all samples are random, but for places */
+    bool holes;  /* every ninth sample is missing */
+    int octaves; /* exponents of patches differ by as many */
+    uint64_t seed;
+} recipe;
+
+static bool is_missing(const recipe *r, uint32_t square, unsigned i)
+{
+    return r->holes && (square * 64 + i) % 9 == 4;
+}
+
+static double height(double column, double row)
+{
+    return 3.0 * sin(column / 6.0) + 2.0 * cos(row / 5.0) + 0.2 * column;
+}
+
+static void fill_fields(const recipe *r, stp_sample *s, uint64_t i)
+{
+    const uint64_t random = stp_random_u64(r->seed, i);
+    *s = (stp_sample){.radius = 80,
+                      .flags = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL,
+                      .normal = {0, 8, 128},
+                      .rgb = {100, 120, (uint8_t)(i % 7 + 90)}};
+    if (!r->wild)
+        return;
+    memcpy(s, &random, sizeof random);
+    memcpy(s->normal, &random, sizeof s->normal);
+    s->rgb[1] = (uint8_t)(random >> 24);
+    s->flags &= (uint8_t)~STP_SAMPLE_KIND_MASK;
+}
+
+/* Puts a sample at a place of the grid. */
+static void put(const stp_patch *patch, double column, double row, bool wild, stp_sample *s)
+{
+    const double steps = ldexp(1.0, -patch->exponent);
+    const double at[3] = {raster.x + column * raster.dx, raster.y + row * raster.dy,
+                          height(column, row)};
+    for (int i = 0; i < (wild ? 2 : 3); i++)
+        s->position[i] = (uint16_t)(lrint(at[i] * steps) - patch->origin[i]);
+}
+
+static void fill_patch(const recipe *r, stp_chunk *chunk, uint32_t p)
+{
+    stp_patch *patch = &chunk->patches[p];
+    const uint32_t column = FIRST_COLUMN + p % ACROSS * 8, row = FIRST_ROW + p / ACROSS * 8;
+    const double steps = ldexp(1.0, -patch->exponent);
+    const double low[3] = {raster.x + column * raster.dx, raster.y + (row + 8) * raster.dy, -20.0};
+    for (int i = 0; i < 3; i++)
+        patch->origin[i] = (int32_t)floor(low[i] * steps);
+    uint32_t next = chunk->level_begin[0][p];
+    for (unsigned i = 0; i < 64; i++) {
+        if (is_missing(r, p, i))
+            continue;
+        stp_sample *s = &chunk->samples[0][next];
+        fill_fields(r, s, next++);
+        put(patch, column + stp_square_column(i), row + stp_square_row(i), r->wild, s);
+    }
+    for (int l = 1; l < STP_LEVEL_COUNT; l++)
+        for (uint32_t i = chunk->level_begin[l][p]; i < chunk->level_begin[l][p + 1]; i++) {
+            fill_fields(r, &chunk->samples[l][i], i + 9999u * (unsigned)l);
+            put(patch, column + 3.5, row + 3.5, r->wild, &chunk->samples[l][i]);
+        }
+}
+
+static stp_chunk *make_chunk(const recipe *r)
+{
+    stp_chunk *chunk = NULL;
+    uint8_t counts[SQUARES][STP_LEVEL_COUNT] = {{0}};
+    uint32_t all[STP_LEVEL_COUNT] = {0};
+    for (uint32_t p = 0; p < SQUARES; p++) {
+        for (unsigned i = 0; i < 64; i++)
+            counts[p][0] = (uint8_t)(counts[p][0] + !is_missing(r, p, i));
+        for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+            if (l > 0)
+                counts[p][l] = (uint8_t)stp_level_count_above(counts[p][l - 1]);
+            all[l] += counts[p][l];
+        }
+    }
+    assert_int_equal(stp_chunk_create(&chunk, SQUARES, all, 0, NULL), STP_OK);
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        for (uint32_t p = 0; p < SQUARES; p++)
+            chunk->level_begin[l][p + 1] = chunk->level_begin[l][p] + counts[p][l];
+    for (uint32_t p = 0; p < SQUARES; p++) {
+        memcpy(chunk->patches[p].counts, counts[p], sizeof counts[p]);
+        chunk->patches[p].child = STP_PATCH_NO_CHILD;
+        chunk->patches[p].exponent = (int16_t)(-10 + (p == 5 ? r->octaves : 0));
+        fill_patch(r, chunk, p);
+    }
+    chunk->raster = raster;
+    return chunk;
+}
+
+/* The segments of a chunk. */
+typedef struct coded {
+    stp_bytes segment[STP_SEGMENT_COUNT];
+} coded;
+
+static coded encode(const stp_chunk *chunk)
+{
+    coded out = {0};
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+        assert_int_equal(stp_segment_encode(chunk, s, CODEC, &out.segment[s], NULL), STP_OK);
+    return out;
+}
+
+static size_t size_of(const coded *c)
+{
+    return c->segment[0].size + c->segment[1].size + c->segment[2].size;
+}
+
+static void clear(coded *c)
+{
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+        free(c->segment[s].data);
+}
+
+/* Decodes the segments that hold the levels down to `finest`. */
+static stp_status decode(const coded *c, const stp_chunk *like, int finest, stp_chunk **out)
+{
+    stp_chunk_scratch scratch = {0};
+    stp_status status = STP_OK;
+    uint32_t counts[STP_LEVEL_COUNT];
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        counts[l] = like->level_begin[l][SQUARES];
+    assert_int_equal(stp_chunk_create(out, SQUARES, counts, finest, NULL), STP_OK);
+    for (int s = 0; status == STP_OK && s < stp_segment_count(finest); s++) {
+        /* A copy of its own, so that a read beyond its end is found. */
+        uint8_t *bytes = malloc(c->segment[s].size);
+        assert_non_null(bytes);
+        memcpy(bytes, c->segment[s].data, c->segment[s].size);
+        status = stp_segment_decode(bytes, c->segment[s].size, s, CODEC, 0, *out, &scratch, NULL);
+        free(bytes);
+    }
+    stp_chunk_scratch_free(&scratch);
+    return status;
+}
+
+static void assert_same(const stp_chunk *a, const stp_chunk *b)
+{
+    assert_memory_equal(a->patches, b->patches, SQUARES * sizeof *a->patches);
+    for (int l = b->finest_level; l < STP_LEVEL_COUNT; l++)
+        assert_memory_equal(a->samples[l], b->samples[l],
+                            a->level_begin[l][SQUARES] * sizeof *a->samples[l]);
+}
+
+/* Encodes and decodes to each level. Returns whether the block was coded as squares. */
+static bool round_trip(const stp_chunk *chunk)
+{
+    coded bytes = encode(chunk);
+    bool squares = false;
+    for (int finest = 2; finest >= 0; finest--) {
+        stp_chunk *decoded = NULL;
+        assert_int_equal(decode(&bytes, chunk, finest, &decoded), STP_OK);
+        assert_same(chunk, decoded);
+        squares = stp_chunk_is_squares(decoded);
+        if (squares && finest == 0)
+            assert_memory_equal(&decoded->raster, &raster, sizeof raster);
+        if (squares)
+            assert_int_equal(decoded->squares[5].row, FIRST_ROW / 8 + 1);
+        stp_chunk_destroy(&decoded);
+    }
+    clear(&bytes);
+    return squares;
+}
+
+static const recipe recipes[] = {{0},
+                                 {.holes = true},
+                                 {.holes = true, .octaves = 8},
+                                 {.wild = true, .seed = 1},
+                                 {.wild = true, .holes = true, .octaves = 1, .seed = 2}};
+#define RECIPE_COUNT (sizeof recipes / sizeof *recipes)
+
+static void test_round_trip(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < RECIPE_COUNT; i++) {
+        stp_chunk *chunk = make_chunk(&recipes[i]);
+        assert_true(round_trip(chunk));
+        stp_chunk_destroy(&chunk);
+    }
+}
+
+/* Smooth heights take at most three quarters of what they take as points. */
+static void test_size(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&recipes[0]);
+    coded squares = encode(chunk);
+    chunk->raster.dx = 0.0;
+    coded points = encode(chunk);
+    assert_in_range(size_of(&squares), 1, size_of(&points) * 3 / 4);
+    clear(&squares);
+    clear(&points);
+    stp_chunk_destroy(&chunk);
+}
+
+static void move_sample(stp_chunk *chunk)
+{
+    chunk->samples[0][70].position[0] += 300; /* a column is 512 steps */
+}
+static void swap_samples(stp_chunk *chunk)
+{
+    const stp_sample other = chunk->samples[0][70];
+    chunk->samples[0][70] = chunk->samples[0][71];
+    chunk->samples[0][71] = other;
+}
+static void move_raster(stp_chunk *chunk)
+{
+    chunk->raster.x += 100.0; /* the columns would be less than 0 */
+}
+static void double_square(stp_chunk *chunk)
+{
+    memcpy(&chunk->patches[1], &chunk->patches[0], sizeof *chunk->patches);
+    memcpy(chunk->samples[0] + 64, chunk->samples[0], 64 * sizeof *chunk->samples[0]);
+}
+static void spread_lattices(stp_chunk *chunk)
+{
+    chunk->patches[3].exponent += 9;
+    chunk->patches[3].origin[0] >>= 9;
+    chunk->patches[3].origin[1] >>= 9;
+    for (unsigned i = 192; i < 256; i++)
+        chunk->samples[0][i].position[0] = (uint16_t)(chunk->samples[0][i].position[0] >> 9);
+}
+
+/* What is no square of the grid is coded as points, without loss. */
+static void test_points(void **state)
+{
+    (void)state;
+    void (*const changes[])(stp_chunk *) = {move_sample, swap_samples, move_raster, double_square,
+                                            spread_lattices};
+    for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
+        stp_chunk *chunk = make_chunk(&recipes[0]);
+        changes[i](chunk);
+        assert_false(round_trip(chunk));
+        stp_chunk_destroy(&chunk);
+    }
+}
+
+static stp_status decode_changed(const coded *c, const stp_chunk *like)
+{
+    stp_chunk *decoded = NULL;
+    const stp_status status = decode(c, like, 0, &decoded);
+    stp_chunk_destroy(&decoded);
+    return status;
+}
+
+/* Any byte changed: refused or decoded. Cut anywhere: refused. */
+static void test_hostile(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&recipes[1]);
+    coded bytes = encode(chunk);
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+        for (size_t i = 0; i < bytes.segment[s].size; i++) {
+            uint8_t *at = bytes.segment[s].data + i;
+            const uint8_t was = *at;
+            *at ^= (uint8_t)(1u << i % 8);
+            const stp_status status = decode_changed(&bytes, chunk);
+            assert_true(status == STP_OK || status == STP_CORRUPT);
+            *at = was;
+        }
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+        for (size_t size = 1, whole = bytes.segment[s].size; size < whole; size += 3) {
+            bytes.segment[s].size = size;
+            assert_int_equal(decode_changed(&bytes, chunk), STP_CORRUPT);
+            bytes.segment[s].size = whole;
+        }
+    clear(&bytes);
+    stp_chunk_destroy(&chunk);
+}
+
+/* Where the raster begins in segment 0. */
+static uint8_t *raster_of(coded *c)
+{
+    uint8_t *table = c->segment[0].data + INDEX_FIRST;
+    return table + TABLE_SIZE + stp_get_u32(table);
+}
+
+static void assert_refused(coded *c, const stp_chunk *like, uint8_t *at, const void *bytes,
+                           size_t size)
+{
+    uint8_t was[8];
+    memcpy(was, at, size);
+    memcpy(at, bytes, size);
+    assert_int_equal(decode_changed(c, like), STP_CORRUPT);
+    memcpy(at, was, size);
+    assert_int_equal(decode_changed(c, like), STP_OK);
+}
+
+static void test_numbers(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&recipes[0]);
+    coded bytes = encode(chunk);
+    const double numbers[] = {NAN, INFINITY, -1e16};
+    const double zero = 0.0;
+    const uint8_t far[4] = {0, 0, 0, 0x10}; /* 2^28 */
+    const uint8_t choices[] = {5, 16, 255};
+    for (unsigned i = 0; i < 4; i++)
+        for (unsigned k = 0; k < 3; k++)
+            assert_refused(&bytes, chunk, raster_of(&bytes) + 8 * i, &numbers[k], 8);
+    assert_refused(&bytes, chunk, raster_of(&bytes) + 16, &zero, 8);
+    assert_refused(&bytes, chunk, raster_of(&bytes) + 24, &zero, 8);
+    assert_refused(&bytes, chunk, raster_of(&bytes) + 32, far, 4);
+    assert_refused(&bytes, chunk, raster_of(&bytes) + 36, far, 4);
+    for (int s = 1; s < STP_SEGMENT_COUNT; s++)
+        for (unsigned k = 0; k < 3; k++)
+            assert_refused(&bytes, chunk, bytes.segment[s].data + INDEX, &choices[k], 1);
+    clear(&bytes);
+    stp_chunk_destroy(&chunk);
+}
+
+/* Squares that contradict the patches or each other. */
+static void test_squares(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&recipes[0]);
+    stp_square squares[SQUARES], decoded[SQUARES];
+    stp_square_map map = {0};
+    stp_bytes bytes = {0};
+    size_t used = 0;
+    assert_true(stp_squares_find(chunk, squares));
+    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_OK);
+    stp_square_map_clear(&map);
+    squares[2].column += 300; /* a rectangle of 304 x 3 squares for 12 */
+    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_CORRUPT);
+    squares[2].column -= 301; /* the square of patch 1 */
+    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_CORRUPT);
+    squares[2].column++;
+    squares[2].samples &= squares[2].samples - 1;
+    assert_int_equal(stp_squares_encode(chunk, squares, &bytes, NULL), STP_OK);
+    assert_int_equal(stp_squares_decode(bytes.data, bytes.size, chunk, decoded, &used, NULL),
+                     STP_CORRUPT);
+    free(bytes.data);
+    stp_chunk_destroy(&chunk);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_round_trip), cmocka_unit_test(test_size),
+        cmocka_unit_test(test_points),     cmocka_unit_test(test_hostile),
+        cmocka_unit_test(test_numbers),    cmocka_unit_test(test_squares),
+    };
+    return cmocka_run_group_tests_name("squares of a grid", tests, NULL, NULL);
+}
