@@ -1,5 +1,6 @@
 /* Makes a tile of a grid of heights a leaf. */
 #include "base/memory.h"
+#include "formats/chunk/normal_grid.h"
 #include "preprocess/grid/height_grid.h"
 
 #include <math.h>
@@ -29,7 +30,8 @@ typedef struct tile {
     double *z;              /* SIDE_WITH_REACH squared; NaN: none */
     stp_item *items;        /* of square after square */
     uint32_t *ends;         /* of the squares' items */
-    uint32_t count, squares;
+    uint32_t *together;     /* ends, among the squares, of those that lie together */
+    uint32_t count, squares, together_count;
 } tile;
 
 static double *height_at(const tile *t, uint32_t column, uint32_t row)
@@ -123,6 +125,19 @@ static stp_dvec3 normal_of(const stp_height_grid *grid, const double *middle)
     return stp_dvec3_normalize(n);
 }
 
+/* The nearest code, coordinate by coordinate: that is how a payload expects it. */
+static vec3s on_grid(stp_dvec3 n, unsigned bits)
+{
+    const double all = fabs(n.x) + fabs(n.y) + n.z, step = (double)(1u << (STP_NORMAL_BITS - bits));
+    const double most = (1u << STP_NORMAL_BITS) - 1, v[2] = {n.x, n.y};
+    uint32_t code[2];
+    for (int i = 0; i < 2; i++)
+        code[i] = (uint32_t)fmin(step * floor((v[i] / all + 1.0) * 0.5 * most / step + 0.5), most);
+    const uint8_t bytes[3] = {(uint8_t)code[0], (uint8_t)(code[0] >> 8 | (code[1] & 15u) << 4),
+                              (uint8_t)(code[1] >> 4)};
+    return stp_normal_decode(bytes);
+}
+
 /* Whether the sample, which is none, is one of 2 x 2 that are none. */
 static bool is_in_wide_hole(const double *none)
 {
@@ -170,7 +185,7 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
     const stp_dvec3 normal = normal_of(grid, z);
     stp_point_facts facts = {.position = stp_scan_raster_at(r, c, w, *z),
                              .spacing = spacing_of(t, z, normal.z),
-                             .normal = stp_dvec3_to_float(normal),
+                             .normal = on_grid(normal, t->params->normal_bits),
                              .source = (uint32_t)((uint64_t)w * r->columns + c),
                              .normal_bits = t->params->normal_bits,
                              .rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY},
@@ -181,10 +196,13 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
     t->items[t->count++] = stp_point_item_make(&facts, t->params);
 }
 
-/* Bit 0, 2, 4 of a number, as bits 0, 1, 2. */
+/* Every second bit of a number, from bit 0 on. */
 static uint32_t every_second_bit(uint32_t n)
 {
-    return (n & 1u) | (n >> 1 & 2u) | (n >> 2 & 4u);
+    uint32_t out = 0;
+    for (unsigned k = 0; k < 16; k++)
+        out |= (n >> 2 * k & 1u) << k;
+    return out;
 }
 
 /* Samples stand in Morton order, so that those that a level merges are next to each other. */
@@ -198,6 +216,33 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
     }
     if (t->count > before)
         t->ends[t->squares++] = t->count;
+}
+
+/* So do squares. Those of 8 x 8 squares lie together, and so do more if there are no more than 64.
+ */
+static void add_squares(tile *t)
+{
+    const uint32_t side = STP_TILE_SIDE / STP_SQUARE_SIDE;
+    uint32_t begin = 0, end = 0; /* of squares that lie together */
+    for (uint32_t i = 0; i < side * side; i++) {
+        const uint32_t c = every_second_bit(i), r = every_second_bit(i >> 1);
+        add_square(t, c * STP_SQUARE_SIDE, r * STP_SQUARE_SIDE);
+        if ((i + 1) % STP_PATCH_SAMPLES > 0 || t->squares == end)
+            continue;
+        if (end > begin && t->squares - begin > STP_PATCH_SAMPLES) {
+            t->together[t->together_count++] = end;
+            begin = end;
+        }
+        end = t->squares;
+    }
+    t->together[t->together_count++] = end;
+}
+
+/* The grid's raster as a chunk has it. */
+static stp_raster raster_of(const stp_height_grid *grid, stp_dvec3 origin)
+{
+    const stp_scan_raster *r = &grid->raster;
+    return (stp_raster){r->x - origin.x, r->y - origin.y, r->dx, -r->dy, grid->reach};
 }
 
 static uint32_t least(uint32_t a, uint32_t b)
@@ -220,17 +265,22 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
         stp_alloc(&t.z, (size_t)SIDE_WITH_REACH * SIDE_WITH_REACH, sizeof *t.z, "heights", err));
     STP_TRY(stp_alloc(&t.items, grid->tile_samples[index], sizeof *t.items, "samples", err));
     STP_TRY(stp_alloc(&t.ends, grid->tile_samples[index], sizeof *t.ends, "patches", err));
+    STP_TRY(stp_alloc(&t.together, grid->tile_samples[index], sizeof *t.together, "patches", err));
     load(&t);
-    for (uint32_t row = 0; row < t.rows; row += STP_SQUARE_SIDE)
-        for (uint32_t column = 0; column < t.columns; column += STP_SQUARE_SIDE)
-            add_square(&t, column, row);
-    const stp_item_group group = {
-        .items = t.items, .count = t.count, .run_ends = t.ends, .run_count = t.squares};
+    add_squares(&t);
+    const stp_item_group group = {.items = t.items,
+                                  .run_ends = t.ends,
+                                  .together_ends = t.together,
+                                  .count = t.count,
+                                  .run_count = t.squares,
+                                  .together_count = t.together_count};
     STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
+    out->chunk->raster = raster_of(grid, out->origin);
 done:
     free(t.z);
     free(t.items);
     free(t.ends);
+    free(t.together);
     return status;
 }
 

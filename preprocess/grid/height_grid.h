@@ -13,15 +13,14 @@
 #define STP_PREPROCESS_GRID_HEIGHT_GRID_H
 
 #include "base/spill.h"
+#include "formats/chunk/codec/square.h"
 #include "formats/scan/scan.h"
 #include "preprocess/tree/chunk_build.h"
 
 /* Samples on a side of a leaf, so that one has at most 65,536. */
 #define STP_TILE_SIDE 256u
-/* Samples on a side of a patch. */
-#define STP_SQUARE_SIDE 8u
 /* Greatest reach of a normal's window. */
-#define STP_GRID_REACH 4u
+#define STP_GRID_REACH STP_SQUARE_REACH_MOST
 
 typedef struct stp_height_grid {
     stp_scan_raster raster;

@@ -188,8 +188,8 @@ static bool store_items(builder *b)
 }
 
 /* Area-weighted mean of the finer samples [begin, end). A weight is r^2 in steps; if all radii are
- * 0, weights are equal. A sample of a line keeps its kind and its tangent in place of a normal as
- * long as it is alone; merged, it is surface. */
+ * 0, or the ground says so, weights are equal. A sample of a line keeps its kind and its tangent in
+ * place of a normal as long as it is alone; merged, it is surface. */
 static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end, stp_sample *like,
                       double *area)
 {
@@ -204,6 +204,7 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     *area = 0.0;
     for (unsigned i = begin; i < end; i++) {
         double steps = finer[i].radius * inverse, weight = steps > 0.0 ? steps * steps : 1e-30;
+        weight = b->ground->even ? 1.0 : weight;
         bool against =
             !(samples[i].flags & STP_SAMPLE_ORIENTED) && stp_dvec3_dot(finer[i].normal, lead) < 0.0;
         out.centre = stp_dvec3_add(out.centre, stp_dvec3_scale(finer[i].centre, weight));

@@ -54,6 +54,7 @@ typedef struct stp_patch_ground {
     bool copied;          /* the items are patch vertices from below: stored unchanged */
     int vertex_least;     /* exponent of the finest lattice of vertices */
     unsigned normal_bits; /* of the grid of level-0 normals; level l has l bits more, up to 12 */
+    bool even;            /* samples are merged by plain means, whatever their radii */
 } stp_patch_ground;
 
 /* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. On success

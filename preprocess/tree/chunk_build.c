@@ -25,12 +25,15 @@ typedef struct assembly {
     size_t carry_capacity;
     uint32_t *sources; /* by level-0 sample; none if patches are made, not built */
     size_t source_capacity;
-    uint32_t *order; /* of the patches: a run of them becomes one patch of the parent */
+    uint32_t *order;    /* of the patches: a run of them becomes one patch of the parent */
+    uint32_t *together; /* ends of these runs; NULL: not known yet */
+    uint32_t together_count;
+    size_t together_capacity;
     int vertex_least;
     unsigned normal_bits;
     const stp_resolution *resolution; /* for points; else NULL */
     stp_displacement displacement;
-    bool leaf, linked;
+    bool leaf, linked, even;
 } assembly;
 
 stp_chunk_extent stp_chunk_extent_none(int vertex_least)
@@ -179,7 +182,7 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
     stp_patch patch;
     stp_patch_samples samples;
     stp_item vertex;
-    const stp_patch_ground ground = {a->origin, !a->leaf, a->vertex_least, a->normal_bits};
+    const stp_patch_ground ground = {a->origin, !a->leaf, a->vertex_least, a->normal_bits, a->even};
     if (stp_patch_build(items, order, count, &ground, &patch, &samples, &vertex)) {
         patch.child = child;
         patch.first_below = a->linked ? (uint16_t)order[0] : 0;
@@ -283,6 +286,27 @@ done:
     return status;
 }
 
+/* Ends a run of patches that become one patch of the parent at each of the group's ends. */
+static stp_status end_together(assembly *a, const stp_item_group *group, uint32_t run,
+                               uint32_t *next, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t before = a->together_count ? a->together[a->together_count - 1] : 0;
+    uint32_t more = a->patch_count - before;
+    if (*next == group->together_count || group->together_ends[*next] != run + 1)
+        return STP_OK;
+    (*next)++;
+    while (more > 0) { /* squares that did not fit one lattice have become several patches */
+        const uint32_t count = more < STP_PATCH_SAMPLES ? more : STP_PATCH_SAMPLES;
+        STP_TRY(stp_grow(&a->together, &a->together_capacity, (size_t)a->together_count + 1,
+                         sizeof *a->together, "patches", err));
+        more -= count;
+        a->together[a->together_count++] = a->patch_count - more;
+    }
+done:
+    return status;
+}
+
 static stp_status keep_group(assembly *a, const stp_kept_patches *kept, uint8_t child,
                              stp_error *err)
 {
@@ -301,7 +325,7 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
         return keep_group(a, group->kept, child, err);
     uint32_t *order = NULL, *own_ends = NULL;
     const uint32_t *ends = group->run_ends;
-    uint32_t run_count = group->run_count;
+    uint32_t run_count = group->run_count, next = 0;
     STP_TRY(stp_alloc(&order, group->count, sizeof *order, "samples", err));
     for (uint32_t i = 0; i < group->count; i++)
         order[i] = i;
@@ -313,6 +337,7 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
     for (uint32_t run = 0; run < run_count; run++) {
         uint32_t begin = run ? ends[run - 1] : 0;
         STP_TRY(build_run(a, group->items, order + begin, ends[run] - begin, child, err));
+        STP_TRY(end_together(a, group, run, &next, err));
     }
 done:
     free(own_ends);
@@ -329,6 +354,14 @@ static stp_status order_patches(assembly *a, uint32_t **run_ends, uint32_t *run_
     stp_item_group vertices = {.items = a->vertices, .count = a->patch_count};
     uint32_t *ends = NULL;
     STP_TRY(stp_alloc(&a->order, a->patch_count, sizeof *a->order, "patches", err));
+    if (a->together) {
+        for (uint32_t p = 0; p < a->patch_count; p++)
+            a->order[p] = p;
+        *run_ends = a->together;
+        *run_count = a->together_count;
+        a->together = NULL;
+        return STP_OK;
+    }
     STP_TRY(stp_alloc(&ends, a->patch_count, sizeof *ends, "patches", err));
     STP_TRY(find_runs(&vertices, a->origin, a->order, ends, run_count, err));
     STP_TRY(stp_alloc(run_ends, *run_count, sizeof **run_ends, "patches", err)); /* kept: exact */
@@ -425,6 +458,7 @@ done:
 static void clear_assembly(assembly *a)
 {
     free(a->order);
+    free(a->together);
     free(a->carry);
     free(a->sources);
     free(a->patches);
@@ -467,7 +501,8 @@ stp_status stp_chunk_build_leaf(stp_built_chunk *out, const stp_item_group *poin
     assembly a = {.leaf = true,
                   .vertex_least = params->vertex_least,
                   .normal_bits = params->normal_bits,
-                  .resolution = &params->resolution};
+                  .resolution = &params->resolution,
+                  .even = points->together_ends != NULL};
     return build_groups(out, &a, points, 1, err);
 }
 

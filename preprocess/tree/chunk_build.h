@@ -25,7 +25,11 @@ typedef struct stp_item_group {
     /* The ends of the runs of items that become patches, linked to the child's. NULL: the build
      * finds the runs. Set in all groups or in none. */
     const uint32_t *run_ends;
-    uint32_t count, run_count; /* of items; of runs */
+    /* Of squares of a grid: ends, among the runs, of those that lie together. Their patches become
+     * one patch of the parent, or several of up to 64; samples are merged by plain means. NULL: the
+     * build finds what lies together. */
+    const uint32_t *together_ends;
+    uint32_t count, run_count, together_count; /* of items; of runs; of runs that lie together */
 } stp_item_group;
 
 /* The extremes of a chunk's items. */

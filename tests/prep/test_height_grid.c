@@ -187,6 +187,39 @@ static void squares_become_patches(void **state)
     free(cloud.points);
 }
 
+static void check_squares(const stp_chunk *chunk)
+{
+    assert_non_null(chunk->squares);
+    assert_true(chunk->raster.dx == raster.dx && chunk->raster.dy == -raster.dy);
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const uint32_t i = prep_number_of(&chunk->samples[0][chunk->level_begin[0][p]]);
+        assert_int_equal(chunk->squares[p].column, i % COLUMNS / 8);
+        assert_int_equal(chunk->squares[p].row, i / COLUMNS / 8);
+    }
+}
+
+/* With Draco's codec, leaves tell columns and rows in place of positions. */
+static void leaves_tell_columns_and_rows(void **state)
+{
+    const stp_prep_params params = {.codec = STP_CODEC_DRACO};
+    stp_prep_stats stats;
+    stp_error err = {0};
+    prep_cloud cloud = make_grid(waves, scattered, 0.1);
+    (void)state;
+    if (prep_cloud_run(&cloud, OUT, 2, &params, &stats, &err) != STP_OK)
+        fail_msg("%s", err.message);
+    stp_chunk_file *file = prep_open_verified(OUT);
+    for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
+        stp_chunk_entry entry;
+        stp_chunk *chunk = prep_chunk(file, id, &entry);
+        if (entry.child_count == 0)
+            check_squares(chunk);
+        stp_chunk_destroy(&chunk);
+    }
+    stp_chunk_file_close(&file);
+    free(cloud.points);
+}
+
 /* Noise of 0.2 columns turns the normals of 3 x 3 samples by 3 degrees and more. */
 static void noise_asks_for_wide_windows(void **state)
 {
@@ -318,10 +351,15 @@ static void bytes_are_the_same(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(squares_become_patches),   cmocka_unit_test(noise_asks_for_wide_windows),
-        cmocka_unit_test(missing_samples_stay_out), cmocka_unit_test(wide_holes_keep_their_width),
-        cmocka_unit_test(cliffs_turn_no_normals),   cmocka_unit_test(a_single_sample_is_a_model),
-        cmocka_unit_test(no_sample_is_refused),     cmocka_unit_test(bytes_are_the_same),
+        cmocka_unit_test(squares_become_patches),
+        cmocka_unit_test(noise_asks_for_wide_windows),
+        cmocka_unit_test(missing_samples_stay_out),
+        cmocka_unit_test(wide_holes_keep_their_width),
+        cmocka_unit_test(cliffs_turn_no_normals),
+        cmocka_unit_test(a_single_sample_is_a_model),
+        cmocka_unit_test(no_sample_is_refused),
+        cmocka_unit_test(bytes_are_the_same),
+        cmocka_unit_test(leaves_tell_columns_and_rows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
