@@ -29,7 +29,7 @@
 #define UNITS_BY_THREAD 16u
 
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
-    "read", "sort", "layers", "outliers", "surface", "orientation", "closed", "patches"};
+    "read", "sort", "layers", "outliers", "surface", "orientation", "closed", "maps", "patches"};
 
 /* Counts the stored points again after some were removed. */
 static void recount(const stp_cloud *cloud, stp_prep_stats *stats)
@@ -69,6 +69,7 @@ static bool is_left_out(int stage, const stp_prep_stats *stats)
 {
     return (stage == STP_STAGE_LAYERS && !stats->join_layers) ||
            (stage == STP_STAGE_OUTLIERS && stats->outliers == STP_OUTLIERS_KEEP) ||
+           (stage == STP_STAGE_MAPS && !stats->makes_maps) ||
            (stats->keeps_grid && (stage == STP_STAGE_SORT || stage == STP_STAGE_ORIENTATION ||
                                   stage == STP_STAGE_CLOSED));
 }
@@ -150,8 +151,14 @@ static stp_status write_tree(stp_prep_job *job, stp_error *err)
         return status;
     const stp_dvec3 *stations =
         params->orient == STP_ORIENT_POSITION ? &params->orient_position : source->stations;
-    stp_prep_facts about = {source, stats,        stations,     &job->outside,
-                            job->k, tree->lambda, params->unlit};
+    stp_prep_facts about = {source,
+                            stats,
+                            stations,
+                            &job->outside,
+                            job->k,
+                            tree->lambda,
+                            params->maps ? params->maps->cone_deg : 0.0,
+                            params->unlit};
     status = stp_tree_write(&writer, &job->cloud, tree, stp_prep_metadata, &about, job->pool,
                             job->progress, &stats->tree, err);
     stp_chunk_writer_destroy(&writer);
@@ -234,6 +241,31 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
     return stp_prep_end_stage(job, STP_STAGE_CLOSED, err);
 }
 
+/* Makes elevation maps of the surface. Their samples lie near points, not at them, so no proof that
+ * a point's back is hidden holds for them. */
+static stp_status make_maps(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_prep_stats *stats = job->stats;
+    stp_cloud *cloud = &job->cloud;
+    if (!stats->makes_maps)
+        return STP_OK;
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        cloud->marks[i] &= (uint8_t)~STP_MARK_CLOSED;
+    stp_outside_clear(&job->outside);
+    stats->closed_count = 0;
+    STP_TRY(stp_maps_make(&job->maps, cloud, job->params->maps, job->pool, job->progress, err));
+    stats->maps = job->maps.counts;
+    if (job->maps.count > 0) {
+        STP_TRY(stp_map_leaves_create(&job->shapes.map_leaves, &job->maps, job->tree.lambda,
+                                      &job->tree.resolution, err));
+        job->tree.sources.maps = &job->shapes.map_leaves;
+    }
+    STP_TRY(stp_prep_end_stage(job, STP_STAGE_MAPS, err));
+done:
+    return status;
+}
+
 /* Runs all stages from the stations that files claim to the first view. */
 static stp_status treat_points(stp_prep_job *job, stp_error *err)
 {
@@ -253,6 +285,7 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     STP_TRY(find_surface(job, err));
     STP_TRY(find_closed(job, err));
     STP_TRY(stp_first_view_of_points(&stats->first, &job->cloud, job->source, err));
+    STP_TRY(make_maps(job, err));
 done:
     return status;
 }
@@ -292,7 +325,7 @@ static stp_resolution resolution_of(const stp_prep_source *source, const stp_pre
 static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *params)
 {
     return source->file_count == 1 && source->files[0].raster.columns > 0 &&
-           source->attributes & STP_POINT_HAS_NORMAL && !params->join_layers &&
+           source->attributes & STP_POINT_HAS_NORMAL && !params->join_layers && !params->maps &&
            params->outliers == STP_OUTLIERS_KEEP && params->orient == STP_ORIENT_AUTO;
 }
 
@@ -311,6 +344,7 @@ void stp_prep_job_begin(stp_prep_job *job)
                                    .resolution = job->tree.resolution,
                                    .keeps_grid = keeps_grid(job->source, params),
                                    .join_layers = params->join_layers,
+                                   .makes_maps = params->maps != NULL,
                                    .outliers = params->outliers,
                                    .outlier_distance = params->outlier_distance > 0.0
                                                            ? params->outlier_distance
@@ -404,6 +438,7 @@ static void clear_shapes(stp_prep_shapes *s)
 {
     stp_line_leaves_clear(&s->lines);
     stp_triangle_leaves_clear(&s->triangles);
+    stp_map_leaves_clear(&s->map_leaves);
 }
 
 /* Sets intensity_max: 255 stands for the greatest intensity of all. */
@@ -444,7 +479,8 @@ static stp_status run(stp_prep_job *job, stp_error *err)
     const stp_prep_size size = {.points = source->point_count,
                                 .number_bytes =
                                     source->kept ? stp_attribute_list_bytes(source->kept) : 0,
-                                .grid = stats->keeps_grid};
+                                .grid = stats->keeps_grid,
+                                .maps = stats->makes_maps};
     STP_TRY(stp_prep_plan_make(&job->plan, job->path, &size, job->params,
                                stp_pool_thread_count(job->pool), err));
     if (job->params->planned)
@@ -493,6 +529,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stp_outside_clear(&job.outside);
     clear_shapes(&job.shapes);
     stp_spill_free(job.spill, job.numbers);
+    stp_maps_clear(&job.maps);
     stp_cloud_clear(&job.cloud);
     stp_height_grid_clear(&job.grid);
     stp_spill_destroy(&job.spill);

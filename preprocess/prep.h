@@ -1,12 +1,12 @@
 /* All of preprocessing: scans, lines and triangles in, one chunk file out.
  *
  * Stages: read, sort, layers (if they are joined), outliers (if they are looked for), surface
- * (neighbours, spacings, normals, pieces), orientation, closed, patches (with errors, tree and
- * writing). A grid of heights has no sort, orientation and closed (grid/height_grid.h). Memory: as
- * given. If the points and what is known of them, about 90 bytes per point, do not fit, they go to
- * temporary files (base/spill.h). Lines and triangles are held in memory as a whole. A failure or a
- * kill leaves no file. Threads: those of the pool. The output has the same bytes for any number of
- * threads and any memory. */
+ * (neighbours, spacings, normals, pieces), orientation, closed, maps (if they are wanted), patches
+ * (with errors, tree and writing). A grid of heights has no sort, orientation and closed
+ * (grid/height_grid.h). Memory: as given. If the points and what is known of them, about 90 bytes
+ * per point, do not fit, they go to temporary files (base/spill.h). Lines and triangles are held in
+ * memory as a whole. A failure or a kill leaves no file. Threads: those of the pool. The output has
+ * the same bytes for any number of threads and any memory. */
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 
@@ -14,6 +14,7 @@
 #include "formats/scan/mesh/triangle_set.h"
 #include "formats/scan/scan.h"
 #include "preprocess/cloud/outliers.h"
+#include "preprocess/maps/maps.h"
 #include "preprocess/orient/orientation.h"
 #include "preprocess/surface/join_layers.h"
 #include "preprocess/surface/surface.h"
@@ -73,6 +74,7 @@ typedef struct stp_prep_size {
     uint64_t points;
     uint64_t number_bytes; /* of a point's attributes */
     bool grid;             /* stp_prep_stats.keeps_grid */
+    bool maps;             /* stp_prep_params.maps */
 } stp_prep_size;
 
 /* What a run will need, known before it begins. */
@@ -85,13 +87,15 @@ typedef struct stp_prep_plan {
 } stp_prep_plan;
 
 typedef struct stp_prep_params {
-    unsigned neighbour_count; /* 0: STP_PREP_NEIGHBOURS */
-    double lambda;            /* 0: 1.7 */
-    double precision;         /* 0: half the source's scale, if it has one */
-    bool exact;               /* stored positions round to the numbers that were read */
-    bool join_layers;         /* see join_layers.h; not together with exact */
-    unsigned normal_bits;     /* of the grid that normals are rounded to, 6 to 12; 0: those that the
-                                 input gave are not rounded, the others as their noise allows */
+    unsigned neighbour_count;    /* 0: STP_PREP_NEIGHBOURS */
+    double lambda;               /* 0: 1.7 */
+    double precision;            /* 0: half the source's scale, if it has one */
+    bool exact;                  /* stored positions round to the numbers that were read */
+    bool join_layers;            /* see join_layers.h; not together with exact */
+    const stp_maps_params *maps; /* points become elevation maps (maps.h); not together with exact,
+                                    attributes, nor mode NONE of orientation; NULL: they do not */
+    unsigned normal_bits; /* of the grid that normals are rounded to, 6 to 12; 0: those that the
+                             input gave are not rounded, the others as their noise allows */
     stp_orient_mode orient;
     stp_dvec3 orient_position;
     stp_codec codec; /* without blocks */
@@ -106,7 +110,7 @@ typedef struct stp_prep_params {
     void (*planned)(const stp_prep_plan *plan);
 } stp_prep_params;
 
-#define STP_PREP_STAGE_COUNT 8
+#define STP_PREP_STAGE_COUNT 9
 
 typedef struct stp_prep_stats {
     uint64_t points_in, points_out;
@@ -132,13 +136,27 @@ typedef struct stp_prep_stats {
     unsigned normal_bits; /* of the grid of normals that the input did not give; 0: no points */
     bool keeps_grid;      /* the scan is a grid of heights and stays one (height_grid.h) */
     bool join_layers;     /* was requested */
+    bool makes_maps;      /* was requested */
     stp_joined_layers joined;
+    stp_maps_counts maps;  /* points_out counts the points that they represent, too */
     uint64_t normals_seen; /* normals from windows of images, because of noise along the rays */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
     uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* peak memory up to the stage's end; 0: stage
                                                         left out */
 } stp_prep_stats;
+
+/* How far points that maps stand for are from the stored surface: from the maps' surface, and what
+ * storing moves that by. */
+static inline double stp_prep_maps_greatest(const stp_prep_stats *stats)
+{
+    return stats->maps.greatest + stats->tree.displacement.greatest;
+}
+
+static inline double stp_prep_maps_mean(const stp_prep_stats *stats)
+{
+    return stp_maps_mean(&stats->maps) + stp_displacement_mean(&stats->tree.displacement);
+}
 
 /* Names of the stages, in order. */
 extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];

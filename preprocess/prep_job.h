@@ -5,10 +5,11 @@
 #include "formats/chunk/outside.h"
 #include "preprocess/prep.h"
 
-/* The leaves of lines and of triangles; they are never in temporary files. */
+/* The leaves of lines, of triangles and of maps; they are never in temporary files. */
 typedef struct stp_prep_shapes {
     stp_line_leaves lines;
     stp_triangle_leaves triangles;
+    stp_map_leaves map_leaves;
 } stp_prep_shapes;
 
 /* One run of all stages: what is given, what is decided from it, and what the stages make. */
@@ -28,6 +29,7 @@ typedef struct stp_prep_job {
     stp_spill *spill;
     stp_cloud cloud;         /* empty if the scan is a grid of heights */
     stp_height_grid grid;    /* else without columns */
+    stp_maps maps;           /* none unless they are wanted */
     uint8_t *numbers;        /* attributes by source, packed, in the spill; NULL: none are kept */
     stp_attribute_list kept; /* the source's, with what is known when all points are read */
     uint64_t unlike;         /* bit a: attribute a is not what the points' fields say */
@@ -45,6 +47,7 @@ enum {
     STP_STAGE_SURFACE,
     STP_STAGE_ORIENTATION,
     STP_STAGE_CLOSED,
+    STP_STAGE_MAPS,
     STP_STAGE_PATCHES
 };
 

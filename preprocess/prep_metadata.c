@@ -42,6 +42,24 @@ static void add_displacement(cJSON *root, const stp_displacement *d, const stp_r
         cJSON_AddNumberToObject(to, "changed", (double)d->changed);
 }
 
+/* What maps stand for, and how far points are from the stored surface: from the maps' surface, and
+ * what storing moves that by. */
+static void add_resampled(cJSON *root, const stp_prep_facts *f, const stp_tree_stats *tree)
+{
+    const stp_maps_counts *m = &f->stats->maps;
+    const stp_displacement *d = &tree->displacement;
+    cJSON *to = cJSON_AddObjectToObject(root, "resampled");
+    cJSON_AddNumberToObject(to, "represented", (double)m->represented);
+    cJSON_AddNumberToObject(to, "as_points", (double)m->as_points);
+    cJSON_AddNumberToObject(to, "rejected",
+                            (double)(f->stats->points_in - m->represented - m->as_points));
+    cJSON_AddNumberToObject(to, "maps", (double)m->maps);
+    cJSON_AddNumberToObject(to, "samples", (double)m->samples);
+    cJSON_AddNumberToObject(to, "cone_deg", f->cone_deg);
+    cJSON_AddNumberToObject(to, "greatest", m->greatest + d->greatest);
+    cJSON_AddNumberToObject(to, "mean", stp_maps_mean(m) + stp_displacement_mean(d));
+}
+
 static void add_intensity(cJSON *root, const stp_prep_source *source, const stp_prep_stats *stats)
 {
     if ((source->attributes & STP_POINT_HAS_INTENSITY) == 0)
@@ -112,6 +130,8 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
         cJSON_AddNumberToObject(joined, "greatest", stats->joined.greatest);
         cJSON_AddNumberToObject(joined, "mean", stats->joined.mean);
     }
+    if (stats->makes_maps)
+        add_resampled(root, f, tree);
     add_displacement(root, &tree->displacement, &stats->resolution);
     add_intensity(root, source, stats);
     cJSON_AddStringToObject(root, "orientation", stp_orientation_name(stats->orientation));

@@ -13,6 +13,7 @@ typedef struct stp_prep_facts {
     const stp_outside *outside;
     unsigned k;
     double lambda;
+    double cone_deg; /* of maps */
     bool unlit;
 } stp_prep_facts;
 

@@ -19,6 +19,9 @@
 /* Per point if each point is a crumb, without its neighbours: 8 edges (64), its place (4), the
  * pieces' trees, sizes, numbers and sums (30). */
 #define CRUMBS_BYTES 98u
+/* Per point of which maps are made: its part, its place in the order of the maps, and a sample of a
+ * map, or two. */
+#define MAPS_BYTES 40u
 /* Per sample of a grid of heights: the height and its colour, and until a leaf is written its
  * samples of all levels and its share of patches. */
 #define GRID_BYTES 44u
@@ -79,11 +82,13 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
     const uint64_t points = size->points; /* below 2^32 */
     /* attributes, and once more: no worse than that encoded */
     const uint64_t numbers = points * 2 * size->number_bytes;
-    uint64_t surface = points * (size->grid ? GRID_BYTES : POINT_BYTES + SURFACE_BYTES) + numbers;
+    const uint64_t maps = points * (size->maps ? MAPS_BYTES : 0);
+    uint64_t surface =
+        points * (size->grid ? GRID_BYTES : POINT_BYTES + SURFACE_BYTES) + numbers + maps;
     uint64_t most = size->grid
                         ? surface
                         : points * (POINT_BYTES + CRUMBS_BYTES + k * step_bytes(points)) + numbers +
-                              VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
+                              maps + VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
     stp_prep_plan plan = {.memory_bytes =
                               params->memory_bytes ? params->memory_bytes : machine_bytes() / 2};
     if (params->temp_folder)

@@ -46,11 +46,9 @@ bool stp_point_is_rounded(stp_dvec3 p, int exponent)
     return size > 0.0 && exponent < stp_floor_log2(size) - ROUNDING_OCTAVES;
 }
 
-/* Scales intensity so that a byte covers the range that the scan uses. Scaled by all 16 bits, a
- * scan with 12 bits would keep only 4. */
-static uint8_t intensity_of(const stp_cloud_point *point, uint32_t greatest)
+uint8_t stp_point_intensity(uint16_t intensity, uint32_t greatest)
 {
-    return (uint8_t)(greatest ? (point->intensity * 255u + greatest / 2) / greatest : 0u);
+    return (uint8_t)(greatest ? (intensity * 255u + greatest / 2) / greatest : 0u);
 }
 
 static stp_sample_fit fit_of(const stp_cloud *cloud, uint32_t i)
@@ -110,7 +108,7 @@ static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_point_item
         .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
         .sheet = cloud->sheets[i],
         .source = point->source,
-        .intensity = intensity_of(point, params->intensity_max),
+        .intensity = stp_point_intensity(point->intensity, params->intensity_max),
         .class_id = point->class_id,
         .flags = flags_of(cloud, i)};
     return stp_point_item_make(&facts, params);

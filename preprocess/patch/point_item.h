@@ -21,6 +21,10 @@ int stp_point_exponent(stp_dvec3 position, double spacing, const stp_point_item_
  * its neighbours. */
 bool stp_point_is_rounded(stp_dvec3 position, int exponent);
 
+/* Scales an intensity so that a byte covers the range that the scan uses. Scaled by all 16 bits, a
+ * scan with 12 bits would keep only 4. greatest: of all points. */
+uint8_t stp_point_intensity(uint16_t intensity, uint32_t greatest);
+
 /* What is known of a point. */
 typedef struct stp_point_facts {
     stp_dvec3 position; /* world */

@@ -79,3 +79,17 @@ vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance)
     *variance = (float)fmax(stp_dvec3_dot(cn, n), 0.0) / m->row[3][3];
     return stp_dvec3_to_float(n);
 }
+
+vec3s stp_moments_longest(const stp_moments *m)
+{
+    double values[3];
+    covariance c = covariance_of(m);
+    eigenvalues(&c, values);
+    const stp_dvec3 axis = eigenvector(&c, values[0]);
+    if (stp_dvec3_length(axis) > 0.5)
+        return stp_dvec3_to_float(axis);
+    /* The greatest two are equal, or all points lie on an axis. */
+    if (c.xx >= c.yy && c.xx >= c.zz)
+        return (vec3s){{1.0f, 0.0f, 0.0f}};
+    return c.yy >= c.zz ? (vec3s){{0.0f, 1.0f, 0.0f}} : (vec3s){{0.0f, 0.0f, 1.0f}};
+}

@@ -39,5 +39,7 @@ vec3s stp_moments_normal(const stp_moments *m, float *variance);
 /* Like stp_moments_normal, but refines a direction that is near: cheaper, and the direction keeps
  * its side. */
 vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance);
+/* Direction of the points' greatest extent, a unit vector. */
+vec3s stp_moments_longest(const stp_moments *m);
 
 #endif

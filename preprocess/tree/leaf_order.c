@@ -30,6 +30,8 @@ stp_dbox stp_leaf_sources_box(const stp_cloud *cloud, const stp_leaf_sources *fr
         stp_dbox_join(&box, &from->triangles->box);
     if (from->grid)
         stp_dbox_join(&box, &from->grid->box);
+    if (from->maps)
+        stp_dbox_join(&box, &from->maps->box);
     return box;
 }
 
@@ -44,6 +46,8 @@ static void list_all(listing *l, const stp_cloud *cloud, const stp_leaf_sources 
     for (uint32_t i = 0; from->grid && i < stp_height_grid_tile_count(from->grid); i++)
         if (from->grid->tile_samples[i] > 0)
             list(l, STP_LEAF_TILE, i, stp_height_grid_tile_middle(from->grid, i));
+    for (uint32_t i = 0; from->maps && i < from->maps->leaf_count; i++)
+        list(l, STP_LEAF_MAPS, i, from->maps->leaves[i].middle);
 }
 
 stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *from,
@@ -53,7 +57,8 @@ stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *from,
     const uint32_t cells = cloud->cell_count;
     const uint32_t most = cells + (from->lines ? from->lines->leaf_count : 0) +
                           (from->triangles ? from->triangles->leaf_count : 0) +
-                          (from->grid ? stp_height_grid_tile_count(from->grid) : 0);
+                          (from->grid ? stp_height_grid_tile_count(from->grid) : 0) +
+                          (from->maps ? from->maps->leaf_count : 0);
     const stp_dbox box = stp_leaf_sources_box(cloud, from);
     listing l = {.grid = stp_morton_grid_of(&box)};
     stp_leaf_place *places = NULL;

@@ -4,15 +4,17 @@
 
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/grid/height_grid.h"
+#include "preprocess/maps/map_leaves.h"
 #include "preprocess/tree/line_leaves.h"
 #include "preprocess/tree/triangle_leaves.h"
 
-/* A cell of the cloud, a leaf of lines or of triangles, a tile of a grid. */
+/* A cell of the cloud, a leaf of lines, of triangles or of maps, a tile of a grid. */
 typedef enum stp_leaf_kind {
     STP_LEAF_CELL,
     STP_LEAF_LINES,
     STP_LEAF_TRIANGLES,
-    STP_LEAF_TILE
+    STP_LEAF_TILE,
+    STP_LEAF_MAPS
 } stp_leaf_kind;
 
 /* Where leaves come from, beside the cloud: NULL for none. */
@@ -20,6 +22,7 @@ typedef struct stp_leaf_sources {
     const stp_line_leaves *lines;
     const stp_triangle_leaves *triangles;
     const stp_height_grid *grid;
+    const stp_map_leaves *maps;
 } stp_leaf_sources;
 
 typedef struct stp_leaf_place {

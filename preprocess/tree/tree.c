@@ -98,6 +98,8 @@ static stp_status build_leaf(const tree *t, stp_leaf_place leaf, built *out, stp
     else if (leaf.kind == STP_LEAF_TRIANGLES)
         STP_TRY(
             stp_triangle_leaf_build(from->triangles, leaf.index, intensity_max, &out->chunk, err));
+    else if (leaf.kind == STP_LEAF_MAPS)
+        STP_TRY(stp_map_leaf_build(from->maps, leaf.index, &t->items, &out->chunk, err));
     else if (leaf.kind == STP_LEAF_TILE)
         STP_TRY(stp_height_grid_leaf(from->grid, leaf.index, &t->items, &out->chunk, err));
     else

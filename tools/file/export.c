@@ -7,6 +7,7 @@
 #include "tools/file/sandbox_options.h"
 #include "tools/file/source_options.h"
 
+#include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <stdio.h>
 
@@ -20,6 +21,7 @@ const cli_command cli_export = {
         "Writes level 0 of the leaf chunks: every point of the input once, as quantised.\n"
         "If floats cannot hold the coordinates, they are doubles. Unknown normals are 0 0 0.\n"
         "If prep marked outliers, the property outlier is 1 for them and 0 for other points.\n"
+        "If prep made elevation maps (--maps), their samples are written: resampled points.\n"
         "Ribbons and tubes become edges between their vertices. Their property radius is half the\n"
         "width. Normals of tubes are 0 0 0. Triangles become faces.\n"
         "Attributes that prep kept are properties by their names.\n"
@@ -39,6 +41,22 @@ const cli_command cli_export = {
     .run = run,
 };
 
+/* Says so if the file's points are samples of maps. */
+static void note_resampled(const stp_chunk_file *file)
+{
+    const stp_chunk_file_info *info = stp_chunk_file_get_info(file);
+    cJSON *metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *resampled = cJSON_GetObjectItemCaseSensitive(metadata, "resampled");
+    const cJSON *samples = cJSON_GetObjectItemCaseSensitive(resampled, "samples");
+    const cJSON *greatest = cJSON_GetObjectItemCaseSensitive(resampled, "greatest");
+    if (cJSON_IsNumber(samples) && cJSON_IsNumber(greatest) && samples->valuedouble > 0.0)
+        fprintf(stderr,
+                "%s holds resampled points: %.0f samples of elevation maps, whose surface is at "
+                "most %.3g from the points that were read\n",
+                stp_chunk_file_path(file), samples->valuedouble, greatest->valuedouble);
+    cJSON_Delete(metadata);
+}
+
 static stp_status export_path(const char *path, const export_params *params, double timeout_s,
                               const cli_common *common, stp_error *err)
 {
@@ -48,6 +66,8 @@ static stp_status export_path(const char *path, const export_params *params, dou
     const stp_byte_source_params source = source_options_params(NULL, 0, timeout_s);
     STP_TRY(stp_output_check_input(params->output, path, err));
     STP_TRY(source_options_open(&file, path, &source, err));
+    if (!common->quiet)
+        note_resampled(file);
     STP_TRY(export_file(file, params, &left_out, err));
     cli_progress_end();
     if (left_out > 0 && !common->quiet)

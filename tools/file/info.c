@@ -165,6 +165,24 @@ static void print_joined(const cJSON *metadata)
                greatest->valuedouble, mean->valuedouble);
 }
 
+/* Prints how many points maps stand for, and how far those are from the stored surface. */
+static void print_resampled(const cJSON *metadata)
+{
+    static const char *const names[] = {"maps",      "samples",  "represented",
+                                        "as_points", "greatest", "mean"};
+    const cJSON *resampled = cJSON_GetObjectItemCaseSensitive(metadata, "resampled");
+    double values[sizeof names / sizeof *names];
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        const cJSON *value = cJSON_GetObjectItemCaseSensitive(resampled, names[i]);
+        if (!cJSON_IsNumber(value))
+            return;
+        values[i] = value->valuedouble;
+    }
+    printf("resampled      %.0f maps of %.0f samples stand for %.0f points; %.0f stay points\n"
+           "               the surface is at most %.3g from the points, %.3g on average\n",
+           values[0], values[1], values[2], values[3], values[4], values[5]);
+}
+
 /* Prints "0.0004 at most, 0.0002 on average", as prep measured. */
 static void print_displacement(const stp_chunk_file_info *info)
 {
@@ -182,6 +200,7 @@ static void print_displacement(const stp_chunk_file_info *info)
         printf("\n");
     print_normal_bits(metadata);
     print_joined(metadata);
+    print_resampled(metadata);
     cJSON_Delete(metadata);
 }
 

@@ -6,6 +6,7 @@
 #include "tools/file/codec_options.h"
 #include "tools/prep/prep_append.h"
 #include "tools/prep/prep_inputs.h"
+#include "tools/prep/prep_maps.h"
 #include "tools/prep/prep_paths.h"
 #include "tools/prep/prep_report.h"
 #include "tools/prep/prep_run.h"
@@ -32,6 +33,7 @@ typedef struct prep_options {
     int layers; /* 1: overlapping layers are joined */
     prep_grid grid;
     prep_region region;
+    prep_maps maps;
     cli_common common;
 } prep_options;
 
@@ -99,6 +101,7 @@ static stp_prep_params prep_params(const prep_options *o)
     params.join_layers = o->layers == 1;
     params.outliers = (stp_outlier_mode)o->outliers;
     params.unlit = o->shade == 1;
+    params.maps = o->maps.wanted ? &o->maps.params : NULL;
     params.outlier_distance = o->outlier_distance;
     params.force = o->force;
     params.memory_bytes = o->memory;
@@ -223,6 +226,10 @@ const cli_command cli_prep = {
         "error become one surface; folds finer than the sampling are lost. prep prints how far it\n"
         "moved the points and stores that in the model (see info).\n"
         "\n"
+        "--maps cuts the surface into maps, each a grid of heights over a plane, and stores their\n"
+        "samples in place of the points. prep prints how far the points are from that surface.\n"
+        "Points that are no surface stay. A larger --cone gives fewer maps, with coarser slopes.\n"
+        "\n"
         "--outliers looks for points, and groups of at most K points (--neighbours K), far from "
         "all\n"
         "others. The unit is the spacing of those others, so a sparse part of a scan is no "
@@ -231,6 +238,25 @@ const cli_command cli_prep = {
         "(see --rejects).",
     .run = prep_main,
 };
+
+/* Returns CLI_CONTINUE if the options of maps fit together with the others. */
+static int check_maps(prep_options *o)
+{
+    const char *fault = prep_maps_check(&o->maps);
+    if (fault)
+        return cli_usage(&cli_prep, "%s", fault);
+    if (!o->maps.wanted)
+        return CLI_CONTINUE;
+    if (o->precision && strcmp(o->precision, "exact") == 0)
+        return cli_usage(&cli_prep, "--maps resamples points, --precision exact keeps them: give "
+                                    "one of them");
+    if (o->attributes && strcmp(o->attributes, "none") != 0)
+        return cli_usage(&cli_prep, "--maps resamples points, and samples have no --attributes: "
+                                    "give one of them");
+    if (strcmp(o->orient, "none") == 0)
+        return cli_usage(&cli_prep, "--maps needs normals that agree: leave out --orient none");
+    return CLI_CONTINUE;
+}
 
 /* Returns CLI_CONTINUE if the options fit together. */
 static int check_options(const prep_options *o)
@@ -262,10 +288,12 @@ static int check_options(const prep_options *o)
     return CLI_CONTINUE;
 }
 
-static int run_checked(const prep_options *o, const char *const *paths, size_t count)
+static int run_checked(prep_options *o, const char *const *paths, size_t count)
 {
     stp_error error = {0};
-    const int code = check_options(o);
+    int code = check_options(o);
+    if (code == CLI_CONTINUE)
+        code = check_maps(o);
     if (code != CLI_CONTINUE)
         return code;
     keep_freed_memory();
@@ -329,11 +357,13 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
          "add the inputs' points to the model M.stipple, which is there", NULL},
         {"--force", 'f', CLI_FLAG, &o->force, NULL, "replace existing files", NULL},
     };
-    cli_option options[sizeof own / sizeof *own + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS];
+    cli_option options[sizeof own / sizeof *own + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS +
+                       PREP_MAPS_OPTIONS];
     cli_option *rest = options + sizeof own / sizeof *own;
     memcpy(options, own, sizeof own);
     prep_grid_fill(&o->grid, rest);
     prep_region_fill(&o->region, rest + PREP_GRID_OPTIONS);
+    prep_maps_fill(&o->maps, rest + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS);
     return cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                      PREP_PATHS_LIMIT, count, &o->common);
 }

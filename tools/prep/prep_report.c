@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/file.h"
 #include "formats/chunk/normal_grid.h"
+#include "tools/prep/prep_maps.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -106,6 +107,7 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
         cJSON_AddNumberToObject(joined, "greatest", s->joined.greatest);
         cJSON_AddNumberToObject(joined, "mean", s->joined.mean);
     }
+    prep_maps_json(root, s);
     cJSON_AddNumberToObject(root, "chunks", s->tree.chunk_count);
     cJSON_AddNumberToObject(root, "patches", (double)s->tree.patch_count);
     cJSON_AddNumberToObject(root, "seconds", s->seconds);
@@ -352,6 +354,7 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
         fprintf(stderr,
                 "layers are joined: points were moved by at most %.3g, by %.3g on average\n",
                 s->joined.greatest, s->joined.mean);
+    prep_maps_print(s);
     if (inputs->numbers.left_out[0] != '\0')
         fprintf(stderr, "not kept of the points: %s (--attributes all keeps them)\n",
                 inputs->numbers.left_out);

@@ -7,10 +7,12 @@
 
 /* Shares of the stages in the total time, for the time left; measured for 4 M points on 2 cores. */
 static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
-    {"read", 3.0},     {"sort", 3.0},        {"layers", 0.0}, {"outliers", 0.0},
-    {"surface", 30.0}, {"orientation", 4.0}, {"closed", 5.0}, {"patches", 60.0}};
+    {"read", 3.0},        {"sort", 3.0},   {"layers", 0.0}, {"outliers", 0.0}, {"surface", 30.0},
+    {"orientation", 4.0}, {"closed", 5.0}, {"maps", 0.0},   {"patches", 60.0}};
 /* Joining layers finds the surface two more times. */
 #define LAYERS_WEIGHT 60.0
+/* Maps search for a few neighbours, and sample the surface. */
+#define MAPS_WEIGHT 30.0
 /* Finding outliers searches for neighbours once more. */
 #define OUTLIERS_WEIGHT 20.0
 
@@ -32,6 +34,8 @@ void prep_run_expect(const stp_prep_params *params, bool json,
             stages[i].weight = OUTLIERS_WEIGHT;
         if (strcmp(stages[i].name, "layers") == 0 && params->join_layers)
             stages[i].weight = LAYERS_WEIGHT;
+        if (strcmp(stages[i].name, "maps") == 0 && params->maps)
+            stages[i].weight = MAPS_WEIGHT;
     }
     cli_progress_expect(&plan);
 }

@@ -1,0 +1,210 @@
+/* Makes a map of a part of a surface. */
+#include "preprocess/maps/map_make.h"
+
+#include "base/memory.h"
+#include "formats/chunk/normal_grid.h"
+
+#include <math.h>
+
+/* A grid has at most so many squares a point, beside SQUARES_LEAST. */
+#define SQUARES_MOST 32.0
+#define SQUARES_LEAST 1024.0
+/* Height steps in a spacing of the grid. */
+#define HEIGHT_STEPS 256.0
+/* Heights of neighbours jump if they differ by more than the slope of this many degrees beyond the
+ * cone, and this many spacings of the grid. */
+#define BEYOND_CONE (10.0 * M_PI / 180.0)
+#define SLOPE_MOST (80.0 * M_PI / 180.0)
+#define JUMP_LEAST 1.0
+/* Places within so many squares on all four sides support a place. */
+#define CLOSED_SQUARES 2
+
+typedef struct making {
+    const stp_cloud *cloud;
+    const uint32_t *places;
+    uint32_t count;
+    double cone_rad;
+    stp_map map;
+    stp_map_points points;
+    float *heights; /* in spacings of the grid; NaN: no support */
+} making;
+
+/* Turns the axes in the plane so that the first follows the points' longer side. */
+static void turn_axes(const making *m, stp_map_frame *frame)
+{
+    double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+    for (uint32_t i = 0; i < m->count; i++) {
+        const stp_dvec3 p = stp_map_frame_local(frame, m->cloud->points[m->places[i]].position);
+        x += p.x;
+        y += p.y;
+        xx += p.x * p.x;
+        xy += p.x * p.y;
+        yy += p.y * p.y;
+    }
+    const double share = 1.0 / m->count;
+    const double angle =
+        0.5 * atan2(2.0 * (xy - x * y * share), (xx - x * x * share) - (yy - y * y * share));
+    frame->axes[0] = stp_dvec3_rotate(frame->axes[0], frame->axes[2], angle);
+    frame->axes[1] = stp_dvec3_cross(frame->axes[2], frame->axes[0]);
+}
+
+/* Chooses the frame; *far: the far corner of the points in it. */
+static void choose_frame(making *m, const stp_normal_cone *cone, stp_dvec3 *far)
+{
+    stp_map_frame *frame = &m->map.frame;
+    stp_dbox box = stp_dbox_empty();
+    double area = 0.0;
+    frame->origin = m->cloud->points[m->places[0]].position;
+    stp_dvec3_axes(frame->axes, cone->axis);
+    turn_axes(m, frame);
+    for (uint32_t i = 0; i < m->count; i++) {
+        const stp_cloud_point *p = &m->cloud->points[m->places[i]];
+        const stp_dvec3 n = stp_dvec3_from_float(stp_cloud_normal(m->cloud, m->places[i]));
+        const double spacing = (double)p->spacing;
+        area += spacing * spacing * fmax(stp_dvec3_dot(n, cone->axis), 0.0);
+        stp_dbox_add(&box, stp_map_frame_local(frame, p->position));
+    }
+    frame->origin = stp_map_frame_world(frame, box.min);
+    frame->spacing = sqrt(area / m->count);
+    frame->height_step = frame->spacing / HEIGHT_STEPS;
+    *far = stp_dvec3_sub(box.max, box.min);
+}
+
+/* Whether a quadrant around a place has a point within CLOSED_SQUARES. */
+static bool has_points(const stp_map_points *p, int64_t column, int64_t row, bool right, bool down)
+{
+    for (int j = 0; j < CLOSED_SQUARES; j++)
+        for (int i = 0; i < CLOSED_SQUARES; i++)
+            if (stp_map_points_in(p, right ? column + i : column - 1 - i,
+                                  down ? row + j : row - 1 - j) > 0)
+                return true;
+    return false;
+}
+
+static bool is_supported(const stp_map_points *p, uint32_t column, uint32_t row)
+{
+    unsigned near = 0;
+    for (unsigned q = 0; q < 4; q++) {
+        if (stp_map_points_in(p, (int64_t)column - (q & 1u), (int64_t)row - (q >> 1)) > 0)
+            return true;
+        near += has_points(p, column, row, (q & 1u) == 0, (q & 2u) == 0);
+    }
+    return near == 4;
+}
+
+static uint16_t rounded(float value, float most)
+{
+    return (uint16_t)(fminf(fmaxf(value, 0.0f), most) + 0.5f);
+}
+
+static void take_spot(making *m, stp_map_sample *out, const stp_map_spot *spot)
+{
+    const stp_map_frame *frame = &m->map.frame;
+    const uint32_t nearest = m->points.points[spot->nearest].place;
+    stp_dvec3 n = stp_dvec3_sub(frame->axes[2],
+                                stp_dvec3_add(stp_dvec3_scale(frame->axes[0], (double)spot->gx),
+                                              stp_dvec3_scale(frame->axes[1], (double)spot->gy)));
+    n = stp_dvec3_normalize(n);
+    stp_normal_encode_on(stp_dvec3_to_float(n), STP_NORMAL_BITS, out->normal);
+    for (int c = 0; c < 3; c++)
+        out->rgb[c] = (uint8_t)rounded(spot->rgb[c] / 257.0f, 255.0f);
+    out->intensity = rounded(spot->intensity, 65535.0f);
+    out->class_id = m->cloud->points[nearest].class_id;
+    out->flags = STP_MAP_SUPPORTED;
+    if (m->cloud->marks[nearest] & STP_MARK_ORIENTED)
+        out->flags |= STP_MAP_ORIENTED;
+}
+
+/* Samples the surface wherever it is supported. */
+static void sample_all(making *m)
+{
+    stp_map *map = &m->map;
+    for (uint32_t row = 0; row < map->rows; row++)
+        for (uint32_t column = 0; column < map->columns; column++) {
+            const size_t at = (size_t)row * map->columns + column;
+            stp_map_spot spot;
+            m->heights[at] = NAN;
+            if (!is_supported(&m->points, column, row) ||
+                !stp_map_points_spot(&m->points, m->cloud, column, row, &spot))
+                continue;
+            m->heights[at] = spot.height;
+            take_spot(m, &map->samples[at], &spot);
+            map->count++;
+        }
+}
+
+/* Whether heights of neighbours, in rows, columns and diagonals, differ by more than the cone
+ * allows. */
+static bool jumps(const making *m)
+{
+    static const int right[4] = {1, 0, 1, -1}, down[4] = {0, 1, 1, 1};
+    const int64_t columns = m->map.columns, rows = m->map.rows;
+    const double slope = tan(fmin(m->cone_rad + BEYOND_CONE, SLOPE_MOST));
+    for (int64_t row = 0; row < rows; row++)
+        for (int64_t column = 0; column < columns; column++)
+            for (int k = 0; k < 4; k++) {
+                const int64_t c = column + right[k], r = row + down[k];
+                if (c < 0 || c >= columns || r >= rows)
+                    continue;
+                const double step = (double)m->heights[r * columns + c] -
+                                    (double)m->heights[row * columns + column];
+                const double way = right[k] && down[k] ? M_SQRT2 : 1.0;
+                if (fabs(step) > slope * way + JUMP_LEAST) /* false without support */
+                    return true;
+            }
+    return false;
+}
+
+/* Moves the plane below all heights and rounds the heights to steps. */
+static void round_heights(making *m)
+{
+    stp_map *map = &m->map;
+    const size_t all = (size_t)map->columns * map->rows;
+    float least = INFINITY;
+    for (size_t i = 0; i < all; i++)
+        least = fminf(least, m->heights[i]);
+    const double base = floor((double)least * HEIGHT_STEPS);
+    map->frame.origin =
+        stp_map_frame_world(&map->frame, (stp_dvec3){0.0, 0.0, base * map->frame.height_step});
+    for (size_t i = 0; i < all; i++)
+        if (map->samples[i].flags & STP_MAP_SUPPORTED)
+            map->samples[i].height =
+                (int32_t)nearbyint((double)m->heights[i] * HEIGHT_STEPS - base);
+}
+
+stp_status stp_map_make(stp_map *out, bool *fits, const stp_cloud *cloud,
+                        const stp_map_places *places, const stp_normal_cone *cone, double cone_rad,
+                        stp_error *err)
+{
+    stp_status status = STP_OK;
+    making m = {
+        .cloud = cloud, .places = places->own, .count = places->own_count, .cone_rad = cone_rad};
+    stp_dvec3 far;
+    *fits = false;
+    *out = (stp_map){0};
+    choose_frame(&m, cone, &far);
+    const double columns = floor(far.x / m.map.frame.spacing) + 1.0;
+    const double rows = floor(far.y / m.map.frame.spacing) + 1.0;
+    if (!(m.map.frame.spacing > 0.0) || !(columns * rows <= SQUARES_MOST * m.count + SQUARES_LEAST))
+        return STP_OK;
+    m.map.columns = (uint32_t)columns + 1;
+    m.map.rows = (uint32_t)rows + 1;
+    m.map.sheet = cloud->sheets[m.places[0]];
+    const size_t all = (size_t)m.map.columns * m.map.rows;
+    STP_TRY(stp_map_points_create(&m.points, cloud, places, &m.map.frame, m.map.columns - 1,
+                                  m.map.rows - 1, err));
+    STP_TRY(stp_alloc(&m.map.samples, all, sizeof *m.map.samples, "maps", err));
+    STP_TRY(stp_alloc(&m.heights, all, sizeof *m.heights, "maps", err));
+    sample_all(&m);
+    if (jumps(&m))
+        goto done;
+    round_heights(&m);
+    *fits = true;
+    *out = m.map;
+    m.map.samples = NULL;
+done:
+    stp_map_points_clear(&m.points);
+    free(m.map.samples);
+    free(m.heights);
+    return status;
+}

@@ -1,0 +1,35 @@
+/* Makes a map of a part of a surface: chooses the frame, finds where the part supports the grid,
+ * and samples the surface there.
+ *
+ * Frame: heights go along the axis of the normals' cone, rows along the part's longer side. The
+ * grid's spacing is such that a part that carries all of its grid has as many samples as points.
+ *
+ * Support: all corners of squares with points, so every point lies over a square of the map, and
+ * maps reach past each other's borders by up to a square; and places with points on all four sides,
+ * within two squares, so single gaps of the sampling are closed:
+ *
+ *      .  .  x  .           x: points. o: has points within two squares in each quadrant, so it
+ *      x  .  |  .              is supported though no square around it has a point
+ *      -  -  o  -  -
+ *         .  |  x
+ *         x  .  .
+ *
+ * Threads: any, a map each. */
+#ifndef STP_PREPROCESS_MAPS_MAP_MAKE_H
+#define STP_PREPROCESS_MAPS_MAP_MAKE_H
+
+#include "preprocess/cloud/cloud.h"
+#include "preprocess/maps/map.h"
+#include "preprocess/maps/map_points.h"
+#include "preprocess/maps/normal_cone.h"
+
+/* Samples the surface of own points of the cloud, at least 1, whose normals have the cone, with the
+ * help of the points around (map_points.h). cone_rad: the angle that all cones keep. *fits: false
+ * if the part is no height field: heights jump between neighbours by more than the cone allows, or
+ * the part is too thin and bent for a grid; *out is then empty. Errors: OUT_OF_MEMORY. Free
+ * out->samples with free(). */
+stp_status stp_map_make(stp_map *out, bool *fits, const stp_cloud *cloud,
+                        const stp_map_places *places, const stp_normal_cone *cone, double cone_rad,
+                        stp_error *err);
+
+#endif

@@ -1,0 +1,306 @@
+/* Makes elevation maps of a cloud's surface. */
+#include "preprocess/maps/maps.h"
+
+#include "base/memory.h"
+#include "preprocess/maps/map_try.h"
+#include "preprocess/maps/part_cut.h"
+#include "preprocess/maps/part_merge.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+
+typedef struct work {
+    stp_cloud *cloud;
+    const stp_maps_params *params;
+    const stp_progress *progress;
+    stp_pool *pool;
+    double cosine;
+    stp_cell_parts *cells;
+    uint32_t *cell_first; /* by cell: the number of its first part among all */
+    uint32_t part_count;
+    stp_part *parts;   /* of all cells */
+    uint32_t *numbers; /* by point: its part in its cell, then among all, then its merged part */
+    bool *mapped;      /* by point: a map stands for it */
+    uint32_t *order;   /* places, merged part after merged part */
+    uint32_t *begins;  /* by merged part: where its places begin; then their number */
+    uint32_t merged_count;
+    stp_map_list *lists;       /* by merged part */
+    atomic_uint_fast64_t done; /* points, of twice as many: cut, then sampled */
+} work;
+
+static stp_status advance(work *w, uint64_t points, stp_error *err)
+{
+    const uint64_t done = atomic_fetch_add(&w->done, points) + points;
+    return stp_progress_update(w->progress, "maps", done, 2 * (uint64_t)w->cloud->count, err);
+}
+
+static stp_status cut_cell(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    work *w = context;
+    const stp_cell *cell = &w->cloud->cells[index];
+    (void)worker;
+    STP_TRY(stp_cell_parts_cut(&w->cells[index], w->cloud, (uint32_t)index, w->cosine, w->numbers,
+                               err));
+    STP_TRY(advance(w, cell->end - cell->begin, err));
+done:
+    return status;
+}
+
+/* Numbers the parts of all cells, and moves them to one array. */
+static stp_status number_parts(work *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_cloud *cloud = w->cloud;
+    STP_TRY(stp_alloc(&w->cell_first, cloud->cell_count, sizeof *w->cell_first, "maps", err));
+    for (uint32_t c = 0; c < cloud->cell_count; c++) {
+        w->cell_first[c] = w->part_count;
+        w->part_count += w->cells[c].part_count;
+    }
+    STP_TRY(stp_alloc(&w->parts, w->part_count, sizeof *w->parts, "maps", err));
+    for (uint32_t c = 0; c < cloud->cell_count; c++) {
+        for (uint32_t p = 0; p < w->cells[c].part_count; p++) {
+            w->parts[w->cell_first[c] + p] = w->cells[c].parts[p];
+            w->cells[c].parts[p].corners = NULL;
+        }
+        for (uint32_t i = cloud->cells[c].begin; i < cloud->cells[c].end; i++)
+            if (w->numbers[i] != STP_PART_NONE)
+                w->numbers[i] += w->cell_first[c];
+        stp_spill_relieve(cloud->spill);
+    }
+done:
+    return status;
+}
+
+/* Lists the pairs of all cells, and those across cells. */
+static stp_status list_pairs(const work *w, stp_part_pair **out, size_t *count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_part_pair *pairs = NULL;
+    size_t n = 0, most = 0;
+    for (uint32_t c = 0; c < w->cloud->cell_count; c++)
+        most += w->cells[c].pair_count + w->cells[c].border_count;
+    STP_TRY(stp_alloc(&pairs, most, sizeof *pairs, "maps", err));
+    for (uint32_t c = 0; c < w->cloud->cell_count; c++) {
+        const stp_cell_parts *cell = &w->cells[c];
+        const uint32_t first = w->cell_first[c];
+        for (size_t i = 0; i < cell->pair_count; i++)
+            pairs[n++] = (stp_part_pair){first + cell->pairs[i].a, first + cell->pairs[i].b};
+        for (size_t i = 0; i < cell->border_count; i++) {
+            const uint32_t a = first + cell->borders[i].part;
+            const uint32_t b = w->numbers[cell->borders[i].place];
+            if (b != STP_PART_NONE)
+                pairs[n++] = (stp_part_pair){a < b ? a : b, a < b ? b : a};
+        }
+    }
+    *count = stp_part_pairs_sort(pairs, n);
+    *out = pairs;
+done:
+    return status;
+}
+
+/* Numbers the merged parts that are large enough in the order of their first points, and sorts the
+ * places by them. The other parts are none. */
+static stp_status order_places(work *w, const uint32_t *roots, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = w->cloud;
+    uint32_t *merged = NULL; /* by root: one more than its number, or 0 */
+    STP_TRY(stp_alloc(&merged, w->part_count, sizeof *merged, "maps", err));
+    STP_TRY(stp_alloc(&w->begins, (size_t)w->part_count + 2, sizeof *w->begins, "maps", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &w->order, cloud->count, sizeof *w->order, "maps", err));
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        if (w->numbers[i] == STP_PART_NONE)
+            continue;
+        uint32_t *number = &merged[roots[w->numbers[i]]];
+        if (w->parts[roots[w->numbers[i]]].points < STP_MAP_POINTS_LEAST) {
+            w->numbers[i] = STP_PART_NONE;
+            continue;
+        }
+        if (*number == 0)
+            *number = ++w->merged_count;
+        w->numbers[i] = *number - 1;
+        w->begins[*number + 1]++;
+    }
+    for (uint32_t m = 0; m < w->merged_count; m++)
+        w->begins[m + 2] += w->begins[m + 1];
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        if (w->numbers[i] != STP_PART_NONE)
+            w->order[w->begins[w->numbers[i] + 1]++] = i;
+done:
+    free(merged);
+    return status;
+}
+
+static stp_status merge_parts(work *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_part_pair *pairs = NULL;
+    size_t pair_count = 0;
+    uint32_t *roots = NULL;
+    STP_TRY(list_pairs(w, &pairs, &pair_count, err));
+    STP_TRY(stp_parts_merge(w->parts, w->part_count, pairs, pair_count, w->cosine, &roots, err));
+    STP_TRY(order_places(w, roots, err));
+done:
+    free(pairs);
+    free(roots);
+    return status;
+}
+
+static stp_status sample_one(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    stp_status status = STP_OK;
+    work *w = context;
+    const uint32_t begin = w->begins[index], count = w->begins[index + 1] - begin;
+    (void)worker;
+    STP_TRY(stp_map_list_make(&w->lists[index], w->cloud, w->params, w->numbers, w->mapped,
+                              w->order + begin, count, err));
+    STP_TRY(advance(w, count, err));
+done:
+    return status;
+}
+
+static int compare_guests(const void *a, const void *b)
+{
+    const stp_map_guest *p = a, *q = b;
+    if (p->place != q->place)
+        return p->place < q->place ? -1 : 1;
+    if (p->distance != q->distance)
+        return p->distance < q->distance ? -1 : 1;
+    return (p->list > q->list) - (p->list < q->list);
+}
+
+/* Gives each guest to the map that it is nearest to. */
+static stp_status settle_guests(work *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_map_guest *guests = NULL;
+    size_t count = 0, n = 0;
+    for (uint32_t m = 0; m < w->merged_count; m++)
+        count += w->lists[m].guest_count;
+    STP_TRY(stp_alloc(&guests, count, sizeof *guests, "points", err));
+    for (uint32_t m = 0; m < w->merged_count; m++)
+        for (size_t i = 0; i < w->lists[m].guest_count; i++) {
+            guests[n] = w->lists[m].guests[i];
+            guests[n++].list = m;
+        }
+    if (n > 0)
+        qsort(guests, n, sizeof *guests, compare_guests);
+    for (size_t i = 0; i < n; i++) {
+        bool *mapped = &w->mapped[guests[i].place];
+        if (!*mapped)
+            stp_maps_counts_add(&w->lists[guests[i].list].counts, guests[i].distance);
+        *mapped = true;
+    }
+done:
+    free(guests);
+    return status;
+}
+
+/* Makes all lists one. */
+static stp_status gather(work *w, stp_maps *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_maps all = {.box = stp_dbox_empty(), .spill = w->cloud->spill};
+    for (uint32_t m = 0; m < w->merged_count; m++)
+        all.counts.maps += w->lists[m].count;
+    STP_TRY(stp_alloc(&all.maps, all.counts.maps, sizeof *all.maps, "maps", err));
+    for (uint32_t m = 0; m < w->merged_count; m++) {
+        stp_map_list *list = &w->lists[m];
+        for (size_t i = 0; i < list->count; i++)
+            all.maps[all.count++] = list->maps[i];
+        list->count = 0; /* the maps have moved */
+        if (list->counts.maps > 0)
+            stp_dbox_join(&all.box, &list->box);
+        all.counts.samples += list->counts.samples;
+        all.counts.represented += list->counts.represented;
+        all.counts.greatest = stp_max(all.counts.greatest, list->counts.greatest);
+        all.counts.sum += list->counts.sum;
+    }
+    *out = all;
+done:
+    return status;
+}
+
+/* Removes the points that maps stand for. Cells that have become small are joined. */
+static void keep_others(stp_cloud *cloud, const bool *mapped)
+{
+    uint32_t kept = 0, cells = 0;
+    for (uint32_t c = 0; c < cloud->cell_count; c++) {
+        const stp_cell cell = cloud->cells[c];
+        const uint32_t begin = kept;
+        for (uint32_t i = cell.begin; i < cell.end; i++) {
+            if (mapped[i])
+                continue;
+            cloud->points[kept] = cloud->points[i];
+            cloud->sheets[kept] = cloud->sheets[i];
+            cloud->marks[kept++] = cloud->marks[i];
+        }
+        stp_spill_relieve(cloud->spill);
+        if (kept == begin)
+            continue;
+        if (cells > 0 && kept - cloud->cells[cells - 1].begin <= STP_CELL_POINTS)
+            cloud->cells[cells - 1].end = kept;
+        else
+            cloud->cells[cells++] = (stp_cell){.begin = begin, .end = kept};
+    }
+    for (uint32_t c = 0; c < cells; c++) {
+        stp_cell *cell = &cloud->cells[c];
+        cell->box = stp_points_box(cloud->points + cell->begin, cell->end - cell->begin);
+    }
+    cloud->count = kept;
+    cloud->cell_count = cells;
+}
+
+static void clear_work(work *w)
+{
+    for (uint32_t c = 0; w->cells && c < w->cloud->cell_count; c++)
+        stp_cell_parts_clear(&w->cells[c]);
+    free(w->cells);
+    for (uint32_t p = 0; w->parts && p < w->part_count; p++)
+        free(w->parts[p].corners);
+    free(w->parts);
+    for (uint32_t m = 0; w->lists && m < w->merged_count; m++)
+        stp_map_list_clear(&w->lists[m], w->cloud->spill);
+    free(w->lists);
+    free(w->cell_first);
+    free(w->begins);
+    stp_spill_free(w->cloud->spill, w->numbers);
+    stp_spill_free(w->cloud->spill, w->order);
+    stp_spill_free(w->cloud->spill, w->mapped);
+}
+
+stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params *params,
+                         stp_pool *pool, const stp_progress *progress, stp_error *err)
+{
+    stp_status status = STP_OK;
+    work w = {.cloud = cloud,
+              .params = params,
+              .progress = progress,
+              .pool = pool,
+              .cosine = cos(params->cone_deg * M_PI / 180.0)};
+    STP_TRY(stp_alloc(&w.cells, cloud->cell_count, sizeof *w.cells, "maps", err));
+    STP_TRY(
+        stp_spill_alloc(cloud->spill, &w.numbers, cloud->count, sizeof *w.numbers, "maps", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &w.mapped, cloud->count, sizeof *w.mapped, "maps", err));
+    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, cut_cell, &w, err));
+    STP_TRY(number_parts(&w, err));
+    STP_TRY(merge_parts(&w, err));
+    STP_TRY(stp_alloc(&w.lists, w.merged_count, sizeof *w.lists, "maps", err));
+    STP_TRY(stp_cloud_run(cloud, pool, w.merged_count, sample_one, &w, err));
+    STP_TRY(settle_guests(&w, err));
+    STP_TRY(gather(&w, out, err));
+    out->counts.as_points = cloud->count - out->counts.represented;
+    keep_others(cloud, w.mapped);
+done:
+    clear_work(&w);
+    return status;
+}
+
+void stp_maps_clear(stp_maps *maps)
+{
+    for (uint32_t i = 0; i < maps->count; i++)
+        stp_spill_free(maps->spill, maps->maps[i].samples);
+    free(maps->maps);
+    *maps = (stp_maps){0};
+}

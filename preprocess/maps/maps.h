@@ -1,0 +1,68 @@
+/* Makes elevation maps of a cloud's surface (after Ochotta and Saupe 2004, and Pauly and Gross
+ * 2001, who part and merge surfaces likewise).
+ *
+ * 1. Each cell is cut into parts whose normals keep the cone (part_cut.h).
+ * 2. Parts that touch, of all cells, are merged as long as the cone holds (part_merge.h).
+ * 3. Each merged part is sampled on a grid over its plane (map_make.h). If it is no height field,
+ * or if more than STP_MAP_OFF_MOST of its points lie off what was sampled, it is halved, and each
+ *    half is tried again.
+ *  * 4. A map also stands for points of no part, and of parts of fewer than STP_MAP_POINTS_LEAST
+ *    points, that lie near enough to its surface.
+ *  * 5. What is no surface stays points: points that lie farther off their map than `error` or than
+ * the weights of the surface reach (map_points.h), and all points of a map that has more points of
+ * no part around it, off its surface, than points of its own, as in the crown of a tree.
+ *
+ * The cloud keeps the points of 5 and loses those that maps stand for. Memory: 9 bytes a point and
+ * some 20 a sample in the cloud's spill, and 300 bytes a part. Threads: those of the pool; the same
+ * maps for any number, and for any memory. */
+#ifndef STP_PREPROCESS_MAPS_MAPS_H
+#define STP_PREPROCESS_MAPS_MAPS_H
+
+#include "base/progress.h"
+#include "preprocess/cloud/cloud.h"
+#include "preprocess/maps/map.h"
+
+#define STP_MAP_POINTS_LEAST 32u
+#define STP_MAP_OFF_MOST 0.05
+
+typedef struct stp_maps_params {
+    double cone_deg; /* greatest angle between a map's axis and a normal, 10 to 80 */
+    double error;    /* farthest that a point may be from its map, world units; 0: by the spacing */
+} stp_maps_params;
+
+typedef struct stp_maps_counts {
+    uint64_t maps, samples;
+    uint64_t represented; /* points that maps stand for */
+    uint64_t as_points;   /* points that stay */
+    double greatest, sum; /* of the distances of represented points from their maps' surfaces */
+} stp_maps_counts;
+
+typedef struct stp_maps {
+    stp_map *maps;
+    uint32_t count;
+    stp_dbox box; /* of all samples, world */
+    stp_maps_counts counts;
+    stp_spill *spill; /* where samples lie, borrowed */
+} stp_maps;
+
+/* Makes the maps of a sorted cloud whose spacings, normals and marks are known. Errors:
+ * OUT_OF_MEMORY, IO, CANCELLED. Free with stp_maps_clear. */
+stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params *params,
+                         stp_pool *pool, const stp_progress *progress, stp_error *err);
+void stp_maps_clear(stp_maps *maps);
+
+/* Counts a point that a map stands for. */
+static inline void stp_maps_counts_add(stp_maps_counts *counts, double distance)
+{
+    counts->represented++;
+    counts->greatest = stp_max(counts->greatest, distance);
+    counts->sum += distance;
+}
+
+/* The mean distance of represented points from their maps; 0 if there are none. */
+static inline double stp_maps_mean(const stp_maps_counts *counts)
+{
+    return counts->represented > 0 ? counts->sum / (double)counts->represented : 0.0;
+}
+
+#endif

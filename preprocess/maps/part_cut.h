@@ -1,0 +1,39 @@
+/* Cuts the points of one cell into parts whose normals keep a cone.
+ *
+ * 1. The cell's points are halved across their longest axis (halve.h) until the normals of each set
+ *    keep the cone.
+ * 2. A set falls into its connected pieces: points and their nearest neighbours hang together if no
+ *    gap or step lies between them. Each piece is a part.
+ *
+ * Points without a normal, and pieces smaller than STP_PART_POINTS_LEAST, are in no part. Threads:
+ * any, a cell each. */
+#ifndef STP_PREPROCESS_MAPS_PART_CUT_H
+#define STP_PREPROCESS_MAPS_PART_CUT_H
+
+#include "preprocess/cloud/cloud.h"
+#include "preprocess/maps/part.h"
+
+#define STP_PART_POINTS_LEAST 1u
+
+/* A part of the cell touches the part of a point in another cell. */
+typedef struct stp_part_border {
+    uint32_t part, place;
+} stp_part_border;
+
+typedef struct stp_cell_parts {
+    stp_part *parts;
+    uint32_t part_count;
+    stp_part_pair *pairs; /* of parts of this cell, each once */
+    size_t pair_count;
+    stp_part_border *borders; /* each once */
+    size_t border_count;
+} stp_cell_parts;
+
+/* Cuts cell `index` of a cloud whose spacings and normals are known. cosine: of the cone's angle.
+ * numbers: by place in the cloud; gets for each point of the cell the number of its part in the
+ * cell, or STP_PART_NONE. Errors: OUT_OF_MEMORY. Free with stp_cell_parts_clear. */
+stp_status stp_cell_parts_cut(stp_cell_parts *out, const stp_cloud *cloud, uint32_t index,
+                              double cosine, uint32_t *numbers, stp_error *err);
+void stp_cell_parts_clear(stp_cell_parts *parts);
+
+#endif

@@ -1,0 +1,233 @@
+/* Merges parts. */
+#include "preprocess/maps/part_merge.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A pair that may be merged. It is out of date if a part has changed since. */
+typedef struct candidate {
+    double increase; /* of the sum of errors */
+    uint32_t a, b;   /* a < b */
+    uint32_t version_a, version_b;
+} candidate;
+
+/* The parts that touch a part, any of them maybe merged since. */
+typedef struct touching {
+    uint32_t *list;
+    size_t count, capacity;
+} touching;
+
+typedef struct merging {
+    stp_part *parts;
+    uint32_t *above; /* by part: a forest */
+    uint32_t *versions;
+    touching *around; /* by part */
+    double cosine;
+    candidate *heap;
+    size_t heap_count, heap_capacity;
+    vec3s *corners; /* of two parts */
+    size_t corner_capacity;
+} merging;
+
+static uint32_t root_of(const merging *m, uint32_t part)
+{
+    while (m->above[part] != part)
+        part = m->above[part] = m->above[m->above[part]];
+    return part;
+}
+
+static bool comes_before(const candidate *p, const candidate *q)
+{
+    if (p->increase != q->increase)
+        return p->increase < q->increase;
+    return p->a != q->a ? p->a < q->a : p->b < q->b;
+}
+
+static stp_status push(merging *m, candidate c, stp_error *err)
+{
+    stp_status status =
+        stp_grow(&m->heap, &m->heap_capacity, m->heap_count + 1, sizeof *m->heap, "maps", err);
+    if (status != STP_OK)
+        return status;
+    size_t at = m->heap_count++;
+    for (; at > 0 && comes_before(&c, &m->heap[(at - 1) / 2]); at = (at - 1) / 2)
+        m->heap[at] = m->heap[(at - 1) / 2];
+    m->heap[at] = c;
+    return STP_OK;
+}
+
+static candidate pop(merging *m)
+{
+    const candidate first = m->heap[0], last = m->heap[--m->heap_count];
+    size_t at = 0;
+    for (;;) {
+        size_t child = 2 * at + 1;
+        if (child >= m->heap_count)
+            break;
+        if (child + 1 < m->heap_count && comes_before(&m->heap[child + 1], &m->heap[child]))
+            child++;
+        if (!comes_before(&m->heap[child], &last))
+            break;
+        m->heap[at] = m->heap[child];
+        at = child;
+    }
+    m->heap[at] = last;
+    return first;
+}
+
+/* Whether the union has few enough points and one spacing. */
+static bool may_merge(const stp_part *p, const stp_part *q)
+{
+    const double by_area = p->area * q->points / (q->area * p->points);
+    const double most = STP_PART_SPACINGS * STP_PART_SPACINGS;
+    return (uint64_t)p->points + q->points <= STP_PART_POINTS_MOST && by_area <= most &&
+           by_area * most >= 1.0;
+}
+
+/* The cone of two parts together. Their corners are then in m->corners. */
+static stp_status cone_of_both(merging *m, const stp_part *p, const stp_part *q,
+                               stp_normal_cone *out, stp_error *err)
+{
+    const size_t count = (size_t)p->corner_count + q->corner_count;
+    stp_status status =
+        stp_grow(&m->corners, &m->corner_capacity, count, sizeof *m->corners, "normals", err);
+    if (status != STP_OK)
+        return status;
+    memcpy(m->corners, p->corners, p->corner_count * sizeof *m->corners);
+    memcpy(m->corners + p->corner_count, q->corners, q->corner_count * sizeof *m->corners);
+    *out = stp_normal_cone_of(m->corners, count);
+    return STP_OK;
+}
+
+/* Makes a pair a candidate if it may be merged. */
+static stp_status consider(merging *m, uint32_t a, uint32_t b, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_part *p = &m->parts[a], *q = &m->parts[b];
+    stp_normal_cone cone;
+    if (!may_merge(p, q))
+        return STP_OK;
+    STP_TRY(cone_of_both(m, p, q, &cone, err));
+    if (cone.cosine < m->cosine)
+        return STP_OK;
+    const double both =
+        stp_part_error(&cone, p->area + q->area, stp_dvec3_add(p->facing, q->facing));
+    const double apart =
+        stp_part_error(&p->cone, p->area, p->facing) + stp_part_error(&q->cone, q->area, q->facing);
+    STP_TRY(push(m, (candidate){both - apart, a, b, m->versions[a], m->versions[b]}, err));
+done:
+    return status;
+}
+
+/* Part a takes part b in. */
+static stp_status merge(merging *m, uint32_t a, uint32_t b, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_part *p = &m->parts[a], *q = &m->parts[b];
+    vec3s *corners = NULL;
+    uint32_t count = 0;
+    STP_TRY(cone_of_both(m, p, q, &p->cone, err));
+    STP_TRY(stp_normal_cone_corners(m->corners, p->corner_count + q->corner_count, &p->cone,
+                                    &corners, &count, err));
+    free(p->corners);
+    free(q->corners);
+    q->corners = NULL;
+    p->corners = corners;
+    p->corner_count = count;
+    p->points += q->points;
+    p->area += q->area;
+    p->facing = stp_dvec3_add(p->facing, q->facing);
+    m->above[b] = a;
+    m->versions[a]++;
+    m->versions[b]++;
+done:
+    return status;
+}
+
+static stp_status add_touching(touching *t, uint32_t part, stp_error *err)
+{
+    stp_status status =
+        stp_grow(&t->list, &t->capacity, t->count + 1, sizeof *t->list, "maps", err);
+    if (status == STP_OK)
+        t->list[t->count++] = part;
+    return status;
+}
+
+static int compare_numbers(const void *a, const void *b)
+{
+    const uint32_t p = *(const uint32_t *)a, q = *(const uint32_t *)b;
+    return (p > q) - (p < q);
+}
+
+/* Part a, which has taken b in, touches what b touched. Considers all pairs with it anew. */
+static stp_status meet_again(merging *m, uint32_t a, uint32_t b, stp_error *err)
+{
+    stp_status status = STP_OK;
+    touching *t = &m->around[a];
+    size_t kept = 0;
+    for (size_t i = 0; i < m->around[b].count; i++)
+        STP_TRY(add_touching(t, m->around[b].list[i], err));
+    free(m->around[b].list);
+    m->around[b] = (touching){0};
+    for (size_t i = 0; i < t->count; i++)
+        t->list[i] = root_of(m, t->list[i]);
+    qsort(t->list, t->count, sizeof *t->list, compare_numbers);
+    for (size_t i = 0; i < t->count; i++)
+        if (t->list[i] != a && (kept == 0 || t->list[kept - 1] != t->list[i]))
+            t->list[kept++] = t->list[i];
+    t->count = kept;
+    for (size_t i = 0; i < kept; i++) {
+        const uint32_t other = t->list[i];
+        STP_TRY(consider(m, a < other ? a : other, a < other ? other : a, err));
+    }
+done:
+    return status;
+}
+
+static stp_status begin(merging *m, uint32_t part_count, const stp_part_pair *pairs,
+                        size_t pair_count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&m->above, part_count, sizeof *m->above, "maps", err));
+    STP_TRY(stp_alloc(&m->versions, part_count, sizeof *m->versions, "maps", err));
+    STP_TRY(stp_alloc(&m->around, part_count, sizeof *m->around, "maps", err));
+    for (uint32_t i = 0; i < part_count; i++)
+        m->above[i] = i;
+    for (size_t i = 0; i < pair_count; i++) {
+        STP_TRY(add_touching(&m->around[pairs[i].a], pairs[i].b, err));
+        STP_TRY(add_touching(&m->around[pairs[i].b], pairs[i].a, err));
+        STP_TRY(consider(m, pairs[i].a, pairs[i].b, err));
+    }
+done:
+    return status;
+}
+
+stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_pair *pairs,
+                           size_t pair_count, double cosine, uint32_t **out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    merging m = {.parts = parts, .cosine = cosine};
+    STP_TRY(begin(&m, part_count, pairs, pair_count, err));
+    while (m.heap_count > 0) {
+        const candidate c = pop(&m);
+        if (m.versions[c.a] != c.version_a || m.versions[c.b] != c.version_b)
+            continue;
+        STP_TRY(merge(&m, c.a, c.b, err));
+        STP_TRY(meet_again(&m, c.a, c.b, err));
+    }
+    for (uint32_t i = 0; i < part_count; i++)
+        m.above[i] = root_of(&m, i);
+    *out = m.above;
+    m.above = NULL;
+done:
+    for (uint32_t i = 0; m.around && i < part_count; i++)
+        free(m.around[i].list);
+    free(m.around);
+    free(m.above);
+    free(m.versions);
+    free(m.heap);
+    free(m.corners);
+    return status;
+}

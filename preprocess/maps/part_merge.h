@@ -1,0 +1,19 @@
+/* Merges touching parts as long as the cone holds: the pair first whose union adds least to the sum
+ * of all parts' errors (stp_part_error). Threads: one. */
+#ifndef STP_PREPROCESS_MAPS_PART_MERGE_H
+#define STP_PREPROCESS_MAPS_PART_MERGE_H
+
+#include "preprocess/maps/part.h"
+
+/* Most points of a merged part. */
+#define STP_PART_POINTS_MOST 65536u
+/* The spacings of parts that are merged differ by this factor at most: a map has one grid. */
+#define STP_PART_SPACINGS 2.0
+
+/* Merges parts; those that become part of another lose their corners. pairs: sorted, a < b.
+ * cosine: of the cone's angle. *out: by part, the number of the part that it became part of, or its
+ * own; free with free(). Errors: OUT_OF_MEMORY. */
+stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_pair *pairs,
+                           size_t pair_count, double cosine, uint32_t **out, stp_error *err);
+
+#endif

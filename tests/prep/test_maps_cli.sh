@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Tests elevation maps from the command line: what prep, its figures, info and export say, which
+# options do not fit together, and that the model is drawn.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+model="$FOLDER/m.stipple"
+
+"$STIPPLE" gen torus -n 20k -o "$FOLDER/torus.ply" --quiet || fail "gen"
+run "$STIPPLE" prep "$FOLDER/torus.ply" --maps -o "$model" --stats "$FOLDER/stats.json"
+expect_code 0
+expect_text err " samples stand for "
+expect_text err "the surface of the maps is at most "
+[ "$(($(field represented) + $(field as_points)))" = 20000 ] || fail "represented and as_points are not all points"
+[ "$(field maps)" != 0 ] || grep -q '"maps":[[:space:]]*{' "$FOLDER/stats.json" || fail "stats without maps"
+"$STIPPLE" verify "$model" --quiet || fail "verify"
+
+run "$STIPPLE" info "$model"
+expect_code 0
+expect_text out "resampled      "
+expect_text out "               the surface is at most "
+run "$STIPPLE" info "$model" --json
+for key in represented as_points rejected samples cone_deg greatest mean; do
+    expect_text out "\"$key\":"
+done
+
+run "$STIPPLE" export "$model" -o "$FOLDER/back.ply"
+expect_code 0
+expect_text err "holds resampled points: "
+run "$STIPPLE" export "$model" -o "$FOLDER/back.ply" --force --quiet
+expect_code 0
+[ -s "$FOLDER/err" ] && fail "--quiet, but: $(cat "$FOLDER/err")"
+
+# A model of points says nothing of maps.
+"$STIPPLE" prep "$FOLDER/torus.ply" -o "$FOLDER/points.stipple" --quiet || fail "prep"
+run "$STIPPLE" info "$FOLDER/points.stipple"
+grep -q resampled "$FOLDER/out" && fail "info: resampled, without maps"
+run "$STIPPLE" export "$FOLDER/points.stipple" -o "$FOLDER/back.ply" --force
+grep -q resampled "$FOLDER/err" && fail "export: resampled, without maps"
+
+refuse() { # options, and what the message says
+    run "$STIPPLE" prep "$FOLDER/torus.ply" -o "$FOLDER/none.stipple" "${@:1:$#-1}"
+    expect_code 2
+    expect_text err "${!#}"
+    [ -e "$FOLDER/none.stipple" ] && fail "$command: a file in spite of wrong options"
+}
+refuse --cone 60 "give --maps, too"
+refuse --map-error 1 "give --maps, too"
+refuse --maps --cone 5 "--cone: give 10 to 80"
+refuse --maps --cone 81 "--cone: give 10 to 80"
+refuse --maps --map-error -1 "--map-error: give a positive length"
+refuse --maps --precision exact "--precision exact"
+refuse --maps --attributes all "--attributes"
+refuse --maps --orient none "--orient none"
+
+# The same picture as of points, but for what resampling changes.
+if "$STIPPLE" --help | found '^  render '; then
+    for name in m points; do
+        "$STIPPLE" render "$FOLDER/$name.stipple" -o "$FOLDER/$name.png" --size 200x200 --quiet || fail "render $name"
+    done
+    run "$STIPPLE" compare "$FOLDER/points.png" "$FOLDER/m.png"
+    awk '$1 == "psnr_db" && $2 < 25 { exit 1 }' "$FOLDER/out" || fail "the picture of maps: $(cat "$FOLDER/out")"
+fi
+end_test
