@@ -35,8 +35,7 @@
 /* Voxels. If the model is not closed, openings up to 2 reach + 1 voxels wide are sealed, small
  * reaches first. A cube that is larger than needed does not fit into thin parts or narrow gaps
  * either, so more is taken for an opening. */
-#define SEAL_REACH_MOST 5
-static const int seal_reaches[] = {1, SEAL_REACH_MOST};
+static const int seal_reaches[] = {1, STP_VOXEL_REACH_MOST};
 #define BLOCK_POINTS 65536u
 #define MEDIAN_POINTS 65536u
 
@@ -120,7 +119,7 @@ static void claim(enclosing *e, uint32_t point)
     int low[3], high[3];
     for (int i = 0; i < 3; i++) {
         double reach = d.radius * sqrt(stp_max(0.0, 1.0 - d.normal[i] * d.normal[i])) + 1.5;
-        reach += SEAL_REACH_MOST;
+        reach += STP_VOXEL_REACH_MOST;
         low[i] = (int)floor(d.centre[i] - reach);
         high[i] = (int)floor(d.centre[i] + reach);
     }

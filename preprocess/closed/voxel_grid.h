@@ -12,6 +12,8 @@
 #include <stdbool.h>
 
 #define STP_VOXEL_BLOCK 32
+/* Most that stp_voxel_grid_seal reaches. */
+#define STP_VOXEL_REACH_MOST 5
 /* Most blocks along an axis. */
 #define STP_VOXEL_BLOCKS_LIMIT 128
 
@@ -58,8 +60,8 @@ stp_status stp_voxel_grid_flood(stp_voxel_grid *grid, const stp_voxel_bits *wall
  *    of these joins the nearer of the two.
  *
  * So the outside ends in every opening that is narrower than the cube, if there is a room behind
- * it. Claim blocks up to `reach` voxels around occupied voxels. *sealed: there is a room. Errors:
- * OUT_OF_MEMORY, IO. */
+ * it. reach: 1 to STP_VOXEL_REACH_MOST. Claim blocks up to `reach` voxels around occupied voxels.
+ * *sealed: there is a room. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_voxel_grid_seal(stp_voxel_grid *grid, int reach, bool *sealed, stp_error *err);
 
 typedef enum stp_voxel { STP_VOXEL_INSIDE, STP_VOXEL_OUTSIDE, STP_VOXEL_OCCUPIED } stp_voxel;

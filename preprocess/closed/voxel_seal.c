@@ -35,35 +35,94 @@ static uint32_t row_at(const set *s, const int at[3], int shift_x, int z, int y)
     return stp_voxel_row(&s->bits[number - 1], (z + BLOCK) % BLOCK, (y + BLOCK) % BLOCK);
 }
 
-/* The row with its set voxels widened by `reach` voxels along x. */
-static uint32_t widen(const set *s, const int at[3], int z, int y, int reach)
+/* The row with its set voxels spread by one voxel along an axis. */
+static uint32_t spread(const set *s, const int at[3], int axis, int z, int y)
 {
-    uint64_t row = row_at(s, at, 0, z, y), low = row_at(s, at, -1, z, y);
-    uint64_t high = row_at(s, at, 1, z, y), out = row;
-    for (int i = 1; i <= reach; i++) {
-        out |= (row << BLOCK | low) << i >> BLOCK;
-        out |= (high << BLOCK | row) >> i;
-    }
-    return (uint32_t)out;
+    const uint32_t row = row_at(s, at, 0, z, y);
+    if (axis == 0)
+        return row | row << 1 | row >> 1 | row_at(s, at, -1, z, y) >> (BLOCK - 1) |
+               row_at(s, at, 1, z, y) << (BLOCK - 1);
+    const int dz = axis == 2, dy = axis == 1;
+    return row | row_at(s, at, 0, z - dz, y - dy) | row_at(s, at, 0, z + dz, y + dy);
 }
 
-static uint32_t spread(const set *s, const int at[3], int axis, int z, int y, int reach)
+/* A block's rows, and those of the blocks before and behind it along an axis. */
+typedef struct strip {
+    const stp_voxel_bits *bits[3]; /* NULL: the block has none */
+    uint32_t all[3];               /* then every row of it */
+} strip;
+
+static strip strip_of(const set *s, const int at[3], int axis)
 {
-    uint32_t out = 0;
-    if (axis == 0)
-        return widen(s, at, z, y, reach);
-    for (int i = -reach; i <= reach; i++)
-        out |= row_at(s, at, 0, axis == 2 ? z + i : z, axis == 1 ? y + i : y);
+    const stp_voxel_grid *g = s->grid;
+    strip out = {{NULL}, {0}};
+    for (int i = 0; i < 3; i++) {
+        int to[3] = {at[0], at[1], at[2]};
+        to[axis] += i - 1;
+        if (to[axis] < 0 || to[axis] >= g->blocks[axis]) {
+            out.all[i] = s->beyond ? UINT32_MAX : 0u;
+            continue;
+        }
+        size_t place = stp_voxel_place(g, to[0], to[1], to[2]);
+        uint32_t number = stp_voxel_number(g, place);
+        if (number != 0)
+            out.bits[i] = &s->bits[number - 1];
+        else
+            out.all[i] = (g->reached[place] ? s->reached : s->unreached) ? UINT32_MAX : 0u;
+    }
     return out;
 }
 
-/* Loops over the rows of all blocks with a number. */
-#define EACH_ROW(g, at, number, z, y)                                                              \
-    for (size_t place_ = 0; place_ < stp_voxel_place_count(g); place_++)                           \
-        if (((number) = stp_voxel_number(g, place_)) != 0 &&                                       \
-            (stp_voxel_place_split(g, place_, at), 1))                                             \
-            for (int z = 0; z < BLOCK; z++)                                                        \
-                for (int y = 0; y < BLOCK; y++)
+static inline uint32_t strip_row(const strip *s, int block, int z, int y)
+{
+    return s->bits[block] ? stp_voxel_row(s->bits[block], z, y) : s->all[block];
+}
+
+/* Widens a block along x: each row and its ends in one number, joined with itself shifted. */
+static void widen_rows(const strip *s, int reach, stp_voxel_bits *out)
+{
+    const int width = 2 * reach + 1;
+    for (int z = 0; z < BLOCK; z++)
+        for (int y = 0; y < BLOCK; y++) {
+            uint64_t row = (uint64_t)strip_row(s, 0, z, y) >> (BLOCK - reach) |
+                           (uint64_t)strip_row(s, 1, z, y) << reach |
+                           (uint64_t)strip_row(s, 2, z, y) << (BLOCK + reach);
+            int done = 1;
+            for (; 2 * done <= width; done *= 2)
+                row |= row >> done;
+            row |= row >> (width - done);
+            stp_voxel_row_set(out, z, y, (uint32_t)row);
+        }
+}
+
+/* Widens a block along y (axis 1) or z (axis 2): joins the rows of the lines along the axis with
+ * those farther on, first one, then two, then four. */
+static void widen_lines(const strip *s, int axis, int reach, stp_voxel_bits *out)
+{
+    const int width = 2 * reach + 1, count = BLOCK + 2 * reach;
+    uint32_t line[BLOCK + 2 * STP_VOXEL_REACH_MOST][BLOCK] = {{0}};
+    for (int i = 0; i < count; i++) {
+        const int at = i - reach + BLOCK, block = at / BLOCK, in = at % BLOCK;
+        for (int j = 0; j < BLOCK; j++)
+            line[i][j] = strip_row(s, block, axis == 2 ? in : j, axis == 2 ? j : in);
+    }
+    int done = 1;
+    for (; 2 * done <= width; done *= 2)
+        for (int i = 0; i + done < count; i++)
+            for (int j = 0; j < BLOCK; j++)
+                line[i][j] |= line[i + done][j];
+    for (int i = 0; i < BLOCK; i++)
+        for (int j = 0; j < BLOCK; j++)
+            stp_voxel_row_set(out, axis == 2 ? i : j, axis == 2 ? j : i,
+                              line[i][j] | line[i + width - done][j]);
+}
+
+static void remove_rows(stp_voxel_bits *from, const stp_voxel_bits *what)
+{
+    for (int z = 0; z < BLOCK; z++)
+        for (int y = 0; y < BLOCK; y++)
+            stp_voxel_row_set(from, z, y, stp_voxel_row(from, z, y) & ~stp_voxel_row(what, z, y));
+}
 
 /* Dilates a set by a cube: x into `a`, y into `b`, z into s->bits. If `without` is given, its
  * voxels are removed. */
@@ -74,15 +133,20 @@ static void dilate(set *s, int reach, const stp_voxel_bits *without, stp_voxel_b
     stp_voxel_bits *const from[3] = {s->bits, a, b}, *const to[3] = {a, b, s->bits};
     for (int axis = 0; axis < 3; axis++) {
         set in = *s;
-        int at[3];
-        uint32_t number = 0;
         in.bits = from[axis];
-        EACH_ROW(g, at, number, z, y)
-        {
-            uint32_t row = spread(&in, at, axis, z, y, reach);
+        for (size_t place = 0; place < stp_voxel_place_count(g); place++) {
+            const uint32_t number = stp_voxel_number(g, place);
+            int at[3];
+            if (number == 0)
+                continue;
+            stp_voxel_place_split(g, place, at);
+            const strip along = strip_of(&in, at, axis);
+            if (axis == 0)
+                widen_rows(&along, reach, &to[axis][number - 1]);
+            else
+                widen_lines(&along, axis, reach, &to[axis][number - 1]);
             if (axis == 2 && without)
-                row &= ~stp_voxel_row(&without[number - 1], z, y);
-            stp_voxel_row_set(&to[axis][number - 1], z, y, row);
+                remove_rows(&to[axis][number - 1], &without[number - 1]);
         }
     }
 }
@@ -134,8 +198,8 @@ static bool grow_block(growth *w, uint32_t block)
         if (open == 0)
             continue;
         for (int axis = 0; axis < 3; axis++) {
-            out |= spread(&w->outer, at, axis, z, y, 1);
-            in |= spread(&w->inner, at, axis, z, y, 1);
+            out |= spread(&w->outer, at, axis, z, y);
+            in |= spread(&w->inner, at, axis, z, y);
         }
         out &= open;
         in &= open & ~out;
@@ -233,25 +297,33 @@ done:
     return status;
 }
 
+/* The voxels of a row that are inside, beside an outside voxel. */
+static uint32_t openings_of(const set *outer, const int at[3], uint32_t number, int z, int y)
+{
+    uint32_t row = 0;
+    for (int axis = 0; axis < 3; axis++)
+        row |= spread(outer, at, axis, z, y);
+    return row & ~stp_voxel_row(&outer->bits[number - 1], z, y) &
+           ~stp_voxel_row(&outer->grid->occupied[number - 1], z, y);
+}
+
 size_t stp_voxel_grid_openings(const stp_voxel_grid *grid, int *out, size_t capacity)
 {
     const set outer = {.grid = grid, .bits = grid->outside, .reached = true, .beyond = true};
-    int at[3];
-    uint32_t number = 0;
     size_t count = 0;
-    EACH_ROW(grid, at, number, z, y)
-    {
-        uint32_t row = 0;
-        for (int axis = 0; axis < 3; axis++)
-            row |= spread(&outer, at, axis, z, y, 1);
-        row &= ~stp_voxel_row(&grid->outside[number - 1], z, y) &
-               ~stp_voxel_row(&grid->occupied[number - 1], z, y);
-        for (; row != 0; row &= row - 1, count++)
-            if (count < capacity) {
-                out[3 * count] = at[0] * BLOCK + __builtin_ctz(row);
-                out[3 * count + 1] = at[1] * BLOCK + y;
-                out[3 * count + 2] = at[2] * BLOCK + z;
-            }
+    for (size_t place = 0; place < stp_voxel_place_count(grid); place++) {
+        const uint32_t number = stp_voxel_number(grid, place);
+        int at[3];
+        stp_voxel_place_split(grid, place, at);
+        for (int i = 0; number != 0 && i < BLOCK * BLOCK; i++) {
+            const int z = i / BLOCK, y = i % BLOCK;
+            for (uint32_t row = openings_of(&outer, at, number, z, y); row; row &= row - 1, count++)
+                if (count < capacity) {
+                    out[3 * count] = at[0] * BLOCK + __builtin_ctz(row);
+                    out[3 * count + 1] = at[1] * BLOCK + y;
+                    out[3 * count + 2] = at[2] * BLOCK + z;
+                }
+        }
     }
     return count;
 }
