@@ -18,6 +18,8 @@ const char *stp_append_refusal(const stp_chunk_file_info *info)
         why = "its metadata cannot be read";
     else if (cJSON_GetObjectItemCaseSensitive(json, "repaired"))
         why = "it was repaired, and its metadata names chunks by their numbers";
+    else if (cJSON_GetObjectItemCaseSensitive(json, "resampled"))
+        why = "it was resampled: prepare all inputs at once";
     cJSON_Delete(json);
     return why;
 }
@@ -113,14 +115,14 @@ char *stp_append_metadata(const stp_append *a, const stp_tree_stats *tree)
     const stp_prep_params *params = a->job.params;
     const stp_prep_source *source = a->job.source;
     const stp_outside none = {0};
-    stp_prep_facts facts = {source,
-                            a->job.stats,
-                            params->orient == STP_ORIENT_POSITION ? &params->orient_position
-                                                                  : source->stations,
-                            &none,
-                            a->job.k,
-                            a->job.tree.lambda,
-                            false};
+    stp_prep_facts facts = {.source = source,
+                            .stats = a->job.stats,
+                            .stations = params->orient == STP_ORIENT_POSITION
+                                            ? &params->orient_position
+                                            : source->stations,
+                            .outside = &none,
+                            .k = a->job.k,
+                            .lambda = a->job.tree.lambda};
     char *text = stp_prep_metadata(&facts, tree);
     cJSON *more = cJSON_Parse(text);
     cJSON *model = cJSON_ParseWithLength(a->info->metadata_json, a->info->metadata_bytes);

@@ -161,6 +161,11 @@ refused "nothing to write" "$FOLDER/none.ply"
 head -c 2000 "$FOLDER/more.ply" >"$FOLDER/short.ply"
 refused "short.ply" "$FOLDER/short.ply"
 refused "is also an input" "$model"
+append "$model" "$FOLDER/more.ply" --maps
+expect_usage "--append"
+"$STIPPLE" prep "$FOLDER/scan.ply" -o "$FOLDER/maps.stipple" --maps --quiet || fail "no maps"
+run "$STIPPLE" prep --append "$FOLDER/more.ply" -o "$FOLDER/maps.stipple"
+expect_failure "it was resampled"
 "$STIPPLE" gen tree -n 500 -o "$FOLDER/leaves.ply" --mesh "$FOLDER/tree.ply" --quiet
 printf 'v 0 0 0\nv 1 0 0\nl 1 2\n' >"$FOLDER/line.obj"
 refused "lines or triangles" "$FOLDER/line.obj"
