@@ -268,7 +268,7 @@ static stp_status keep_patch(assembly *a, const stp_kept_patches *kept, uint32_t
     stp_status status = STP_OK;
     const stp_chunk *above = kept->above.chunk;
     stp_patch patch = above->patches[p];
-    stp_patch_samples samples;
+    stp_patch_samples samples = {0};
     const stp_item vertex = stp_vertex_item(&kept->above, p, INT_MIN);
     if (!move_patch(&patch, kept->above.origin, a->origin))
         return too_far(&vertex, false, err);

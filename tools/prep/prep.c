@@ -349,13 +349,11 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
          "memory limit (half the machine's); the rest goes to files in --temp", NULL},
         {"--temp", 0, CLI_STRING, &o->temp, "DIR", "for temporary files (output's folder)", NULL},
         {"--stats", 0, CLI_STRING, &o->stats, "F.json", "write statistics as JSON", NULL},
-        {"--rejects", 0, CLI_STRING, &o->rejects, "F.csv", "list what is not stored, and why",
-         NULL},
+        {"--rejects", 0, CLI_STRING, &o->rejects, "F.csv", "list what is rejected, and why", NULL},
         {"--strict", 0, CLI_FLAG, &o->strict, NULL, "write nothing if an input is unreadable",
          NULL},
         {"--progress", 0, CLI_CHOICE, &o->progress, "text|json", "format of progress (text)", NULL},
-        {"--append", 0, CLI_FLAG, &o->append, NULL,
-         "add the inputs' points to the model M.stipple, which is there", NULL},
+        {"--append", 0, CLI_FLAG, &o->append, NULL, "add points to the model M.stipple", NULL},
         {"--force", 'f', CLI_FLAG, &o->force, NULL, "replace existing files", NULL},
     };
     cli_option options[sizeof own / sizeof *own + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS +
