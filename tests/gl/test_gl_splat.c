@@ -147,7 +147,7 @@ static void large_discs(void **state)
             .clip = {true, {stp_dvec3_sub(disc->centre, away), stp_dvec3_add(disc->centre, away)}}};
         r.view =
             large_view(disc, &f.model->ball, radii_px[i % 4], fovy_deg[i / 4 % 2], angles[i / 8]);
-        for (int lod = every ? 0 : i / 4 % 2; lod < 4; lod += every ? 1 : 2) {
+        for (int lod = every ? 0 : (i + i / 4 + i / 8) % 2; lod < 4; lod += every ? 1 : 2) {
             params.lod = (stp_lod)lod;
             check_ok(stp_renderer_draw(f.renderer, &r.view, &params, NULL, err));
             check_ok(stp_renderer_read(f.renderer, found, err));
