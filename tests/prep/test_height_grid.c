@@ -42,7 +42,7 @@ static bool nothing(int column, int row)
 
 static bool scattered(int column, int row)
 {
-    return stp_random_unit(7, (uint64_t)(row * COLUMNS + column)) < 0.05;
+    return stp_random_unit(7, (uint64_t)row * COLUMNS + (uint64_t)column) < 0.05;
 }
 
 static bool a_disc(int column, int row)
