@@ -42,12 +42,23 @@ static void add_displacement(cJSON *root, const stp_displacement *d, const stp_r
         cJSON_AddNumberToObject(to, "changed", (double)d->changed);
 }
 
+static void add_joined(cJSON *root, const stp_prep_stats *stats)
+{
+    if (!stats->join_layers)
+        return;
+    cJSON *joined = cJSON_AddObjectToObject(root, "joined");
+    cJSON_AddNumberToObject(joined, "greatest", stats->joined.greatest);
+    cJSON_AddNumberToObject(joined, "mean", stats->joined.mean);
+}
+
 /* What maps stand for, and how far points are from the stored surface: from the maps' surface, and
  * what storing moves that by. */
 static void add_resampled(cJSON *root, const stp_prep_facts *f, const stp_tree_stats *tree)
 {
     const stp_maps_counts *m = &f->stats->maps;
     const stp_displacement *d = &tree->displacement;
+    if (!f->stats->makes_maps)
+        return;
     cJSON *to = cJSON_AddObjectToObject(root, "resampled");
     cJSON_AddNumberToObject(to, "represented", (double)m->represented);
     cJSON_AddNumberToObject(to, "as_points", (double)m->as_points);
@@ -125,13 +136,8 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
         cJSON_AddBoolToObject(root, "exact", true);
     if (stats->normal_bits > 0)
         cJSON_AddNumberToObject(root, "normal_bits", stats->normal_bits);
-    if (stats->join_layers) {
-        cJSON *joined = cJSON_AddObjectToObject(root, "joined");
-        cJSON_AddNumberToObject(joined, "greatest", stats->joined.greatest);
-        cJSON_AddNumberToObject(joined, "mean", stats->joined.mean);
-    }
-    if (stats->makes_maps)
-        add_resampled(root, f, tree);
+    add_joined(root, stats);
+    add_resampled(root, f, tree);
     add_displacement(root, &tree->displacement, &stats->resolution);
     add_intensity(root, source, stats);
     cJSON_AddStringToObject(root, "orientation", stp_orientation_name(stats->orientation));

@@ -157,7 +157,8 @@ stp_status stp_map_list_make(stp_map_list *out, const stp_cloud *cloud,
 {
     stp_status status = STP_OK;
     stp_map_list made = {.box = stp_dbox_empty()};
-    trial t = {.cloud = cloud, .params = params, .parts = parts, .mapped = mapped, .list = &made};
+    trial t = {.cloud = cloud, .params = params, .parts = parts, .list = &made};
+    t.mapped = mapped;
     STP_TRY(stp_alloc(&t.scratch, count, sizeof *t.scratch, "points", err));
     STP_TRY(stp_alloc(&t.normals, count, sizeof *t.normals, "normals", err));
     STP_TRY(stp_alloc(&t.distances, count, sizeof *t.distances, "points", err));

@@ -301,6 +301,16 @@ static int run_checked(prep_options *o, const char *const *paths, size_t count)
     return run_prep(o, paths, count, &error) == STP_OK ? CLI_DONE : cli_fail(&cli_prep, &error);
 }
 
+#define GROUPED_OPTIONS (PREP_GRID_OPTIONS + PREP_REGION_OPTIONS + PREP_MAPS_OPTIONS)
+
+/* Fills the options that have files of their own. */
+static void fill_groups(prep_options *o, cli_option out[GROUPED_OPTIONS])
+{
+    prep_grid_fill(&o->grid, out);
+    prep_region_fill(&o->region, out + PREP_GRID_OPTIONS);
+    prep_maps_fill(&o->maps, out + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS);
+}
+
 /* Reads the options and the inputs. Returns CLI_CONTINUE, or what the program ends with. */
 static int parse(prep_options *o, int argc, char **argv, const char **paths, size_t *count)
 {
@@ -356,13 +366,10 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
         {"--append", 0, CLI_FLAG, &o->append, NULL, "add points to the model M.stipple", NULL},
         {"--force", 'f', CLI_FLAG, &o->force, NULL, "replace existing files", NULL},
     };
-    cli_option options[sizeof own / sizeof *own + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS +
-                       PREP_MAPS_OPTIONS];
+    cli_option options[sizeof own / sizeof *own + GROUPED_OPTIONS];
     cli_option *rest = options + sizeof own / sizeof *own;
     memcpy(options, own, sizeof own);
-    prep_grid_fill(&o->grid, rest);
-    prep_region_fill(&o->region, rest + PREP_GRID_OPTIONS);
-    prep_maps_fill(&o->maps, rest + PREP_GRID_OPTIONS + PREP_REGION_OPTIONS);
+    fill_groups(o, rest);
     return cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                      PREP_PATHS_LIMIT, count, &o->common);
 }
