@@ -44,6 +44,8 @@ struct stp_scan {
     uint8_t *taken; /* per point of the mesh: only lines or large triangles use it; NULL if there
                        are none */
     bool sampling;
+    uint64_t point;    /* that is read next, counted for salvage */
+    bool singly, lost; /* salvage: records come one by one; there are no more */
     stp_mesh_sampler sampler;
     stp_dvec3 *stations, station_up;
 };
@@ -54,7 +56,7 @@ const char *stp_reject_name(stp_reject reject)
         [STP_REJECT_NONE] = "none",           [STP_REJECT_NOT_FINITE] = "not_finite",
         [STP_REJECT_NO_RETURN] = "no_return", [STP_REJECT_INVALID] = "invalid",
         [STP_REJECT_OUTLIER] = "outlier",     [STP_REJECT_OUTSIDE] = "outside",
-        [STP_REJECT_WHERE] = "where",
+        [STP_REJECT_WHERE] = "where",         [STP_REJECT_LOST] = "lost",
     };
     return names[reject];
 }
@@ -129,7 +131,7 @@ static stp_status ply_is_coarse(const stp_ply *streamed, const char *path, bool 
     stp_point_mesh mesh = {0};
     uint64_t samples = 0;
     if (streamed->faces && streamed->vertex->count <= STP_COARSE_VERTEX_LIMIT) {
-        STP_TRY(stp_ply_open(&ply, path, err));
+        STP_TRY(stp_ply_open(&ply, path, false, err));
         STP_TRY(stp_ply_read_mesh(ply, &mesh, err));
         STP_TRY(stp_mesh_take_colours(&mesh, path, err));
         STP_TRY(stp_mesh_measure_coarse(&mesh, &samples, err));
@@ -141,17 +143,27 @@ done:
     return status;
 }
 
+/* Streams the vertices of a file whose faces or edges are cut off. */
+static stp_status salvage_points(stp_scan *scan, stp_error *err)
+{
+    stp_point_mesh_free(&scan->mesh);
+    stp_ply_close(&scan->ply);
+    scan->info.face_count = 0;
+    return stp_ply_open(&scan->ply, scan->path, true, err);
+}
+
 /* Streams the vertices. Holds the whole file only if it has edges, or if faces are needed. */
 static stp_status open_ply(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
-    STP_TRY(stp_ply_open(&scan->ply, scan->path, err));
+    STP_TRY(stp_ply_open(&scan->ply, scan->path, scan->params.salvage, err));
     const stp_ply *ply = scan->ply;
     scan->info.format = ply_name(ply->header.encoding);
     scan->info.attributes = ply->attributes;
     if (ply->intensity_scale > 0.0)
         scan->info.intensity_full = 65535.0 / ply->intensity_scale;
     scan->info.point_count = ply->vertex->count;
+    scan->info.lost_count = ply->lost_count;
     const bool strips = ply->faces && strcmp(ply->faces->name, "tristrips") == 0;
     scan->info.face_count = ply->faces && !strips ? ply->faces->count : 0;
     STP_TRY(copy_stations(scan, ply, err));
@@ -161,10 +173,14 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     const bool textured = ply->header.textures.count > 0 && !scan->params.numbers;
     bool wants_faces =
         wants_normals || textured || scan->params.sample_count > 0 || scan->params.hybrid;
-    if (!wants_faces && scan->params.sample_coarse)
+    if (!wants_faces && scan->params.sample_coarse && !scan->params.salvage)
         STP_TRY(ply_is_coarse(ply, scan->path, &wants_faces, err));
     if (ply->edges || (ply->faces && wants_faces)) {
-        STP_TRY(stp_ply_read_mesh(scan->ply, &scan->mesh, err));
+        status = stp_ply_read_mesh(scan->ply, &scan->mesh, err);
+        if (status == STP_CORRUPT && scan->params.salvage) /* the points without faces and edges */
+            return salvage_points(scan, err);
+        if (status != STP_OK)
+            goto done;
         STP_TRY(stp_mesh_take_colours(&scan->mesh, scan->path, err));
         note_mesh(scan);
         scan->info.face_count = scan->mesh.face_count;
@@ -350,6 +366,7 @@ static stp_status open_scan(stp_scan *scan, stp_error *err)
         STP_TRY(split_hybrid(scan, err));
     if (scan->params.sample_count > 0)
         STP_TRY(start_sampling(scan, err));
+    scan->info.point_count += scan->info.lost_count;
 done:
     return status;
 }
@@ -448,8 +465,9 @@ static void reject_outside(const stp_scan_region *region, stp_point *points, siz
             points[i].reject = STP_REJECT_OUTSIDE;
 }
 
-stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
-                         stp_error *err)
+/* Reads the next points as they are. */
+static stp_status read_points(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
+                              stp_error *err)
 {
     stp_status status = STP_OK;
     stp_error why = {0};
@@ -464,6 +482,64 @@ stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, siz
     else
         got = scan->taken ? read_untaken(scan, points, capacity)
                           : read_vertices(scan, points, capacity);
+    *count = got;
+done:
+    return status;
+}
+
+/* Goes back to the point after the last one that was read, where records then come one by one.
+ * False if that leads nowhere. */
+static bool begin_singly(stp_scan *scan)
+{
+    const uint64_t apart = scan->info.seek_points;
+    stp_point point;
+    size_t got = 1;
+    if (scan->singly || apart == 0)
+        return false;
+    scan->singly = true;
+    uint64_t at = scan->point / apart * apart;
+    if (stp_scan_seek(scan, at, NULL) != STP_OK)
+        return false;
+    for (; at < scan->point && got == 1; at++)
+        if (read_points(scan, &point, 1, &got, NULL) != STP_OK)
+            return false;
+    return true;
+}
+
+/* The records up to the place where the file is cut or damaged, then as many lost ones as it
+ * declares more. Readers that cannot seek read one by one: a block would be lost as a whole. */
+static stp_status read_salvaged(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
+                                stp_error *err)
+{
+    const uint64_t left = scan->info.point_count - scan->point;
+    stp_status status = STP_CORRUPT;
+    size_t got = 0;
+    while (!scan->lost && capacity > 0) {
+        const bool singly = scan->singly || scan->info.seek_points == 0;
+        status = read_points(scan, points, singly ? 1 : capacity, &got, err);
+        if (status != STP_OK && status != STP_CORRUPT)
+            return status;
+        if (status == STP_OK && got > 0)
+            break;
+        scan->lost = status == STP_OK || !begin_singly(scan);
+    }
+    if (scan->lost) {
+        got = left < capacity ? (size_t)left : capacity;
+        for (size_t i = 0; i < got; i++)
+            points[i] = (stp_point){.reject = STP_REJECT_LOST};
+    }
+    scan->point += got;
+    *count = got;
+    return STP_OK;
+}
+
+stp_status stp_scan_read(stp_scan *scan, stp_point *points, size_t capacity, size_t *count,
+                         stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t got = 0;
+    STP_TRY(scan->params.salvage ? read_salvaged(scan, points, capacity, &got, err)
+                                 : read_points(scan, points, capacity, &got, err));
     if (scan->params.recompute_normals)
         for (size_t i = 0; i < got; i++)
             points[i].normal = (vec3s){{0.0f, 0.0f, 0.0f}};
@@ -475,7 +551,7 @@ done:
 
 const uint8_t *stp_scan_numbers(const stp_scan *scan)
 {
-    if (!scan->params.numbers || !scan->info.extra)
+    if (!scan->params.numbers || !scan->info.extra || scan->lost)
         return NULL;
     return scan->ply ? scan->ply->numbers.packed : scan->reader->numbers(scan->reader_state);
 }

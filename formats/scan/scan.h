@@ -33,6 +33,7 @@ typedef enum stp_reject {
     STP_REJECT_OUTLIER,    /* far from everything else; set when all points are read */
     STP_REJECT_OUTSIDE,    /* outside of the region that was asked for */
     STP_REJECT_WHERE,      /* does not fulfil the condition; set by the caller of the reader */
+    STP_REJECT_LOST,       /* behind the place where the file is cut or damaged (salvage) */
     STP_REJECT_COUNT
 } stp_reject;
 
@@ -100,6 +101,8 @@ typedef struct stp_scan_params {
     bool numbers;       /* reading also keeps the numbers of all attributes (stp_scan_numbers) */
     bool keep_withheld; /* points that LAS, LAZ or EPT mark as withheld are no rejects; an attribute
                            `withheld` says which */
+    bool salvage;       /* of a file that is cut or damaged, the records up to there are points and
+                           all others that it declares are lost (STP_REJECT_LOST) */
     const stp_scan_region
         *region;               /* NULL: all of it. Must outlive the scan, as the next two must */
     struct stp_mirror *mirror; /* of the address (remote/mirror.h); NULL: the path is no address,
@@ -159,7 +162,8 @@ static inline stp_dvec3 stp_scan_raster_at(const stp_scan_raster *raster, double
 
 typedef struct stp_scan_info {
     const char *format;   /* "PLY ascii", "OBJ", ... */
-    uint64_t point_count; /* the number of points that will be read */
+    uint64_t point_count; /* the number of points that will be read, those lost among them */
+    uint64_t lost_count;  /* that the file declares, and has no room for (salvage) */
     uint64_t face_count;
     stp_edge_counts edges;
     uint32_t attributes;    /* STP_POINT_HAS_* */

@@ -26,7 +26,7 @@ typedef struct prep_options {
         *system, *attributes, *where, *sample;
     uint64_t neighbours, seed, memory;
     double outlier_distance, line_radius;
-    bool recompute_normals, hybrid, strict, force, append;
+    bool recompute_normals, hybrid, strict, force, append, salvage;
     int lines;    /* 1: meshes of plants become lines */
     int withheld; /* 1: withheld points are kept */
     int codec, format, progress, outliers, shade;
@@ -138,7 +138,8 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                                  .hybrid = o->hybrid,
                                  .columns = o->columns,
                                  .recompute_normals = o->recompute_normals,
-                                 .keep_withheld = o->withheld == 1},
+                                 .keep_withheld = o->withheld == 1,
+                                 .salvage = o->salvage},
                       .plants = o->lines == 1};
     stp_prep_params params = prep_params(o);
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
@@ -340,6 +341,7 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
          "keep what the points have besides, as GPS time and returns (none)", NULL},
         {"--withheld", 0, CLI_CHOICE, &o->withheld, "drop|keep",
          "keep: also points that LAS, LAZ and EPT mark as withheld (drop)", NULL},
+        {"--salvage", 0, CLI_FLAG, &o->salvage, NULL, "store what is whole of cut files", NULL},
         prep_where_option(&o->where),
         {"--outliers", 0, CLI_CHOICE, &o->outliers, "keep|mark|drop",
          "keep, mark or drop points far from everything else (keep)", NULL},

@@ -158,9 +158,13 @@ static void print_orientation(const stp_prep_stats *s)
 static void print_rejects(const stp_prep_stats *s)
 {
     static const char *const words[STP_REJECT_COUNT] = {
-        [STP_REJECT_NOT_FINITE] = "not finite",       [STP_REJECT_NO_RETURN] = "without a return",
-        [STP_REJECT_INVALID] = "marked invalid",      [STP_REJECT_OUTLIER] = "outliers",
-        [STP_REJECT_OUTSIDE] = "outside of --bounds", [STP_REJECT_WHERE] = "not as --where says",
+        [STP_REJECT_NOT_FINITE] = "not finite",
+        [STP_REJECT_NO_RETURN] = "without a return",
+        [STP_REJECT_INVALID] = "marked invalid",
+        [STP_REJECT_OUTLIER] = "outliers",
+        [STP_REJECT_OUTSIDE] = "outside of --bounds",
+        [STP_REJECT_WHERE] = "not as --where says",
+        [STP_REJECT_LOST] = "lost",
     };
     const char *separator = " (";
     for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++) {

@@ -39,7 +39,8 @@ typedef struct reader {
     uint32_t at[PROPERTY_COUNT]; /* in a record, or ABSENT */
     uint32_t record_bytes;
     uint64_t begin, count, next; /* byte of the first record; records; that is read next */
-    bool keeps_numbers;
+    bool salvage, keeps_numbers;
+    uint64_t lost_count;
     uint8_t *packed; /* radii of the points read last */
     size_t packed_capacity;
     stp_attribute_list list;
@@ -132,11 +133,17 @@ static stp_status read_header(reader *r, stp_error *err)
     if (r->at[POSITION] == ABSENT)
         return fail(r, STP_FORMAT, "surfels have no position", err);
     r->begin = r->source.offset;
-    if (!stp_mul_u64(r->count, r->record_bytes, &bytes) || bytes > r->source.size - r->begin)
+    const uint64_t left = r->source.size - r->begin;
+    const bool fits = stp_mul_u64(r->count, r->record_bytes, &bytes) && bytes <= left;
+    if (!fits && r->salvage && r->count <= UINT32_MAX) {
+        r->lost_count = r->count - left / r->record_bytes;
+        r->count -= r->lost_count;
+    } else if (!fits) {
         return stp_error_set(err, STP_CORRUPT,
                              "%s: %" PRIu64 " surfels of %u bytes do not fit behind byte %" PRIu64
                              " of %" PRIu64 ": the file is cut off; copy it again",
                              r->source.path, r->count, r->record_bytes, r->begin, r->source.size);
+    }
 done:
     return status;
 }
@@ -145,6 +152,7 @@ static void fill_info(reader *r, stp_scan_info *info)
 {
     info->format = "Expe point set";
     info->point_count = r->count;
+    info->lost_count = r->lost_count;
     info->attributes = (r->at[NORMAL] != ABSENT ? (uint32_t)STP_POINT_HAS_NORMAL : 0u) |
                        (r->at[COLOUR] != ABSENT ? (uint32_t)STP_POINT_HAS_COLOUR : 0u);
     info->seek_points = 1;
@@ -162,6 +170,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     stp_status status = STP_OK;
     reader *r = state;
     r->source.descriptor = -1;
+    r->salvage = params->salvage;
     for (int p = 0; p < PROPERTY_COUNT; p++)
         r->at[p] = ABSENT;
     STP_TRY(stp_source_open(&r->source, path, err));

@@ -17,7 +17,7 @@ typedef struct las_reader {
     stp_las_depth depth;
     stp_las_notes notes;
     stp_las_numbers numbers;
-    bool keeps_numbers, keeps_withheld;
+    bool keeps_numbers, keeps_withheld, salvage;
     uint8_t *packed; /* numbers of the points read last */
     size_t packed_capacity;
     char format[40];
@@ -38,15 +38,22 @@ static stp_status find_depth(las_reader *las, stp_error *err)
             total - first < STP_LAS_SAMPLE_POINTS ? total : first + STP_LAS_SAMPLE_POINTS;
         if (first == end)
             break;
-        STP_TRY(stp_las_stream_seek(s, first, err));
+        const stp_status found = stp_las_stream_seek(s, first, err);
+        if (found == STP_CORRUPT && las->salvage)
+            break;
+        STP_TRY(found);
         while (s->next < end) {
             const uint64_t left = end - s->next;
             const size_t part = left < s->block_points ? (size_t)left : s->block_points;
             const unsigned char *records;
-            STP_TRY(stp_las_stream_next(s, part, &records, err));
+            const stp_status read = stp_las_stream_next(s, part, &records, err);
+            if (read == STP_CORRUPT && las->salvage)
+                goto cut;
+            STP_TRY(read);
             stp_las_depth_look(&seen, &s->header, records, part);
         }
     }
+cut:
     las->depth = stp_las_depth_decide(&seen);
     STP_TRY(stp_las_stream_seek(s, 0, err));
 done:
@@ -104,6 +111,7 @@ static stp_status open_file(las_reader *las, const char *path, const stp_scan_pa
     const stp_las_stream_params stream = {.path = path,
                                           .region = params->region,
                                           .mirror = params->mirror,
+                                          .salvage = params->salvage,
                                           .all_fields = params->numbers,
                                           .pool = params->pool};
     STP_TRY(stp_las_stream_open(&las->stream, &stream, err));
@@ -128,12 +136,14 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     las_reader *las = state;
     las->keeps_numbers = params->numbers;
     las->keeps_withheld = params->keep_withheld;
+    las->salvage = params->salvage;
     las->stream.source.descriptor = -1;
     STP_TRY(open_file(las, path, params, err));
     const stp_las_header *header = &las->stream.header;
     const bool colour = header->format->rgb > 0 && las->depth.colour != STP_LAS_COLOUR_NONE;
     info->format = las->format;
     info->point_count = header->point_count;
+    info->lost_count = header->lost_count;
     info->attributes = STP_POINT_HAS_INTENSITY | STP_POINT_HAS_CLASS;
     info->attributes |= colour ? (uint32_t)STP_POINT_HAS_COLOUR : 0u;
     info->seek_points = las->stream.laz ? stp_laz_team_chunk_points(las->stream.laz) : 1;

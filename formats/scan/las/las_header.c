@@ -130,9 +130,14 @@ static uint64_t points_limit(const stp_las_header *h, const stp_source *s)
     return bounded && h->evlr_offset < s->size ? h->evlr_offset : s->size;
 }
 
-static stp_status check_room(const stp_las_header *h, const stp_source *s, stp_error *err)
+static stp_status check_room(stp_las_header *h, const stp_source *s, bool salvage, stp_error *err)
 {
     const uint64_t left = points_limit(h, s) - h->point_offset, fit = left / h->record_bytes;
+    if (h->point_count > fit && salvage && h->point_count <= UINT32_MAX) {
+        h->lost_count = h->point_count - fit;
+        h->point_count = fit;
+        return STP_OK;
+    }
     if (h->point_count > fit)
         return stp_error_set(err, STP_CORRUPT,
                              "%s: the LAS header declares %llu points, but the %llu bytes from "
@@ -151,7 +156,7 @@ static stp_status check_room(const stp_las_header *h, const stp_source *s, stp_e
 }
 
 static stp_status read_counts(stp_las_header *h, const stp_source *s, const unsigned char *b,
-                              stp_error *err)
+                              bool salvage, stp_error *err)
 {
     h->vlr_count = stp_las_u32(b + AT_VLR_COUNT);
     h->count_32 = stp_las_u32(b + AT_COUNT_32);
@@ -161,10 +166,13 @@ static stp_status read_counts(stp_las_header *h, const stp_source *s, const unsi
         h->evlr_offset = stp_las_u64(b + AT_EVLR_OFFSET);
     }
     h->point_count = h->count_64 > 0 ? h->count_64 : h->count_32;
-    stp_status status = h->compressed ? STP_OK : check_room(h, s, err);
+    stp_status status = h->compressed ? STP_OK : check_room(h, s, salvage, err);
     if (status != STP_OK)
         return status;
-    if (h->evlr_count > 0 && (h->evlr_offset < h->point_offset || h->evlr_offset > s->size)) {
+    const bool outside = h->evlr_offset < h->point_offset || h->evlr_offset > s->size;
+    if (outside && salvage)
+        h->evlr_count = 0;
+    if (h->evlr_count > 0 && outside) {
         char expected[96];
         snprintf(expected, sizeof expected, "%llu (the points' begin) to %llu (the file's end)",
                  (unsigned long long)h->point_offset, (unsigned long long)s->size);
@@ -174,7 +182,8 @@ static stp_status read_counts(stp_las_header *h, const stp_source *s, const unsi
     return STP_OK;
 }
 
-stp_status stp_las_header_read(stp_las_header *out, stp_source *source, stp_error *err)
+stp_status stp_las_header_read(stp_las_header *out, stp_source *source, bool salvage,
+                               stp_error *err)
 {
     stp_status status = STP_OK;
     stp_las_header h = {0};
@@ -202,7 +211,7 @@ stp_status stp_las_header_read(stp_las_header *out, stp_source *source, stp_erro
     h.time_offset = h.has_time_offset ? stp_las_u16(bytes + AT_TIME_OFFSET) : 0;
     STP_TRY(read_layout(&h, source, bytes, err));
     STP_TRY(read_transform(&h, source, bytes, err));
-    STP_TRY(read_counts(&h, source, bytes, err));
+    STP_TRY(read_counts(&h, source, bytes, salvage, err));
     *out = h;
 done:
     return status;

@@ -56,7 +56,7 @@ stp_status stp_las_stream_open(stp_las_stream *las, const stp_las_stream_params 
     STP_TRY(stp_source_open(&las->source, params->path, err));
     las->source.path = params->name ? params->name : params->path;
     las->source.mirror = params->mirror;
-    STP_TRY(stp_las_header_read(header, &las->source, err));
+    STP_TRY(stp_las_header_read(header, &las->source, params->salvage, err));
     STP_TRY(stp_las_records_read(&las->records, header, &las->source, err));
     const size_t fit = STP_LAS_BLOCK_BYTES / header->record_bytes;
     las->block_points = fit < 1 ? 1 : fit < STP_LAS_BLOCK_POINTS ? fit : STP_LAS_BLOCK_POINTS;

@@ -19,7 +19,7 @@ static stp_status read_any(stp_point_mesh *points, const char *path, stp_error *
     if (format != STP_SCAN_PLY) {
         STP_TRY(stp_mesh_read(points, path, format, err));
     } else {
-        STP_TRY(stp_ply_open(&ply, path, err));
+        STP_TRY(stp_ply_open(&ply, path, false, err));
         STP_TRY(stp_ply_read_mesh(ply, points, err));
     }
 done:

@@ -79,6 +79,7 @@ static void fill_info(const reader *r, stp_scan_info *info)
     const stp_pcd_header *h = &r->values.header;
     info->format = names[h->encoding];
     info->point_count = h->points;
+    info->lost_count = r->values.lost_count;
     info->attributes = r->attributes;
     info->coordinate_step = coordinate_step(h);
     if (r->intensity_scale > 0.0)
@@ -178,6 +179,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     reader *r = state;
     r->values.source.descriptor = -1;
     r->values.keeps_numbers = params->numbers;
+    r->values.salvage = params->salvage;
     STP_TRY(stp_pcd_values_open(&r->values, path, err));
     find_attributes(r);
     STP_TRY(stp_pcd_values_find_packing(&r->values, err));

@@ -285,15 +285,20 @@ done:
 }
 
 /* Rejects a count that the file cannot hold, before anyone allocates by it. */
-static stp_status check_count(const stp_pcd_values *v, stp_error *err)
+static stp_status check_count(stp_pcd_values *v, stp_error *err)
 {
-    const stp_pcd_header *h = &v->header;
+    stp_pcd_header *h = &v->header;
     const bool ascii = h->encoding == STP_PCD_ASCII;
     const uint64_t left = v->source.size - v->source.offset;
     /* ASCII: a digit and a separator per value; the last separator may be missing. */
     const uint64_t fit = ascii ? (left + 1) / (2 * h->values) : left / h->stride;
     if (h->points <= fit)
         return STP_OK;
+    if (v->salvage && h->points <= UINT32_MAX) {
+        v->lost_count = h->points - fit;
+        h->points = fit;
+        return STP_OK;
+    }
     return stp_error_set(err, STP_CORRUPT,
                          "%s: the PCD header declares %llu points, but the %llu bytes from byte "
                          "%llu on hold %s%llu: the file was cut or its header is wrong; copy or "

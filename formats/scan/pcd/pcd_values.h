@@ -29,17 +29,19 @@ typedef struct stp_pcd_values {
     uint64_t index;      /* of the next record */
     size_t block_points; /* largest number of records per read */
     stp_pcd_numbers numbers;
-    bool keeps_numbers; /* attributes are wanted */
-    stp_lzf *decoders;  /* compressed: one per target, then one per extra; else NULL */
-    bool float_seen;    /* a packed colour so far was written in a way that only floats are */
-    bool packed_floats; /* so all packed colours are the bits of floats */
+    bool keeps_numbers;  /* attributes are wanted */
+    bool salvage;        /* the file may be cut */
+    uint64_t lost_count; /* records that the header declares, and the file has no room for */
+    stp_lzf *decoders;   /* compressed: one per target, then one per extra; else NULL */
+    bool float_seen;     /* a packed colour so far was written in a way that only floats are */
+    bool packed_floats;  /* so all packed colours are the bits of floats */
     double columns[STP_PCD_PACKED][STP_PCD_BLOCK_POINTS];
     uint32_t packed[STP_PCD_BLOCK_POINTS];
 } stp_pcd_values;
 
 /* Reads the header and goes to the first record. *values must be zero, except source.descriptor,
- * which is -1, and keeps_numbers. Close *values even after a failure. path must outlive it. Errors:
- * as stp_scan_open.
+ * which is -1, keeps_numbers and salvage. Close *values even after a failure. path must outlive it.
+ * Errors: as stp_scan_open.
  */
 stp_status stp_pcd_values_open(stp_pcd_values *values, const char *path, stp_error *err);
 void stp_pcd_values_close(stp_pcd_values *values);

@@ -73,7 +73,7 @@ static void find_edge_element(stp_ply *ply)
 }
 
 /* Rejects a count that the file cannot hold, before anyone allocates by it. */
-static stp_status check_vertex_count(const stp_ply *ply, stp_error *err)
+static stp_status check_vertex_count(stp_ply *ply, bool salvage, stp_error *err)
 {
     const stp_ply_element *vertex = ply->vertex;
     const bool ascii = ply->header.encoding == STP_PLY_ASCII;
@@ -83,6 +83,12 @@ static stp_status check_vertex_count(const stp_ply *ply, stp_error *err)
     const uint64_t fit = (left + (ascii ? 1 : 0)) / record;
     if (vertex->count <= fit)
         return STP_OK;
+    if (salvage && vertex->count <= UINT32_MAX) {
+        ply->lost_count = vertex->count - fit;
+        ply->header.elements[vertex - ply->header.elements].count = fit;
+        ply->faces = ply->edges = NULL;
+        return STP_OK;
+    }
     return stp_error_set(err, STP_CORRUPT,
                          "%s: the PLY header declares %llu vertices, but the %llu bytes from byte "
                          "%llu on hold %s%llu: the file was cut or its header is wrong; copy or "
@@ -92,7 +98,7 @@ static stp_status check_vertex_count(const stp_ply *ply, stp_error *err)
                          ascii || vertex->has_lists ? "at most " : "", (unsigned long long)fit);
 }
 
-static stp_status open_file(stp_ply *ply, const char *path, stp_error *err)
+static stp_status open_file(stp_ply *ply, const char *path, bool salvage, stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(stp_source_open(&ply->source, path, err));
@@ -107,7 +113,7 @@ static stp_status open_file(stp_ply *ply, const char *path, stp_error *err)
                     ? stp_ply_camera_read(ply, e, err)
                     : stp_ply_skip_element(&ply->cursor, &ply->header, e, err));
     find_stations(ply);
-    STP_TRY(check_vertex_count(ply, err));
+    STP_TRY(check_vertex_count(ply, salvage, err));
     ply->vertex_offset = ply->source.offset;
     ply->vertex_line = ply->source.line;
     ply->cursor.element = ply->vertex;
@@ -118,13 +124,13 @@ done:
     return status;
 }
 
-stp_status stp_ply_open(stp_ply **out, const char *path, stp_error *err)
+stp_status stp_ply_open(stp_ply **out, const char *path, bool salvage, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ply *ply = NULL;
     STP_TRY(stp_alloc(&ply, 1, sizeof *ply, "PLY reader", err));
     ply->source.descriptor = -1;
-    STP_TRY(open_file(ply, path, err));
+    STP_TRY(open_file(ply, path, salvage, err));
     *out = ply;
     ply = NULL;
 done:

@@ -33,6 +33,7 @@ typedef struct stp_ply {
     stp_source source;
     stp_ply_header header;
     stp_ply_cursor cursor;
+    uint64_t lost_count; /* vertices that the header declares, and the file has no room for */
     const stp_ply_element *vertex;
     const stp_ply_element *faces;        /* NULL: there are none, or they cannot be read */
     const stp_ply_element *edges;        /* NULL likewise */
@@ -48,8 +49,9 @@ typedef struct stp_ply {
     stp_ply_numbers numbers;
 } stp_ply;
 
-/* Reads the header and goes to the first vertex. path must outlive it. Errors: as stp_scan_open. */
-stp_status stp_ply_open(stp_ply **out, const char *path, stp_error *err);
+/* Reads the header and goes to the first vertex. salvage: of a cut file, counts the vertices that
+ * it has room for. path must outlive it. Errors: as stp_scan_open. */
+stp_status stp_ply_open(stp_ply **out, const char *path, bool salvage, stp_error *err);
 void stp_ply_close(stp_ply **ply);
 /* Reads the next points; *count is 0 only at the end. Errors: IO, CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_ply_read(stp_ply *ply, stp_point *points, size_t capacity, size_t *count,
