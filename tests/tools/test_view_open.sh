@@ -53,7 +53,7 @@ test_where() {
     rm -rf "$cache"
     run_viewer "$scan" "${camera[@]}" --where 'z>0' || return
     title_has "coarse: preparing" || fail "the first picture is not the coarse one: $(title)"
-    local coarse whole
+    local coarse whole sphere
     coarse=$(lit_pixels 0 0 200 200)
     expect_no_title coarse "a prepared scan"
     wait_for 30 is_still
@@ -62,11 +62,12 @@ test_where() {
     expect_kill_by_key q
     rm -rf "$cache"
     run_viewer "$scan" "${camera[@]}" || return
-    [ $((2 * coarse)) -lt $((3 * whole)) ] && [ $((3 * coarse)) -gt $((2 * whole)) ] &&
-        [ $((4 * whole)) -lt $((3 * $(lit_pixels 0 0 200 200))) ] ||
-        fail "$coarse pixels of the coarse half, $whole of the half, $(lit_pixels 0 0 200 200) of the sphere"
+    sphere=$(lit_pixels 0 0 200 200)
+    [ $((4 * coarse)) -lt $((3 * sphere)) ] && [ $((4 * whole)) -lt $((3 * sphere)) ] &&
+        [ $((5 * coarse)) -gt "$sphere" ] && [ $((5 * whole)) -gt "$sphere" ] ||
+        fail "$coarse pixels of the coarse half, $whole of the half, $sphere of the sphere"
     expect_kill_by_key q
-    run "$STIPPLE" view "$scan" --where 'lime>7'
+    run "$STIPPLE" view "$FOLDER/$scan" --where 'lime>7'
     expect_failure "lime"
 }
 

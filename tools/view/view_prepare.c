@@ -2,6 +2,7 @@
 #include "tools/view/view_prepare.h"
 
 #include "base/memory.h"
+#include "formats/attribute/where.h"
 #include "tools/open/open_draft.h"
 
 #include <stdio.h>
@@ -48,6 +49,18 @@ static stp_status show_file(viewer *v, const char *file, const char *path, bool 
     return status;
 }
 
+/* Whether a condition asks for what only a whole model has. */
+static bool asks_outliers(const char *condition)
+{
+    stp_where where;
+    if (!condition || stp_where_parse(&where, condition, NULL) != STP_OK)
+        return false;
+    for (unsigned i = 0; i < where.name_count; i++)
+        if (strcmp(where.names[i], "outlier") == 0)
+            return true;
+    return false;
+}
+
 /* Shows a draft, which has no name from then on. *made: as open_draft_make. */
 static stp_status show_draft(viewer *v, const open_scan *scan, const char *path, bool *made,
                              stp_error *err)
@@ -55,14 +68,12 @@ static stp_status show_draft(viewer *v, const open_scan *scan, const char *path,
     stp_status status = STP_OK;
     open_scan coarse = {.params = scan->params};
     STP_TRY(open_scan_take_temporary(&coarse, err));
-    status = open_draft_make(made, &scan->scans, coarse.path, v->options->where, v->common, err);
-    if (v->options->where && (status == STP_INVALID_ARGUMENT || status == STP_UNSUPPORTED)) {
-        status = STP_OK; /* scans have no outliers, say; the whole model tells if it has no such
-                            name */
+    if (!asks_outliers(v->options->where))
+        status =
+            open_draft_make(made, &scan->scans, coarse.path, v->options->where, v->common, err);
+    if (status != STP_OK && !(v->options->where && status == STP_UNSUPPORTED)) /* lines */
         goto done;
-    }
-    if (status != STP_OK)
-        goto done;
+    status = STP_OK;
     if (*made) {
         status = show_file(v, coarse.path, path, true, err);
         open_scan_opened(&coarse);
