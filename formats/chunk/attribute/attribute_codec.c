@@ -409,7 +409,7 @@ stp_status stp_attribute_steps(stp_attribute_type type, const uint64_t *words, u
     stp_status status = STP_OK;
     uint64_t *numbers = NULL;
     *out = (stp_steps){0};
-    if (stp_attribute_bytes(type) < 8)
+    if (stp_attribute_bytes(type) < 8 || count == 0)
         return STP_OK;
     STP_TRY(stp_alloc(&numbers, count, sizeof *numbers, "an attribute", err));
     out->decimals = make_whole(type, words, count, numbers);
