@@ -361,6 +361,8 @@ static void try_column(search *s, const row rows[3], int i, int j, int low, int 
 {
     const row *z = &rows[2];
     const float squared = rows[0].squared[RING_MAX + i] + rows[1].squared[RING_MAX + j];
+    if (squared >= s->reach)
+        return;
     while (low <= high && squared + z->squared[RING_MAX + low] >= s->reach)
         low++;
     while (low <= high && squared + z->squared[RING_MAX + high] >= s->reach)
@@ -384,8 +386,12 @@ static void try_ring(search *s, row rows[3], int ring)
     }
     for (int a = 0; a <= 2 * ring; a++) {
         int i = nth_step(&rows[0], s->grid, a);
+        if (rows[0].squared[RING_MAX + i] >= s->reach)
+            continue;
         for (int b = 0; b <= 2 * ring; b++) {
             int j = nth_step(&rows[1], s->grid, b);
+            if (rows[1].squared[RING_MAX + j] >= s->reach)
+                continue;
             if (abs(i) == ring || abs(j) == ring) {
                 try_column(s, rows, i, j, -ring, ring);
                 continue;

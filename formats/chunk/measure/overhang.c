@@ -171,7 +171,8 @@ static void measure_point(measure *m, const suspect *s)
         return;
     if (found)
         value = stp_min(value, stp_disc_grid_value(m->grid, disc, s->x, &merged));
-    if (value > m->greatest && !is_answered(m, s))
+    const bool alone = found && squared > near_squared(m, s->slack); /* no disc is near enough */
+    if (value > m->greatest && (alone || !is_answered(m, s)))
         raise_to(m, value);
 }
 
