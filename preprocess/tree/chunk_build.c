@@ -293,7 +293,8 @@ static stp_status end_together(assembly *a, const stp_item_group *group, uint32_
     stp_status status = STP_OK;
     const uint32_t before = a->together_count ? a->together[a->together_count - 1] : 0;
     uint32_t more = a->patch_count - before;
-    if (*next == group->together_count || group->together_ends[*next] != run + 1)
+    if (!group->together_ends || *next == group->together_count ||
+        group->together_ends[*next] != run + 1)
         return STP_OK;
     (*next)++;
     while (more > 0) { /* squares that did not fit one lattice have become several patches */
