@@ -16,6 +16,7 @@ typedef struct work {
     stp_pool *pool;
     double cosine;
     stp_cell_parts *cells;
+    uint32_t cell_count;  /* before points leave the cloud, and cells with them */
     uint32_t *cell_first; /* by cell: the number of its first part among all */
     uint32_t part_count;
     stp_part *parts;   /* of all cells */
@@ -254,7 +255,7 @@ static void keep_others(stp_cloud *cloud, const bool *mapped)
 
 static void clear_work(work *w)
 {
-    for (uint32_t c = 0; w->cells && c < w->cloud->cell_count; c++)
+    for (uint32_t c = 0; w->cells && c < w->cell_count; c++)
         stp_cell_parts_clear(&w->cells[c]);
     free(w->cells);
     for (uint32_t p = 0; w->parts && p < w->part_count; p++)
@@ -275,6 +276,7 @@ stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params 
 {
     stp_status status = STP_OK;
     work w = {.cloud = cloud,
+              .cell_count = cloud->cell_count,
               .params = params,
               .progress = progress,
               .pool = pool,
