@@ -122,23 +122,21 @@ static void note_mesh(stp_scan *scan)
         scan->info.colours_missing = scan->mesh.materials.missing;
 }
 
-/* Whether a PLY file that could be streamed is a coarse mesh. Larger files are scans. */
-static stp_status ply_is_coarse(const stp_ply *streamed, const char *path, bool *coarse,
-                                stp_error *err)
+/* Reads a mesh whose vertices could be streamed, and keeps it only if it is coarse. Larger files
+ * are scans. */
+static stp_status read_if_coarse(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ply *ply = NULL;
-    stp_point_mesh mesh = {0};
     uint64_t samples = 0;
-    if (streamed->faces && streamed->vertex->count <= STP_COARSE_VERTEX_LIMIT) {
-        STP_TRY(stp_ply_open(&ply, path, false, err));
-        STP_TRY(stp_ply_read_mesh(ply, &mesh, err));
-        STP_TRY(stp_mesh_take_colours(&mesh, path, err));
-        STP_TRY(stp_mesh_measure_coarse(&mesh, &samples, err));
-    }
-    *coarse = samples > 0;
+    if (!scan->ply->faces || scan->ply->vertex->count > STP_COARSE_VERTEX_LIMIT)
+        return STP_OK;
+    STP_TRY(stp_ply_open(&ply, scan->path, false, err));
+    STP_TRY(stp_ply_read_mesh(ply, &scan->mesh, err));
+    STP_TRY(stp_mesh_measure_coarse(&scan->mesh, &samples, err));
+    if (samples == 0)
+        stp_point_mesh_free(&scan->mesh);
 done:
-    stp_point_mesh_free(&mesh);
     stp_ply_close(&ply);
     return status;
 }
@@ -171,16 +169,20 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     const bool wants_normals =
         !(ply->attributes & STP_POINT_HAS_NORMAL) && !scan->params.recompute_normals;
     const bool textured = ply->header.textures.count > 0 && !scan->params.numbers;
-    bool wants_faces =
+    const bool wants_faces =
         wants_normals || textured || scan->params.sample_count > 0 || scan->params.hybrid;
-    if (!wants_faces && scan->params.sample_coarse && !scan->params.salvage)
-        STP_TRY(ply_is_coarse(ply, scan->path, &wants_faces, err));
-    if (ply->edges || (ply->faces && wants_faces)) {
+    bool held = ply->edges || (ply->faces && wants_faces);
+    if (held) {
         status = stp_ply_read_mesh(scan->ply, &scan->mesh, err);
         if (status == STP_CORRUPT && scan->params.salvage) /* the points without faces and edges */
             return salvage_points(scan, err);
         if (status != STP_OK)
             goto done;
+    } else if (scan->params.sample_coarse && !scan->params.salvage) {
+        STP_TRY(read_if_coarse(scan, err));
+        held = scan->mesh.triangle_count > 0;
+    }
+    if (held) {
         STP_TRY(stp_mesh_take_colours(&scan->mesh, scan->path, err));
         note_mesh(scan);
         scan->info.face_count = scan->mesh.face_count;

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 
+#include <ctype.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -62,6 +63,15 @@ static inline const char *stp_token(const char **at, const char *end)
         stop++;
     *at = stop;
     return begin < stop ? begin : NULL;
+}
+
+/* Leaves out spaces at both ends of a text. */
+static inline void stp_trim(const char **begin, const char **end)
+{
+    while (*begin < *end && isspace((unsigned char)**begin))
+        ++*begin;
+    while (*end > *begin && isspace((unsigned char)(*end)[-1]))
+        --*end;
 }
 
 #endif

@@ -12,27 +12,14 @@
 /* Normals of copies that differ less are one. */
 #define SAME_COSINE 0.99999
 
-static stp_dvec3 corner(const stp_point_mesh *mesh, size_t triangle, int k)
-{
-    return mesh->points[mesh->triangles[triangle][k % 3]].position;
-}
-
-/* Twice the area times the unit normal. */
-static stp_dvec3 area_vector(const stp_point_mesh *mesh, size_t triangle)
-{
-    const stp_dvec3 a = corner(mesh, triangle, 0);
-    return stp_dvec3_cross(stp_dvec3_sub(corner(mesh, triangle, 1), a),
-                           stp_dvec3_sub(corner(mesh, triangle, 2), a));
-}
-
 /* The diagonal of the box around the faces. */
 static double diagonal_of(const stp_point_mesh *mesh)
 {
     stp_dbox box = stp_dbox_empty();
     for (size_t t = 0; t < mesh->triangle_count; t++)
         for (int k = 0; k < 3; k++)
-            if (stp_dvec3_finite(corner(mesh, t, k)))
-                stp_dbox_add(&box, corner(mesh, t, k));
+            if (stp_dvec3_finite(mesh->points[mesh->triangles[t][k]].position))
+                stp_dbox_add(&box, mesh->points[mesh->triangles[t][k]].position);
     return stp_dvec3_length(stp_dvec3_sub(box.max, box.min));
 }
 
@@ -53,27 +40,22 @@ done:
     return status;
 }
 
-/* The area of the faces that have a side longer than `most`. */
-static double sum_areas(const stp_point_mesh *mesh, double most)
-{
-    double sum = 0.0;
-    for (size_t t = 0; t < mesh->triangle_count; t++) {
-        const double area = 0.5 * stp_dvec3_length(area_vector(mesh, t));
-        double side = 0.0;
-        for (int k = 0; k < 3; k++)
-            side = fmax(
-                side, stp_dvec3_length(stp_dvec3_sub(corner(mesh, t, k), corner(mesh, t, k + 1))));
-        sum += side > most && isfinite(area) ? area : 0.0;
-    }
-    return sum;
-}
+/* What the faces are in all. */
+typedef struct face_sums {
+    double area, long_area; /* of all; of those that are long */
+    double texels;
+} face_sums;
 
-static double sum_texels(const stp_point_mesh *mesh)
+static face_sums sum_faces(const stp_point_mesh *mesh, double most)
 {
-    double sum = 0.0;
-    for (size_t t = 0; t < mesh->triangle_count; t++)
-        sum += stp_materials_texels(&mesh->materials, t);
-    return sum;
+    face_sums sums = {0};
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        const double area = stp_point_mesh_area(mesh, t);
+        sums.area += area;
+        sums.long_area += stp_point_mesh_longest_side(mesh, t) > most ? area : 0.0;
+        sums.texels += stp_materials_texels(&mesh->materials, t);
+    }
+    return sums;
 }
 
 stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_count,
@@ -82,18 +64,18 @@ stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_
     stp_status status = STP_OK;
     size_t loose = 0;
     const double diagonal = diagonal_of(mesh), across = STP_COARSE_POINTS / diagonal;
-    const double area = sum_areas(mesh, 0.0), texels = sum_texels(mesh);
     const double vertices = (double)mesh->point_count;
+    const face_sums sums = sum_faces(mesh, diagonal / STP_COARSE_SIDES);
     *sample_count = 0;
-    if (!(area > 0.0) || !isfinite(area) ||
-        (sum_areas(mesh, diagonal / STP_COARSE_SIDES) < STP_COARSE_SHARE * area &&
-         texels <= STP_COARSE_TEXELS * vertices))
+    if (!(sums.area > 0.0) || !isfinite(sums.area) ||
+        (sums.long_area < STP_COARSE_SHARE * sums.area &&
+         sums.texels <= STP_COARSE_TEXELS * vertices))
         return STP_OK;
     STP_TRY(count_loose(mesh, &loose, err));
     if (loose <= mesh->point_count / STP_COARSE_LOOSE)
         *sample_count =
-            (uint64_t)fmax(vertices, fmax(fmin(area * across * across, STP_COARSE_POINT_LIMIT),
-                                          fmin(texels, STP_COARSE_TEXEL_LIMIT)));
+            (uint64_t)fmax(vertices, fmax(fmin(sums.area * across * across, STP_COARSE_POINT_LIMIT),
+                                          fmin(sums.texels, STP_COARSE_TEXEL_LIMIT)));
 done:
     return status;
 }
@@ -131,7 +113,7 @@ static stp_status list_corners(const stp_point_mesh *mesh, corner_lists *out, st
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         for (int k = 0; k < 3; k++)
             out->list[out->begin[mesh->triangles[t][k] + 1]++] = 3 * t + (size_t)k;
-        out->areas[t] = area_vector(mesh, t);
+        out->areas[t] = stp_point_mesh_area_vector(mesh, t);
         out->units[t] = stp_dvec3_from_float(stp_unit_normal(out->areas[t]));
     }
 done:

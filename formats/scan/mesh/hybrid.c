@@ -11,32 +11,12 @@
 /* The triangles that use a vertex. */
 enum { OF_LARGE = 1, OF_SMALL = 2 };
 
-/* The area of a triangle; 0 if a corner is not finite. */
-static double area_of(const stp_point_mesh *mesh, const uint32_t *t)
-{
-    const stp_dvec3 a = mesh->points[t[0]].position;
-    const stp_dvec3 n = stp_dvec3_cross(stp_dvec3_sub(mesh->points[t[1]].position, a),
-                                        stp_dvec3_sub(mesh->points[t[2]].position, a));
-    const double twice = stp_dvec3_length(n);
-    return isfinite(twice) ? 0.5 * twice : 0.0;
-}
-
 static double sum_areas(const stp_point_mesh *mesh)
 {
     double sum = 0.0;
     for (size_t t = 0; t < mesh->triangle_count; t++)
-        sum += area_of(mesh, mesh->triangles[t]);
+        sum += stp_point_mesh_area(mesh, t);
     return sum;
-}
-
-static double longest_edge(const stp_point_mesh *mesh, const uint32_t *t)
-{
-    double longest = 0.0;
-    for (int k = 0; k < 3; k++)
-        longest =
-            fmax(longest, stp_dvec3_length(stp_dvec3_sub(mesh->points[t[k]].position,
-                                                         mesh->points[t[(k + 1) % 3]].position)));
-    return longest;
 }
 
 /* The size from which a triangle is large: an area or a length. */
@@ -44,10 +24,13 @@ typedef struct size_limit {
     double area, edge;
 } size_limit;
 
-static bool is_large(const stp_point_mesh *mesh, const uint32_t *t, const size_limit *least)
+/* Triangles with an image are never large: their corners alone would not keep its colours. */
+static bool is_large(const stp_point_mesh *mesh, size_t t, const size_limit *least)
 {
-    double area = area_of(mesh, t);
-    return area >= least->area || (area > 0.0 && longest_edge(mesh, t) >= least->edge);
+    const double area = stp_point_mesh_area(mesh, t);
+    return !stp_materials_textured(&mesh->materials, t) &&
+           (area >= least->area ||
+            (area > 0.0 && stp_point_mesh_longest_side(mesh, t) >= least->edge));
 }
 
 /* Separates the triangles. Large ones still name the mesh's vertices. */
@@ -58,8 +41,7 @@ static stp_status part(stp_point_mesh *mesh, const size_limit *least, uint8_t *u
     size_t capacity = 0, kept = 0;
     for (size_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t *triangle = mesh->triangles[t];
-        const bool large = /* corners alone would not keep an image's colours */
-            is_large(mesh, triangle, least) && !stp_materials_textured(&mesh->materials, t);
+        const bool large = is_large(mesh, t, least);
         for (int k = 0; k < 3; k++)
             uses[triangle[k]] |= large ? OF_LARGE : OF_SMALL;
         if (large) {

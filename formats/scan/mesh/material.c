@@ -6,16 +6,10 @@
 #include "formats/scan/mesh/mesh_text.h"
 #include "formats/scan/number.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static bool text_is(const char *begin, const char *end, const char *text)
-{
-    return strlen(text) == (size_t)(end - begin) && memcmp(begin, text, strlen(text)) == 0;
-}
 
 static stp_status copy_part(char **out, const char *begin, const char *end, stp_error *err)
 {
@@ -49,7 +43,7 @@ static void note_missing(stp_materials *m, const stp_error *why)
 uint32_t stp_materials_find(const stp_materials *m, const char *name, const char *name_end)
 {
     for (size_t i = 0; i < m->count; i++)
-        if (text_is(name, name_end, m->list[i].name))
+        if (stp_text_token_is(name, name_end, m->list[i].name))
             return (uint32_t)i;
     return STP_NO_MATERIAL;
 }
@@ -59,7 +53,7 @@ static stp_status find_image(stp_materials *m, const char *begin, const char *en
 {
     stp_status status = STP_OK;
     for (size_t i = 0; i < m->image_count; i++)
-        if (text_is(begin, end, m->images[i].name)) {
+        if (stp_text_token_is(begin, end, m->images[i].name)) {
             *image = (uint32_t)i;
             return STP_OK;
         }
@@ -72,17 +66,6 @@ done:
     return status;
 }
 
-/* The rest of a line without spaces around it: names may have spaces inside. */
-static void rest_of_line(stp_text_lines *lines, const char **begin, const char **end)
-{
-    *begin = lines->cursor;
-    *end = lines->line_end;
-    while (*begin < *end && isspace((unsigned char)**begin))
-        ++*begin;
-    while (*end > *begin && isspace((unsigned char)(*end)[-1]))
-        --*end;
-}
-
 /* Skips options like `-s 1 1 1` and `-clamp on`: a word, then numbers or one more word. */
 static void skip_options(stp_text_lines *lines)
 {
@@ -93,8 +76,8 @@ static void skip_options(stp_text_lines *lines)
         bool first = true;
         while ((begin = stp_text_next_token(lines, &end)) &&
                (stp_number_parse(begin, end, &number) ||
-                (first &&
-                 (text_is(begin, end, "on") || text_is(begin, end, "off") || end - begin == 1)))) {
+                (first && (stp_text_token_is(begin, end, "on") ||
+                           stp_text_token_is(begin, end, "off") || end - begin == 1)))) {
             before = lines->cursor;
             first = false;
         }
@@ -147,14 +130,14 @@ static stp_status read_library(stp_materials *m, const stp_mesh_text *text, stp_
         if (!begin)
             continue;
         stp_material *last = m->count > before ? &m->list[m->count - 1] : NULL;
-        if (text_is(begin, end, "newmtl")) {
-            rest_of_line(&lines, &begin, &end);
+        if (stp_text_token_is(begin, end, "newmtl")) {
+            stp_text_rest(&lines, &begin, &end);
             STP_TRY(add_material(m, begin, end, err));
-        } else if (last && text_is(begin, end, "Kd")) {
+        } else if (last && stp_text_token_is(begin, end, "Kd")) {
             set_diffuse(last, &lines);
-        } else if (last && text_is(begin, end, "map_Kd")) {
+        } else if (last && stp_text_token_is(begin, end, "map_Kd")) {
             skip_options(&lines);
-            rest_of_line(&lines, &begin, &end);
+            stp_text_rest(&lines, &begin, &end);
             if (begin < end)
                 STP_TRY(find_image(m, begin, end, &last->image, err));
         }

@@ -13,6 +13,7 @@
 
 #include "base/error.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -49,6 +50,13 @@ typedef struct stp_materials {
     size_t triangle_count, triangle_capacity, corner_capacity;
     char missing[1024]; /* the first file that could not be read, and why; "": none */
 } stp_materials;
+
+/* A texture coordinate as it is kept: NaN if it is none, or so far off that floats know no texel.
+ */
+static inline float stp_texture_place(double number)
+{
+    return fabs(number) < 1e6 ? (float)number : NAN;
+}
 
 /* Adds the materials of a library that the OBJ file at mesh_path names. Errors: OUT_OF_MEMORY. */
 stp_status stp_materials_read(stp_materials *materials, const char *mesh_path, const char *name,

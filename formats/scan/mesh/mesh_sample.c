@@ -5,21 +5,10 @@
 
 #include <math.h>
 
-/* The area of a triangle; 0 if a corner is not finite: such a face gets no samples. */
-static double area(const stp_point_mesh *mesh, size_t triangle)
-{
-    const uint32_t *t = mesh->triangles[triangle];
-    const stp_dvec3 a = mesh->points[t[0]].position;
-    const stp_dvec3 n = stp_dvec3_cross(stp_dvec3_sub(mesh->points[t[1]].position, a),
-                                        stp_dvec3_sub(mesh->points[t[2]].position, a));
-    const double twice = stp_dvec3_length(n);
-    return isfinite(twice) ? 0.5 * twice : 0.0;
-}
-
 static void enter(stp_mesh_sampler *s, size_t triangle)
 {
     s->triangle = triangle;
-    s->triangle_area = area(s->mesh, triangle);
+    s->triangle_area = stp_point_mesh_area(s->mesh, triangle);
     const double samples = s->triangle_area / s->total_area * (double)s->sample_count;
     s->texels = stp_materials_texels(&s->mesh->materials, triangle) / samples;
 }
@@ -30,7 +19,7 @@ stp_status stp_mesh_sampler_init(stp_mesh_sampler *sampler, const stp_point_mesh
 {
     double total = 0.0;
     for (size_t i = 0; i < mesh->triangle_count; i++)
-        total += area(mesh, i);
+        total += stp_point_mesh_area(mesh, i);
     if (!(total > 0.0) || !isfinite(total))
         return stp_error_set(err, STP_EMPTY,
                              "%s: none of its %zu triangles has a positive area to put samples on: "
@@ -79,7 +68,7 @@ static void advance(stp_mesh_sampler *s, double wanted)
         size_t next = s->triangle + 1;
         /* Rounding may put the last share at the very end. Then it stays in the last triangle with
          * an area. */
-        while (next < s->mesh->triangle_count && area(s->mesh, next) <= 0.0)
+        while (next < s->mesh->triangle_count && stp_point_mesh_area(s->mesh, next) <= 0.0)
             next++;
         if (next == s->mesh->triangle_count)
             return;

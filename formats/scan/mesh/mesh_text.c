@@ -141,6 +141,20 @@ void stp_text_colours_free(stp_text_colours *colours)
     *colours = (stp_text_colours){0};
 }
 
+bool stp_text_token_is(const char *begin, const char *end, const char *word)
+{
+    const size_t length = strlen(word);
+    return (size_t)(end - begin) == length && memcmp(begin, word, length) == 0;
+}
+
+void stp_text_rest(const stp_text_lines *lines, const char **begin, const char **end)
+{
+    *begin = lines->cursor;
+    *end = lines->line_end;
+    stp_trim(begin, end);
+}
+
+/* STL is written in either case. */
 static bool token_is(const char *begin, const char *end, const char *word)
 {
     const size_t length = strlen(word);

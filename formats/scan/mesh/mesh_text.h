@@ -67,6 +67,10 @@ stp_text_lines stp_text_lines_begin(const stp_mesh_text *text);
 bool stp_text_next_line(stp_text_lines *lines);
 /* Returns the begin of the line's next token and sets *end to its end; NULL if none is left. */
 const char *stp_text_next_token(stp_text_lines *lines, const char **end);
+/* Whether a token is the word. */
+bool stp_text_token_is(const char *begin, const char *end, const char *word);
+/* The unread part of the line, without spaces around it: names may have spaces inside. */
+void stp_text_rest(const stp_text_lines *lines, const char **begin, const char **end);
 /* Reads the next count numbers of the line. `what` names the line in the message. Errors: CORRUPT.
  */
 stp_status stp_text_numbers(stp_text_lines *lines, const char *what, double *values, size_t count,

@@ -5,7 +5,6 @@
 #include "base/memory.h"
 #include "formats/scan/number.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -108,7 +107,7 @@ static stp_status obj_place(obj_parser *p, stp_error *err)
     STP_TRY(stp_grow(&p->places, &p->place_capacity, p->place_count + 1, sizeof *p->places,
                      "texture coordinates", err));
     for (int k = 0; k < 2; k++)
-        p->places[p->place_count][k] = fabs(uv[k]) < 1e6 ? (float)uv[k] : NAN;
+        p->places[p->place_count][k] = stp_texture_place(uv[k]);
     p->place_count++;
 done:
     return status;
@@ -191,19 +190,11 @@ done:
     return status;
 }
 
-static bool word_is(const char *begin, const char *end, const char *word)
-{
-    return (size_t)(end - begin) == strlen(word) && memcmp(begin, word, strlen(word)) == 0;
-}
-
 /* `mtllib NAME` and `usemtl NAME`; names may have spaces. */
 static stp_status obj_material(obj_parser *p, bool library, stp_error *err)
 {
-    const char *begin = p->lines.cursor, *end = p->lines.line_end;
-    while (begin < end && isspace((unsigned char)*begin))
-        begin++;
-    while (end > begin && isspace((unsigned char)end[-1]))
-        end--;
+    const char *begin, *end;
+    stp_text_rest(&p->lines, &begin, &end);
     if (library)
         return stp_materials_read(&p->mesh->materials, p->lines.text->path, begin, end, err);
     p->material = stp_materials_find(&p->mesh->materials, begin, end);
@@ -212,17 +203,17 @@ static stp_status obj_material(obj_parser *p, bool library, stp_error *err)
 
 static stp_status obj_statement(obj_parser *p, const char *begin, const char *end, stp_error *err)
 {
-    if (word_is(begin, end, "v"))
+    if (stp_text_token_is(begin, end, "v"))
         return obj_vertex(p, err);
-    if (word_is(begin, end, "vn"))
+    if (stp_text_token_is(begin, end, "vn"))
         return obj_normal(p, err);
-    if (word_is(begin, end, "vt"))
+    if (stp_text_token_is(begin, end, "vt"))
         return obj_place(p, err);
-    if (word_is(begin, end, "f"))
+    if (stp_text_token_is(begin, end, "f"))
         return obj_face(p, err);
-    if (word_is(begin, end, "l"))
+    if (stp_text_token_is(begin, end, "l"))
         return obj_line(p, err);
-    if (word_is(begin, end, "mtllib") || word_is(begin, end, "usemtl"))
+    if (stp_text_token_is(begin, end, "mtllib") || stp_text_token_is(begin, end, "usemtl"))
         return obj_material(p, *begin == 'm', err);
     return STP_OK;
 }

@@ -63,6 +63,38 @@ vec3s stp_unit_normal(stp_dvec3 n)
     return stp_dvec3_to_float(stp_dvec3_normalize(scaled));
 }
 
+static stp_dvec3 corner(const stp_point_mesh *mesh, size_t triangle, int k)
+{
+    return mesh->points[mesh->triangles[triangle][k % 3]].position;
+}
+
+static stp_dvec3 cross_of(stp_dvec3 a, stp_dvec3 b, stp_dvec3 c)
+{
+    const stp_dvec3 n = stp_dvec3_cross(stp_dvec3_sub(b, a), stp_dvec3_sub(c, a));
+    return stp_dvec3_finite(n) ? n : (stp_dvec3){0.0, 0.0, 0.0};
+}
+
+stp_dvec3 stp_point_mesh_area_vector(const stp_point_mesh *mesh, size_t triangle)
+{
+    return cross_of(corner(mesh, triangle, 0), corner(mesh, triangle, 1),
+                    corner(mesh, triangle, 2));
+}
+
+double stp_point_mesh_area(const stp_point_mesh *mesh, size_t triangle)
+{
+    const double twice = stp_dvec3_length(stp_point_mesh_area_vector(mesh, triangle));
+    return isfinite(twice) ? 0.5 * twice : 0.0;
+}
+
+double stp_point_mesh_longest_side(const stp_point_mesh *mesh, size_t triangle)
+{
+    double longest = 0.0;
+    for (int k = 0; k < 3; k++)
+        longest = fmax(longest, stp_dvec3_length(stp_dvec3_sub(corner(mesh, triangle, k),
+                                                               corner(mesh, triangle, k + 1))));
+    return longest;
+}
+
 typedef struct normal_job {
     const unsigned char *positions;
     size_t position_stride;
@@ -76,8 +108,7 @@ static stp_dvec3 area_vector(const normal_job *job, size_t triangle)
     for (int k = 0; k < 3; k++)
         p[k] = (const stp_dvec3 *)(const void *)(job->positions + job->triangles[triangle][k] *
                                                                       job->position_stride);
-    const stp_dvec3 n = stp_dvec3_cross(stp_dvec3_sub(*p[1], *p[0]), stp_dvec3_sub(*p[2], *p[0]));
-    return stp_dvec3_finite(n) ? n : (stp_dvec3){0.0, 0.0, 0.0};
+    return cross_of(*p[0], *p[1], *p[2]);
 }
 
 void stp_accumulate_normals(const stp_dvec3 *positions, size_t position_stride,

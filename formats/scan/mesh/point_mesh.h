@@ -51,6 +51,12 @@ stp_status stp_point_mesh_add_edge(stp_point_mesh *mesh, const stp_mesh_edge *ed
 void stp_point_mesh_set_normals(stp_point_mesh *mesh);
 void stp_point_mesh_free(stp_point_mesh *mesh);
 
+/* Twice a triangle's area times its normal; zero if a corner is not finite. */
+stp_dvec3 stp_point_mesh_area_vector(const stp_point_mesh *mesh, size_t triangle);
+/* 0 if a corner is not finite. */
+double stp_point_mesh_area(const stp_point_mesh *mesh, size_t triangle);
+double stp_point_mesh_longest_side(const stp_point_mesh *mesh, size_t triangle);
+
 /* Adds the faces' area-weighted normals to normals, which start at zero. Positions lie
  * position_stride bytes apart, normals likewise. */
 void stp_accumulate_normals(const stp_dvec3 *positions, size_t position_stride,

@@ -224,10 +224,8 @@ static stp_status parse_comment(header_parser *p, stp_error *err)
     const char *at = p->at, *begin = stp_token(&at, p->end), *end = p->end;
     if (!begin || (size_t)(at - begin) != sizeof tag - 1 || memcmp(begin, tag, sizeof tag - 1) != 0)
         return stp_ply_stations_add(&p->header->stations, p->at, p->end, err);
-    begin = stp_token(&at, p->end);
-    while (begin && end > begin && (end[-1] == ' ' || end[-1] == '\r'))
-        end--;
-    return begin ? stp_materials_add_image(&p->header->textures, begin, end, err) : STP_OK;
+    stp_trim(&at, &end);
+    return at < end ? stp_materials_add_image(&p->header->textures, at, end, err) : STP_OK;
 }
 
 static stp_status parse_line(header_parser *p, bool *done_reading, stp_error *err)

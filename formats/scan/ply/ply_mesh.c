@@ -104,7 +104,7 @@ static stp_status read_places(stp_ply *ply, place_reader *reader, stp_error *err
                      "texture coordinates", err));
     for (uint64_t i = 0; i < length; i++) {
         STP_TRY(stp_ply_next_value(&ply->cursor, reader->list->type, &value, err));
-        reader->uv[i / 2][i % 2] = fabs(value) < 1e6 ? (float)value : NAN;
+        reader->uv[i / 2][i % 2] = stp_texture_place(value);
     }
     reader->count = (size_t)length / 2;
 done:
