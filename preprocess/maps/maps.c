@@ -13,7 +13,6 @@ typedef struct work {
     stp_cloud *cloud;
     const stp_maps_params *params;
     const stp_progress *progress;
-    stp_pool *pool;
     double cosine;
     stp_cell_parts *cells;
     uint32_t cell_count;  /* before points leave the cloud, and cells with them */
@@ -88,10 +87,9 @@ static stp_status list_pairs(const work *w, stp_part_pair **out, size_t *count, 
         for (size_t i = 0; i < cell->pair_count; i++)
             pairs[n++] = (stp_part_pair){first + cell->pairs[i].a, first + cell->pairs[i].b};
         for (size_t i = 0; i < cell->border_count; i++) {
-            const uint32_t a = first + cell->borders[i].part;
-            const uint32_t b = w->numbers[cell->borders[i].place];
-            if (b != STP_PART_NONE)
-                pairs[n++] = (stp_part_pair){a < b ? a : b, a < b ? b : a};
+            const uint32_t other = w->numbers[cell->borders[i].place];
+            if (other != STP_PART_NONE)
+                pairs[n++] = stp_part_pair_of(first + cell->borders[i].part, other);
         }
     }
     *count = stp_part_pairs_sort(pairs, n);
@@ -279,7 +277,6 @@ stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params 
               .cell_count = cloud->cell_count,
               .params = params,
               .progress = progress,
-              .pool = pool,
               .cosine = cos(params->cone_deg * M_PI / 180.0)};
     STP_TRY(stp_alloc(&w.cells, cloud->cell_count, sizeof *w.cells, "maps", err));
     STP_TRY(

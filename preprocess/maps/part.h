@@ -16,12 +16,17 @@ typedef struct stp_part {
     stp_dvec3 facing; /* sum of squared spacings times normals */
 } stp_part;
 
-/* Two parts that touch. */
+/* Two parts that touch, a < b. */
 typedef struct stp_part_pair {
     uint32_t a, b;
 } stp_part_pair;
 
-/* Sorts pairs with a < b and drops repetitions. Returns how many are left. */
+static inline stp_part_pair stp_part_pair_of(uint32_t one, uint32_t other)
+{
+    return one < other ? (stp_part_pair){one, other} : (stp_part_pair){other, one};
+}
+
+/* Sorts pairs and drops repetitions. Returns how many are left. */
 size_t stp_part_pairs_sort(stp_part_pair *pairs, size_t count);
 
 /* How much the normals of a part differ from its cone's axis: the integral of |n(x) - axis|^2 over

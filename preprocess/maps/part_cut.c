@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "preprocess/cloud/neighbours.h"
 #include "preprocess/maps/halve.h"
+#include "preprocess/orient/forest.h"
 
 #include <stdlib.h>
 
@@ -23,9 +24,8 @@ typedef struct cutter {
     vec3s *normals;            /* of a set */
     uint32_t *sets;            /* by place in the cell: its set, or STP_PART_NONE */
     uint32_t set_count;
-    uint32_t *lists;  /* NEIGHBOURS places by place in the cell */
-    uint32_t *above;  /* by place in the cell: forest of pieces; roots are their least places */
-    uint32_t *number; /* by place in the cell: of its part, at roots */
+    uint32_t *lists;   /* NEIGHBOURS places by place in the cell */
+    stp_forest pieces; /* of places in the cell */
 } cutter;
 
 static uint32_t point_count(const cutter *c)
@@ -44,7 +44,7 @@ static void cut_set(cutter *c, uint32_t begin, uint32_t end)
 {
     uint32_t *places = c->order + begin;
     const uint32_t count = end - begin;
-    if (count < STP_PART_POINTS_LEAST)
+    if (count == 0)
         return;
     take_normals(c, places, count);
     const stp_normal_cone cone = stp_normal_cone_of(c->normals, count);
@@ -90,64 +90,43 @@ static bool hang_together(const stp_cloud *cloud, uint32_t a, uint32_t b)
            fabs(stp_dvec3_dot(d, n)) <= STEP * length && fabs(stp_dvec3_dot(d, m)) <= STEP * length;
 }
 
-static uint32_t root_of(uint32_t *above, uint32_t i)
-{
-    while (above[i] != i)
-        i = above[i] = above[above[i]];
-    return i;
-}
-
 /* Joins each point with those of its neighbours in its set that it hangs together with, and with
  * equal points before it. */
-static void join_pieces(const cutter *c)
+static void join_pieces(cutter *c)
 {
     const uint32_t begin = c->cell->begin, count = point_count(c);
-    for (uint32_t i = 0; i < count; i++)
-        c->above[i] = i;
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t *list = c->lists + (size_t)i * NEIGHBOURS;
         if (c->sets[i] == STP_PART_NONE)
             continue;
-        uint32_t own = root_of(c->above, i);
         for (unsigned k = 0; k < NEIGHBOURS && list[k] != STP_NEIGHBOUR_NONE; k++) {
             const uint32_t j = list[k] - begin;
-            if (j >= count || c->sets[j] != c->sets[i] ||
-                !hang_together(c->cloud, begin + i, list[k]))
-                continue;
-            const uint32_t other = root_of(c->above, j);
-            c->above[own > other ? own : other] = own > other ? other : own;
-            own = own > other ? other : own;
+            if (j < count && c->sets[j] == c->sets[i] &&
+                hang_together(c->cloud, begin + i, list[k]))
+                stp_forest_join(&c->pieces, i, j, false);
         }
-        if (i > 0 && stp_cloud_repeats(c->cloud, begin + i) && c->sets[i - 1] == c->sets[i]) {
-            const uint32_t other = root_of(c->above, i - 1);
-            c->above[own > other ? own : other] = own > other ? other : own;
-        }
+        if (i > 0 && stp_cloud_repeats(c->cloud, begin + i) && c->sets[i - 1] == c->sets[i])
+            stp_forest_join(&c->pieces, i, i - 1, false);
     }
 }
 
-/* Numbers the pieces that are large enough in the order of their first points. */
-static stp_status number_pieces(const cutter *c, stp_cell_parts *out, uint32_t *numbers,
-                                stp_error *err)
+/* Numbers the pieces in the order of their first points, which are their roots. */
+static stp_status number_pieces(cutter *c, stp_cell_parts *out, uint32_t *numbers, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t begin = c->cell->begin, count = point_count(c);
-    uint32_t *sizes = c->scratch;
-    for (uint32_t i = 0; i < count; i++)
-        sizes[i] = 0;
-    for (uint32_t i = 0; i < count; i++)
-        if (c->sets[i] != STP_PART_NONE)
-            sizes[root_of(c->above, i)]++;
-    for (uint32_t i = 0; i < count; i++)
-        if (sizes[i] >= STP_PART_POINTS_LEAST)
-            c->number[i] = out->part_count++;
-    STP_TRY(stp_alloc(&out->parts, out->part_count, sizeof *out->parts, "maps", err));
+    const uint32_t count = point_count(c);
+    uint32_t *number = numbers + c->cell->begin;
+    uint8_t parity = 0;
     for (uint32_t i = 0; i < count; i++) {
-        const uint32_t root = root_of(c->above, i);
-        const bool in = sizes[root] >= STP_PART_POINTS_LEAST;
-        numbers[begin + i] = in ? c->number[root] : STP_PART_NONE;
-        if (in && i == root)
-            out->parts[c->number[root]].points = sizes[root];
+        const uint32_t root = stp_forest_find(&c->pieces, i, &parity);
+        number[i] = c->sets[i] == STP_PART_NONE ? STP_PART_NONE
+                    : root == i                 ? out->part_count++
+                                                : number[root];
     }
+    STP_TRY(stp_alloc(&out->parts, out->part_count, sizeof *out->parts, "maps", err));
+    for (uint32_t i = 0; i < count; i++)
+        if (number[i] != STP_PART_NONE)
+            out->parts[number[i]].points++;
 done:
     return status;
 }
@@ -158,7 +137,7 @@ static stp_status describe_parts(const cutter *c, const stp_cell_parts *out,
 {
     stp_status status = STP_OK;
     const uint32_t begin = c->cell->begin, count = point_count(c);
-    uint32_t *ends = c->above, at = 0; /* by part; pieces are no longer needed */
+    uint32_t *ends = c->scratch, at = 0; /* by part */
     for (uint32_t p = 0; p < out->part_count; p++) {
         ends[p] = at;
         at += out->parts[p].points;
@@ -185,25 +164,6 @@ done:
     return status;
 }
 
-static int compare_pairs(const void *a, const void *b)
-{
-    const stp_part_pair *p = a, *q = b;
-    if (p->a != q->a)
-        return p->a < q->a ? -1 : 1;
-    return (p->b > q->b) - (p->b < q->b);
-}
-
-size_t stp_part_pairs_sort(stp_part_pair *pairs, size_t count)
-{
-    size_t kept = 0;
-    if (count > 0)
-        qsort(pairs, count, sizeof *pairs, compare_pairs);
-    for (size_t i = 0; i < count; i++)
-        if (i == 0 || compare_pairs(&pairs[i - 1], &pairs[i]) != 0)
-            pairs[kept++] = pairs[i];
-    return kept;
-}
-
 /* Lists which parts touch. */
 static stp_status find_pairs(const cutter *c, stp_cell_parts *out, const uint32_t *numbers,
                              stp_error *err)
@@ -221,10 +181,9 @@ static stp_status find_pairs(const cutter *c, stp_cell_parts *out, const uint32_
         if (!hang_together(c->cloud, i, other))
             continue;
         if (inside) {
-            const uint32_t a = numbers[i], b = numbers[other];
             STP_TRY(stp_grow(&out->pairs, &pair_capacity, out->pair_count + 1, sizeof *out->pairs,
                              "maps", err));
-            out->pairs[out->pair_count++] = (stp_part_pair){a < b ? a : b, a < b ? b : a};
+            out->pairs[out->pair_count++] = stp_part_pair_of(numbers[i], numbers[other]);
         } else {
             STP_TRY(stp_grow(&out->borders, &border_capacity, out->border_count + 1,
                              sizeof *out->borders, "maps", err));
@@ -256,8 +215,7 @@ stp_status stp_cell_parts_cut(stp_cell_parts *out, const stp_cloud *cloud, uint3
     STP_TRY(stp_alloc(&c.normals, count, sizeof *c.normals, "normals", err));
     STP_TRY(stp_alloc(&c.sets, count, sizeof *c.sets, "points", err));
     STP_TRY(stp_alloc(&c.lists, (size_t)count * NEIGHBOURS, sizeof *c.lists, "neighbours", err));
-    STP_TRY(stp_alloc(&c.above, count, sizeof *c.above, "points", err));
-    STP_TRY(stp_alloc(&c.number, count, sizeof *c.number, "points", err));
+    STP_TRY(stp_forest_create(&c.pieces, count, NULL, err));
     for (uint32_t i = 0; i < count; i++) {
         c.sets[i] = STP_PART_NONE;
         if (may_be_surface(cloud, begin + i))
@@ -278,8 +236,7 @@ done:
     free(c.normals);
     free(c.sets);
     free(c.lists);
-    free(c.above);
-    free(c.number);
+    stp_forest_clear(&c.pieces);
     return status;
 }
 

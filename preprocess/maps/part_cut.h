@@ -5,15 +5,12 @@
  * 2. A set falls into its connected pieces: points and their nearest neighbours hang together if no
  *    gap or step lies between them. Each piece is a part.
  *
- * Points without a normal, and pieces smaller than STP_PART_POINTS_LEAST, are in no part. Threads:
- * any, a cell each. */
+ * Points without a normal or a spacing, and outliers, are in no part. Threads: any, a cell each. */
 #ifndef STP_PREPROCESS_MAPS_PART_CUT_H
 #define STP_PREPROCESS_MAPS_PART_CUT_H
 
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/maps/part.h"
-
-#define STP_PART_POINTS_LEAST 1u
 
 /* A part of the cell touches the part of a point in another cell. */
 typedef struct stp_part_border {
@@ -25,7 +22,7 @@ typedef struct stp_cell_parts {
     uint32_t part_count;
     stp_part_pair *pairs; /* of parts of this cell, each once */
     size_t pair_count;
-    stp_part_border *borders; /* each once */
+    stp_part_border *borders; /* one for each pair of points that hang together */
     size_t border_count;
 } stp_cell_parts;
 

@@ -2,6 +2,7 @@
 #include "preprocess/maps/part_merge.h"
 
 #include "base/memory.h"
+#include "preprocess/orient/forest.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -21,9 +22,9 @@ typedef struct touching {
 
 typedef struct merging {
     stp_part *parts;
-    uint32_t *above; /* by part: a forest */
-    uint32_t *versions;
-    touching *around; /* by part */
+    stp_forest merged;  /* of parts */
+    uint32_t *versions; /* by part */
+    touching *around;   /* by part */
     double cosine;
     candidate *heap;
     size_t heap_count, heap_capacity;
@@ -31,11 +32,10 @@ typedef struct merging {
     size_t corner_capacity;
 } merging;
 
-static uint32_t root_of(const merging *m, uint32_t part)
+static uint32_t root_of(merging *m, uint32_t part)
 {
-    while (m->above[part] != part)
-        part = m->above[part] = m->above[m->above[part]];
-    return part;
+    uint8_t parity = 0;
+    return stp_forest_find(&m->merged, part, &parity);
 }
 
 static bool comes_before(const candidate *p, const candidate *q)
@@ -102,9 +102,10 @@ static stp_status cone_of_both(merging *m, const stp_part *p, const stp_part *q,
 }
 
 /* Makes a pair a candidate if it may be merged. */
-static stp_status consider(merging *m, uint32_t a, uint32_t b, stp_error *err)
+static stp_status consider(merging *m, stp_part_pair pair, stp_error *err)
 {
     stp_status status = STP_OK;
+    const uint32_t a = pair.a, b = pair.b;
     const stp_part *p = &m->parts[a], *q = &m->parts[b];
     stp_normal_cone cone;
     if (!may_merge(p, q))
@@ -121,7 +122,7 @@ done:
     return status;
 }
 
-/* Part a takes part b in. */
+/* Part a takes part b > a in. */
 static stp_status merge(merging *m, uint32_t a, uint32_t b, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -139,7 +140,7 @@ static stp_status merge(merging *m, uint32_t a, uint32_t b, stp_error *err)
     p->points += q->points;
     p->area += q->area;
     p->facing = stp_dvec3_add(p->facing, q->facing);
-    m->above[b] = a;
+    stp_forest_join(&m->merged, a, b, false);
     m->versions[a]++;
     m->versions[b]++;
 done:
@@ -178,10 +179,8 @@ static stp_status meet_again(merging *m, uint32_t a, uint32_t b, stp_error *err)
         if (t->list[i] != a && (kept == 0 || t->list[kept - 1] != t->list[i]))
             t->list[kept++] = t->list[i];
     t->count = kept;
-    for (size_t i = 0; i < kept; i++) {
-        const uint32_t other = t->list[i];
-        STP_TRY(consider(m, a < other ? a : other, a < other ? other : a, err));
-    }
+    for (size_t i = 0; i < kept; i++)
+        STP_TRY(consider(m, stp_part_pair_of(a, t->list[i]), err));
 done:
     return status;
 }
@@ -190,15 +189,13 @@ static stp_status begin(merging *m, uint32_t part_count, const stp_part_pair *pa
                         size_t pair_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    STP_TRY(stp_alloc(&m->above, part_count, sizeof *m->above, "maps", err));
+    STP_TRY(stp_forest_create(&m->merged, part_count, NULL, err));
     STP_TRY(stp_alloc(&m->versions, part_count, sizeof *m->versions, "maps", err));
     STP_TRY(stp_alloc(&m->around, part_count, sizeof *m->around, "maps", err));
-    for (uint32_t i = 0; i < part_count; i++)
-        m->above[i] = i;
     for (size_t i = 0; i < pair_count; i++) {
         STP_TRY(add_touching(&m->around[pairs[i].a], pairs[i].b, err));
         STP_TRY(add_touching(&m->around[pairs[i].b], pairs[i].a, err));
-        STP_TRY(consider(m, pairs[i].a, pairs[i].b, err));
+        STP_TRY(consider(m, pairs[i], err));
     }
 done:
     return status;
@@ -209,6 +206,8 @@ stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_
 {
     stp_status status = STP_OK;
     merging m = {.parts = parts, .cosine = cosine};
+    uint32_t *roots = NULL;
+    STP_TRY(stp_alloc(&roots, part_count, sizeof *roots, "maps", err));
     STP_TRY(begin(&m, part_count, pairs, pair_count, err));
     while (m.heap_count > 0) {
         const candidate c = pop(&m);
@@ -218,14 +217,15 @@ stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_
         STP_TRY(meet_again(&m, c.a, c.b, err));
     }
     for (uint32_t i = 0; i < part_count; i++)
-        m.above[i] = root_of(&m, i);
-    *out = m.above;
-    m.above = NULL;
+        roots[i] = root_of(&m, i);
+    *out = roots;
+    roots = NULL;
 done:
+    free(roots);
     for (uint32_t i = 0; m.around && i < part_count; i++)
         free(m.around[i].list);
     free(m.around);
-    free(m.above);
+    stp_forest_clear(&m.merged);
     free(m.versions);
     free(m.heap);
     free(m.corners);
