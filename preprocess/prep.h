@@ -148,14 +148,14 @@ typedef struct stp_prep_stats {
 
 /* How far points that maps stand for are from the stored surface: from the maps' surface, and what
  * storing moves that by. */
-static inline double stp_prep_maps_greatest(const stp_prep_stats *stats)
+static inline double stp_prep_maps_greatest(const stp_maps_counts *maps, const stp_tree_stats *tree)
 {
-    return stats->maps.greatest + stats->tree.displacement.greatest;
+    return maps->greatest + tree->displacement.greatest;
 }
 
-static inline double stp_prep_maps_mean(const stp_prep_stats *stats)
+static inline double stp_prep_maps_mean(const stp_maps_counts *maps, const stp_tree_stats *tree)
 {
-    return stp_maps_mean(&stats->maps) + stp_displacement_mean(&stats->tree.displacement);
+    return stp_maps_mean(maps) + stp_displacement_mean(&tree->displacement);
 }
 
 /* Names of the stages, in order. */

@@ -51,12 +51,10 @@ static void add_joined(cJSON *root, const stp_prep_stats *stats)
     cJSON_AddNumberToObject(joined, "mean", stats->joined.mean);
 }
 
-/* What maps stand for, and how far points are from the stored surface: from the maps' surface, and
- * what storing moves that by. */
+/* What maps stand for, and how far points are from the stored surface. */
 static void add_resampled(cJSON *root, const stp_prep_facts *f, const stp_tree_stats *tree)
 {
     const stp_maps_counts *m = &f->stats->maps;
-    const stp_displacement *d = &tree->displacement;
     if (!f->stats->makes_maps)
         return;
     cJSON *to = cJSON_AddObjectToObject(root, "resampled");
@@ -67,8 +65,8 @@ static void add_resampled(cJSON *root, const stp_prep_facts *f, const stp_tree_s
     cJSON_AddNumberToObject(to, "maps", (double)m->maps);
     cJSON_AddNumberToObject(to, "samples", (double)m->samples);
     cJSON_AddNumberToObject(to, "cone_deg", f->cone_deg);
-    cJSON_AddNumberToObject(to, "greatest", m->greatest + d->greatest);
-    cJSON_AddNumberToObject(to, "mean", stp_maps_mean(m) + stp_displacement_mean(d));
+    cJSON_AddNumberToObject(to, "greatest", stp_prep_maps_greatest(m, tree));
+    cJSON_AddNumberToObject(to, "mean", stp_prep_maps_mean(m, tree));
 }
 
 static void add_intensity(cJSON *root, const stp_prep_source *source, const stp_prep_stats *stats)

@@ -13,8 +13,8 @@
 
 #include "base/vec.h"
 
+#include <stddef.h>
 #include <stdint.h>
-#include <stdlib.h>
 
 #define STP_MAP_SUPPORTED 1u
 #define STP_MAP_ORIENTED 2u /* the side that the normal points to is known */
@@ -68,6 +68,12 @@ static inline stp_dvec3 stp_map_local(const stp_map *map, uint32_t column, uint3
 {
     return (stp_dvec3){column * map->frame.spacing, row * map->frame.spacing,
                        stp_map_at(map, column, row)->height * map->frame.height_step};
+}
+
+/* A sample's place in the world. */
+static inline stp_dvec3 stp_map_world(const stp_map *map, uint32_t column, uint32_t row)
+{
+    return stp_map_frame_world(&map->frame, stp_map_local(map, column, row));
 }
 
 #endif

@@ -2,13 +2,14 @@
 #include "preprocess/maps/map_leaves.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/square.h"
 #include "preprocess/cloud/morton.h"
 
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 
-#define SQUARE_SAMPLES (STP_MAP_SQUARE_SIDE * STP_MAP_SQUARE_SIDE)
+#define SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
 /* A disc is at most as wide as where the surface is this many times as large as the plane. */
 #define STRETCH_MOST 4.0
 /* Discs have sizes of so many steps an octave, lest each has a size of its own. */
@@ -19,23 +20,18 @@
 /* Least spacing of a disc, in spacings of the grid: discs of the default size then meet. */
 #define LEAST_SPACING 0.85
 
-static stp_dvec3 place_of(const stp_map *map, uint32_t column, uint32_t row)
-{
-    return stp_map_frame_world(&map->frame, stp_map_local(map, column, row));
-}
-
 /* The box and the number of a square's samples. */
 static uint32_t measure_square(const stp_map *map, const stp_map_square *square, stp_dbox *box)
 {
     uint32_t count = 0;
     *box = stp_dbox_empty();
-    for (uint32_t row = square->row; row < square->row + STP_MAP_SQUARE_SIDE; row++)
-        for (uint32_t column = square->column; column < square->column + STP_MAP_SQUARE_SIDE;
+    for (uint32_t row = square->row; row < square->row + STP_SQUARE_SIDE; row++)
+        for (uint32_t column = square->column; column < square->column + STP_SQUARE_SIDE;
              column++) {
             if (column >= map->columns || row >= map->rows ||
                 !(stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED))
                 continue;
-            stp_dbox_add(box, place_of(map, column, row));
+            stp_dbox_add(box, stp_map_world(map, column, row));
             count++;
         }
     return count;
@@ -53,8 +49,8 @@ static stp_status list_map(listing *l, const stp_maps *maps, uint32_t index,
 {
     stp_status status = STP_OK;
     const stp_map *map = &maps->maps[index];
-    for (uint32_t row = 0; row < map->rows; row += STP_MAP_SQUARE_SIDE)
-        for (uint32_t column = 0; column < map->columns; column += STP_MAP_SQUARE_SIDE) {
+    for (uint32_t row = 0; row < map->rows; row += STP_SQUARE_SIDE)
+        for (uint32_t column = 0; column < map->columns; column += STP_SQUARE_SIDE) {
             const stp_map_square square = {index, column, row};
             stp_dbox box;
             if (measure_square(map, &square, &box) == 0)
@@ -145,7 +141,7 @@ static stp_item make_item(const stp_map *map, uint32_t column, uint32_t row,
     const double upwards = stp_dvec3_dot(stp_dvec3_from_float(normal), map->frame.axes[2]);
     const bool oriented = sample->flags & STP_MAP_ORIENTED;
     stp_point_facts facts = {
-        .position = place_of(map, column, row),
+        .position = stp_map_world(map, column, row),
         .spacing = spacing_of(map, column, row, upwards, params->lambda),
         .normal = normal,
         .normal_bits = params->normal_bits,
@@ -159,20 +155,14 @@ static stp_item make_item(const stp_map *map, uint32_t column, uint32_t row,
     return stp_point_item_make(&facts, params);
 }
 
-/* Bits 0, 2, 4 of a number, as bits 0, 1, 2. */
-static uint32_t every_second_bit(uint32_t n)
-{
-    return (n & 1u) | (n >> 1 & 2u) | (n >> 2 & 4u);
-}
-
 /* Appends a square's samples in Morton order. Returns how many there are. */
 static uint32_t add_square(const stp_map *map, const stp_map_square *square,
                            const stp_point_item_params *params, stp_item *items)
 {
     uint32_t count = 0;
     for (uint32_t i = 0; i < SQUARE_SAMPLES; i++) {
-        const uint32_t column = square->column + every_second_bit(i);
-        const uint32_t row = square->row + every_second_bit(i >> 1);
+        const uint32_t column = square->column + stp_square_column(i);
+        const uint32_t row = square->row + stp_square_row(i);
         if (column < map->columns && row < map->rows &&
             stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED)
             items[count++] = make_item(map, column, row, params);

@@ -11,9 +11,6 @@
 #include "preprocess/tree/chunk_build.h"
 #include "preprocess/tree/leaf_cut.h"
 
-/* Samples on a side of a square. */
-#define STP_MAP_SQUARE_SIDE 8u
-
 /* A square that has samples. */
 typedef struct stp_map_square {
     uint32_t map, column, row; /* of its first sample */

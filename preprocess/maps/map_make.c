@@ -5,6 +5,7 @@
 #include "formats/chunk/normal_grid.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 /* A grid has at most so many squares a point, beside SQUARES_LEAST. */
 #define SQUARES_MOST 32.0

@@ -96,15 +96,13 @@ static stp_status take(trial *t, stp_map *map, const stp_map_places *places, stp
     for (uint32_t row = 0; row < map->rows; row++)
         for (uint32_t column = 0; column < map->columns; column++)
             if (stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED)
-                stp_dbox_add(&list->box,
-                             stp_map_frame_world(&map->frame, stp_map_local(map, column, row)));
+                stp_dbox_add(&list->box, stp_map_world(map, column, row));
     for (uint32_t i = 0; i < places->own_count; i++) {
         if (t->distances[i] > limit_of(t, places->own[i]))
             continue;
         t->mapped[places->own[i]] = true;
         stp_maps_counts_add(&list->counts, t->distances[i]);
     }
-    list->counts.maps++;
     list->counts.samples += map->count;
     list->maps[list->count++] = *map;
     *map = (stp_map){0};

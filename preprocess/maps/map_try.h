@@ -19,8 +19,8 @@ typedef struct stp_map_list {
     size_t count, capacity;
     stp_map_guest *guests;
     size_t guest_count, guest_capacity;
-    stp_maps_counts counts; /* without guests */
-    stp_dbox box;
+    stp_maps_counts counts; /* of samples and points, without guests */
+    stp_dbox box;           /* of all samples; empty without maps */
 } stp_map_list;
 
 /* Makes the maps of the points at `count` places, ascending; reorders them. Sets `mapped` of those

@@ -208,9 +208,9 @@ static stp_status gather(work *w, stp_maps *out, stp_error *err)
         stp_map_list *list = &w->lists[m];
         for (size_t i = 0; i < list->count; i++)
             all.maps[all.count++] = list->maps[i];
-        list->count = 0; /* the maps have moved */
-        if (list->counts.maps > 0)
+        if (list->count > 0)
             stp_dbox_join(&all.box, &list->box);
+        list->count = 0; /* the maps have moved */
         all.counts.samples += list->counts.samples;
         all.counts.represented += list->counts.represented;
         all.counts.greatest = stp_max(all.counts.greatest, list->counts.greatest);

@@ -13,9 +13,10 @@
  * a map that has more points of no part around it, off its surface, than points of its own, as in
  * the crown of a tree.
  *
- * The cloud keeps what stays points and loses those that maps stand for. Memory: 9 bytes a point
- * and some 20 a sample in the cloud's spill, and 300 bytes a part. Threads: those of the pool; the
- * same maps for any number, and for any memory. */
+ * The cloud keeps what stays points and loses those that maps stand for; its tree no longer fits,
+ * and its box may be too wide. Memory: 9 bytes a point and some 20 a sample in the cloud's spill,
+ * and 300 bytes a part. Threads: those of the pool; the same maps for any number, and for any
+ * memory. */
 #ifndef STP_PREPROCESS_MAPS_MAPS_H
 #define STP_PREPROCESS_MAPS_MAPS_H
 

@@ -139,7 +139,7 @@ static double off_sphere(const stp_maps *maps, double *most)
                 const stp_map *map = &maps->maps[m];
                 if (!(stp_map_at(map, c, r)->flags & STP_MAP_SUPPORTED))
                     continue;
-                const stp_dvec3 p = stp_map_frame_world(&map->frame, stp_map_local(map, c, r));
+                const stp_dvec3 p = stp_map_world(map, c, r);
                 const double off = fabs(stp_dvec3_length(p) - 1.0);
                 sum += off * off;
                 *most = fmax(*most, off);

@@ -44,7 +44,7 @@ void prep_maps_print(const stp_prep_stats *stats)
     if (m->represented > 0)
         fprintf(stderr,
                 "the surface of the maps is at most %.3g from the points, %.3g on average\n",
-                stp_prep_maps_greatest(stats), stp_prep_maps_mean(stats));
+                stp_prep_maps_greatest(m, &stats->tree), stp_prep_maps_mean(m, &stats->tree));
 }
 
 void prep_maps_json(cJSON *root, const stp_prep_stats *stats)
@@ -57,6 +57,6 @@ void prep_maps_json(cJSON *root, const stp_prep_stats *stats)
     cJSON_AddNumberToObject(maps, "samples", (double)m->samples);
     cJSON_AddNumberToObject(maps, "represented", (double)m->represented);
     cJSON_AddNumberToObject(maps, "as_points", (double)m->as_points);
-    cJSON_AddNumberToObject(maps, "greatest", stp_prep_maps_greatest(stats));
-    cJSON_AddNumberToObject(maps, "mean", stp_prep_maps_mean(stats));
+    cJSON_AddNumberToObject(maps, "greatest", stp_prep_maps_greatest(m, &stats->tree));
+    cJSON_AddNumberToObject(maps, "mean", stp_prep_maps_mean(m, &stats->tree));
 }
