@@ -51,6 +51,18 @@ void stp_source_skip(stp_source *source, uint64_t size);
 stp_status stp_source_line(stp_source *source, const char **begin, const char **end,
                            stp_error *err);
 
+/* For salvage: lowers a count that a header declares to the `fit` that the file has room for, and
+ * sets *lost to the difference. False, and nothing changes, if the count is more than any model
+ * holds: then the header is wrong, and not only the file cut. */
+static inline bool stp_salvage_count(uint64_t *count, uint64_t fit, uint64_t *lost)
+{
+    if (*count > UINT32_MAX)
+        return false;
+    *lost = *count - fit;
+    *count = fit;
+    return true;
+}
+
 /* Finds the next run of characters other than space and tab in [*at, end). Moves *at to its end and
  * returns its begin; NULL if there is none. */
 static inline const char *stp_token(const char **at, const char *end)

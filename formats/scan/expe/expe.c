@@ -1,7 +1,6 @@
 /* Reads point sets of surfels as Expe writes them. */
 #include "formats/scan/expe/expe.h"
 
-#include "base/checked.h"
 #include "base/memory.h"
 #include "formats/attribute/attribute_list.h"
 #include "formats/scan/mesh/point_mesh.h"
@@ -116,7 +115,6 @@ static stp_status read_header(reader *r, stp_error *err)
     stp_status status = STP_OK;
     const char *begin = NULL, *end = NULL;
     bool ends = false;
-    uint64_t bytes = 0;
     STP_TRY(stp_source_line(&r->source, &begin, &end, err));
     if (!begin || (size_t)(end - begin) < sizeof magic - 1 ||
         memcmp(begin, magic, sizeof magic - 1) != 0)
@@ -133,17 +131,12 @@ static stp_status read_header(reader *r, stp_error *err)
     if (r->at[POSITION] == ABSENT)
         return fail(r, STP_FORMAT, "surfels have no position", err);
     r->begin = r->source.offset;
-    const uint64_t left = r->source.size - r->begin;
-    const bool fits = stp_mul_u64(r->count, r->record_bytes, &bytes) && bytes <= left;
-    if (!fits && r->salvage && r->count <= UINT32_MAX) {
-        r->lost_count = r->count - left / r->record_bytes;
-        r->count -= r->lost_count;
-    } else if (!fits) {
+    const uint64_t left = r->source.size - r->begin, fit = left / r->record_bytes;
+    if (r->count > fit && !(r->salvage && stp_salvage_count(&r->count, fit, &r->lost_count)))
         return stp_error_set(err, STP_CORRUPT,
                              "%s: %" PRIu64 " surfels of %u bytes do not fit behind byte %" PRIu64
                              " of %" PRIu64 ": the file is cut off; copy it again",
                              r->source.path, r->count, r->record_bytes, r->begin, r->source.size);
-    }
 done:
     return status;
 }

@@ -133,11 +133,8 @@ static uint64_t points_limit(const stp_las_header *h, const stp_source *s)
 static stp_status check_room(stp_las_header *h, const stp_source *s, bool salvage, stp_error *err)
 {
     const uint64_t left = points_limit(h, s) - h->point_offset, fit = left / h->record_bytes;
-    if (h->point_count > fit && salvage && h->point_count <= UINT32_MAX) {
-        h->lost_count = h->point_count - fit;
-        h->point_count = fit;
+    if (h->point_count > fit && salvage && stp_salvage_count(&h->point_count, fit, &h->lost_count))
         return STP_OK;
-    }
     if (h->point_count > fit)
         return stp_error_set(err, STP_CORRUPT,
                              "%s: the LAS header declares %llu points, but the %llu bytes from "

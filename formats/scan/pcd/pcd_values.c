@@ -294,11 +294,8 @@ static stp_status check_count(stp_pcd_values *v, stp_error *err)
     const uint64_t fit = ascii ? (left + 1) / (2 * h->values) : left / h->stride;
     if (h->points <= fit)
         return STP_OK;
-    if (v->salvage && h->points <= UINT32_MAX) {
-        v->lost_count = h->points - fit;
-        h->points = fit;
+    if (v->salvage && stp_salvage_count(&h->points, fit, &v->lost_count))
         return STP_OK;
-    }
     return stp_error_set(err, STP_CORRUPT,
                          "%s: the PCD header declares %llu points, but the %llu bytes from byte "
                          "%llu on hold %s%llu: the file was cut or its header is wrong; copy or "

@@ -75,7 +75,7 @@ static void find_edge_element(stp_ply *ply)
 /* Rejects a count that the file cannot hold, before anyone allocates by it. */
 static stp_status check_vertex_count(stp_ply *ply, bool salvage, stp_error *err)
 {
-    const stp_ply_element *vertex = ply->vertex;
+    stp_ply_element *vertex = &ply->header.elements[ply->vertex - ply->header.elements];
     const bool ascii = ply->header.encoding == STP_PLY_ASCII;
     const uint64_t left = ply->source.size - ply->source.offset;
     /* ASCII: a digit and a separator per value; the last separator may be missing. */
@@ -83,9 +83,7 @@ static stp_status check_vertex_count(stp_ply *ply, bool salvage, stp_error *err)
     const uint64_t fit = (left + (ascii ? 1 : 0)) / record;
     if (vertex->count <= fit)
         return STP_OK;
-    if (salvage && vertex->count <= UINT32_MAX) {
-        ply->lost_count = vertex->count - fit;
-        ply->header.elements[vertex - ply->header.elements].count = fit;
+    if (salvage && stp_salvage_count(&vertex->count, fit, &ply->lost_count)) {
         ply->faces = ply->edges = NULL;
         return STP_OK;
     }
