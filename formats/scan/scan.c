@@ -122,32 +122,60 @@ static void note_mesh(stp_scan *scan)
         scan->info.colours_missing = scan->mesh.materials.missing;
 }
 
-/* Reads a mesh whose vertices could be streamed, and keeps it only if it is coarse. Larger files
- * are scans. */
-static stp_status read_if_coarse(stp_scan *scan, stp_error *err)
+/* Whether a coarse mesh would be sampled. */
+static bool samples_coarse(const stp_scan_params *params)
 {
-    stp_status status = STP_OK;
-    stp_ply *ply = NULL;
-    uint64_t samples = 0;
-    if (!scan->ply->faces || scan->ply->vertex->count > STP_COARSE_VERTEX_LIMIT)
-        return STP_OK;
-    STP_TRY(stp_ply_open(&ply, scan->path, false, err));
-    STP_TRY(stp_ply_read_mesh(ply, &scan->mesh, err));
-    STP_TRY(stp_mesh_measure_coarse(&scan->mesh, &samples, err));
-    if (samples == 0)
-        stp_point_mesh_free(&scan->mesh);
-done:
-    stp_ply_close(&ply);
-    return status;
+    const bool given = params->sample_count > 0 || params->hybrid;
+    const bool cut = params->region && params->region->bounded;
+    return params->sample_coarse && !given && !cut;
 }
 
-/* Streams the vertices of a file whose faces or edges are cut off. */
-static stp_status salvage_points(stp_scan *scan, stp_error *err)
+/* Goes back to the first vertex, without the mesh. */
+static stp_status stream_vertices(stp_scan *scan, stp_error *err)
 {
     stp_point_mesh_free(&scan->mesh);
     stp_ply_close(&scan->ply);
-    scan->info.face_count = 0;
-    return stp_ply_open(&scan->ply, scan->path, true, err);
+    const stp_status status = stp_ply_open(&scan->ply, scan->path, scan->params.salvage, err);
+    if (status == STP_OK)
+        scan->info.grid = scan->ply->grid; /* whose cells are the file's */
+    return status;
+}
+
+/* Reads the whole file as a mesh and closes it, if it has edges, if faces are needed, or if it may
+ * be a coarse mesh: larger files are scans. If it turns out not to be coarse, or if faces or edges
+ * are cut off, the file stays open. */
+static stp_status hold_mesh(stp_scan *scan, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_ply *ply = scan->ply;
+    const stp_scan_params *params = &scan->params;
+    const bool normals = !(ply->attributes & STP_POINT_HAS_NORMAL) && !params->recompute_normals;
+    const bool textured = ply->header.textures.count > 0 && !params->numbers;
+    const bool wants_faces = normals || textured || params->sample_count > 0 || params->hybrid;
+    const bool needed = ply->edges || (ply->faces && wants_faces);
+    const bool may_be_coarse = samples_coarse(params) && !params->salvage && ply->faces &&
+                               ply->vertex->count <= STP_COARSE_VERTEX_LIMIT;
+    uint64_t samples = 0;
+    if (!needed && !may_be_coarse)
+        return STP_OK;
+    const stp_status read = stp_ply_read_mesh(scan->ply, &scan->mesh, err);
+    if (read == STP_CORRUPT && params->salvage) { /* the points without faces and edges */
+        scan->info.face_count = 0;
+        return stream_vertices(scan, err);
+    }
+    STP_TRY(read);
+    STP_TRY(stp_mesh_take_colours(&scan->mesh, scan->path, err));
+    if (!needed) {
+        STP_TRY(stp_mesh_measure_coarse(&scan->mesh, &samples, err));
+        if (samples == 0)
+            return stream_vertices(scan, err);
+    }
+    note_mesh(scan);
+    scan->info.face_count = scan->mesh.face_count;
+    scan->info.grid = (stp_scan_grid){0};
+    stp_ply_close(&scan->ply);
+done:
+    return status;
 }
 
 /* Streams the vertices. Holds the whole file only if it has edges, or if faces are needed. */
@@ -166,30 +194,10 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     scan->info.face_count = ply->faces && !strips ? ply->faces->count : 0;
     STP_TRY(copy_stations(scan, ply, err));
     scan->info.grid = ply->grid;
-    const bool wants_normals =
-        !(ply->attributes & STP_POINT_HAS_NORMAL) && !scan->params.recompute_normals;
-    const bool textured = ply->header.textures.count > 0 && !scan->params.numbers;
-    const bool wants_faces =
-        wants_normals || textured || scan->params.sample_count > 0 || scan->params.hybrid;
-    bool held = ply->edges || (ply->faces && wants_faces);
-    if (held) {
-        status = stp_ply_read_mesh(scan->ply, &scan->mesh, err);
-        if (status == STP_CORRUPT && scan->params.salvage) /* the points without faces and edges */
-            return salvage_points(scan, err);
-        if (status != STP_OK)
-            goto done;
-    } else if (scan->params.sample_coarse && !scan->params.salvage) {
-        STP_TRY(read_if_coarse(scan, err));
-        held = scan->mesh.triangle_count > 0;
-    }
-    if (held) {
-        STP_TRY(stp_mesh_take_colours(&scan->mesh, scan->path, err));
-        note_mesh(scan);
-        scan->info.face_count = scan->mesh.face_count;
-        scan->info.grid = (stp_scan_grid){0};
-        stp_ply_close(&scan->ply);
+    STP_TRY(hold_mesh(scan, err));
+    if (scan->ply == NULL) /* it is held */
         return STP_OK;
-    }
+    ply = scan->ply;
     if (stp_ply_has_fixed_records(ply))
         scan->info.seek_points = 1;
     scan->info.extra = ply->numbers.list.count > 0 ? &ply->numbers.list : NULL;
@@ -257,9 +265,7 @@ static stp_status choose_sampling(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_scan_params *params = &scan->params;
-    const bool given = params->sample_count > 0 || params->hybrid;
-    const bool cut = params->region && params->region->bounded;
-    if (!params->sample_coarse || given || cut || scan->mesh.edge_count > 0)
+    if (!samples_coarse(params) || scan->mesh.edge_count > 0)
         return STP_OK;
     STP_TRY(stp_mesh_measure_coarse(&scan->mesh, &params->sample_count, err));
     scan->info.coarse_samples = params->sample_count;

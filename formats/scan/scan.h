@@ -93,7 +93,8 @@ typedef struct stp_scan_params {
     bool recompute_normals; /* give no normals at all */
     bool hybrid;            /* large triangles of a mesh become no points (hybrid.h) */
     bool sample_coarse;  /* sample_count and hybrid are chosen for a mesh whose vertices do not tell
-                            its faces (mesh/coarse_mesh.h), if neither is given */
+                            its faces (mesh/coarse_mesh.h), if neither is given, nor a bounded
+                            region */
     double line_radius;  /* half the width of lines without a width; 0: from their box */
     const char *columns; /* for XYZ, TXT, CSV and PTS, "x,y,z,_,r,g,b" (columns.h); NULL: guessed.
                             Used until the scan is open */
