@@ -78,6 +78,14 @@ static void destroy(stp_projection **projection)
     *projection = NULL;
 }
 
+static PJ_CONTEXT *make_context(void)
+{
+    PJ_CONTEXT *context = proj_context_create();
+    proj_log_level(context, PJ_LOG_NONE);
+    proj_context_set_enable_network(context, 0);
+    return context;
+}
+
 static stp_status create(stp_projection **out, const char *from, const char *to, stp_dvec3 at,
                          stp_error *err)
 {
@@ -85,9 +93,7 @@ static stp_status create(stp_projection **out, const char *from, const char *to,
     char zone[32];
     stp_projection *p = NULL;
     STP_TRY(stp_alloc(&p, 1, sizeof *p, "a projection", err));
-    p->context = proj_context_create();
-    proj_log_level(p->context, PJ_LOG_NONE);
-    proj_context_set_enable_network(p->context, 0);
+    p->context = make_context();
     if (to == NULL) {
         choose_zone(at, zone);
         to = zone;
@@ -129,9 +135,7 @@ static const char *wkt(const stp_projection *p)
 
 static stp_status system_wkt(char **out, const char *definition, stp_error *err)
 {
-    PJ_CONTEXT *context = proj_context_create();
-    proj_log_level(context, PJ_LOG_NONE);
-    proj_context_set_enable_network(context, 0);
+    PJ_CONTEXT *context = make_context();
     PJ *system = proj_create(context, definition);
     const char *wkt = wkt_of(context, system);
     const stp_status status = wkt ? stp_text_copy(out, wkt, "a coordinate system", err)
