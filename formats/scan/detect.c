@@ -18,9 +18,7 @@
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
     "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS "         \
-    "(Expe's, too), PTX, "                                                                         \
-    "and "                                                                                         \
-    "heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D"
+    "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D"
 
 /* The file's begin. */
 typedef struct prefix {

@@ -55,9 +55,9 @@ typedef struct stp_program_params {
 } stp_program_params;
 
 /* The text of a file with its includes, as GLSL 4.50 core, without what it does not use
- * (shader_trim.h); release it with free(). Errors:
- * NOT_FOUND (a file, or one that it includes), IO (a file of the folder cannot be read), CORRUPT
- * (it became shorter meanwhile), LIMIT (more than 32 files; one of over 1 MiB), OUT_OF_MEMORY. */
+ * (shader_trim.h); release it with free(). Errors: NOT_FOUND (a file, or one that it includes), IO
+ * (a file of the folder cannot be read), CORRUPT (it became shorter meanwhile), LIMIT (more than 32
+ * files; one of over 1 MiB), OUT_OF_MEMORY. */
 stp_status stp_shader_text(char **out, const char *name, const char *defines, const char *folder,
                            stp_error *err);
 

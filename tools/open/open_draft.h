@@ -15,9 +15,8 @@
 #define OPEN_DRAFT_WORTH 100000u
 
 /* Writes a draft to path, which must be free. where: it has only points that fulfil this condition;
- * NULL: any. *made is false if a draft is not worth
- * its time (OPEN_DRAFT_WORTH), or if no point that was taken fulfils the condition; then nothing is
- * written. Errors: those of prep. */
+ * NULL: any. *made is false if a draft is not worth its time (OPEN_DRAFT_WORTH), or if no point
+ * that was taken fulfils the condition; then nothing is written. Errors: those of prep. */
 stp_status open_draft_make(bool *made, const prep_paths *scans, const char *path, const char *where,
                            const cli_common *common, stp_error *err);
 

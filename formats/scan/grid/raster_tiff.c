@@ -122,7 +122,7 @@ static double find_item(const char *metadata, const char *role, double otherwise
                                                                                   : otherwise;
 }
 
-/* What GDAL says of the numbers. */
+/* What GDAL says of the numbers. singles: they are floats of 32 bits. */
 static void find_meaning(TIFF *tiff, bool singles, stp_raster_info *info)
 {
     const char *text = NULL;
@@ -131,9 +131,8 @@ static void find_meaning(TIFF *tiff, bool singles, stp_raster_info *info)
         while (end > text && end[-1] == ' ')
             end--;
         info->has_none = stp_number_parse(text, end, &info->none);
-        if (singles &&
-            fabs(info->none) <=
-                (double)FLT_MAX) /* the text has other digits than the numbers have bits */
+        /* the text has other digits than the numbers have bits */
+        if (singles && fabs(info->none) <= (double)FLT_MAX)
             info->none = (double)(float)info->none;
     }
     if (TIFFGetField(tiff, TAG_METADATA, &text)) {

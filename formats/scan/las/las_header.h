@@ -36,7 +36,7 @@ typedef struct stp_las_header {
     uint32_t record_bytes; /* from one point to the next, at least format->bytes */
     uint64_t point_offset; /* in the file, also in a compressed one */
     uint64_t point_count;
-    uint64_t lost_count;         /* points more that are declared, if that was allowed */
+    uint64_t lost_count;         /* that are declared, and the file has no room for (salvage) */
     uint64_t count_64, count_32; /* as written; 0 if there is none */
     uint32_t vlr_count, evlr_count;
     uint64_t evlr_offset;       /* undefined without EVLRs */
@@ -49,8 +49,8 @@ typedef struct stp_las_header {
 const stp_las_format *stp_las_format_get(unsigned number);
 
 /* Reads from the start of source. salvage: of a cut file, counts the points that it has room for.
- * Errors: IO, CORRUPT (with the byte), VERSION (later than 1.5),
- * UNSUPPORTED (unknown point format). */
+ * Errors: IO, CORRUPT (with the byte), VERSION (later than 1.5), UNSUPPORTED (unknown point
+ * format). */
 stp_status stp_las_header_read(stp_las_header *out, stp_source *source, bool salvage,
                                stp_error *err);
 

@@ -1,8 +1,8 @@
 /* Makes the notes of a LAS file: "wkt" (its coordinate system), "geokeys" (the same as GeoTIFF
  * keys, one per line), "left_out" (fields of its points that are not read, by the standard's
- * names), "counts" (if its numbers of points disagree), "gps_time_offset" (of
- * LAS 1.5: GPS times begin after so many million seconds), "lattice" (scale x y z, then offset x y
- * z: coordinate = integer * scale + offset). */
+ * names), "lattice" (scale x y z, then offset x y z: coordinate = integer * scale + offset),
+ * "gps_time_offset" (of LAS 1.5: GPS times begin after so many million seconds), "counts" (if its
+ * numbers of points disagree). */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 #define STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 

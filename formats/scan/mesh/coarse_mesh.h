@@ -2,9 +2,9 @@
  *
  * A face is long if its longest side exceeds 1 / STP_COARSE_SIDES of the diagonal of the mesh's
  * box: 8 pixels of a picture of 512. A mesh is coarse if a share STP_COARSE_SHARE of its area lies
- * in long faces, and hardly a vertex is without a face. Meshes of scans have less than 1/100 of
- * their area there, drawn ones nearly all. A mesh is coarse, too, if
- * its images have more texels on the faces than it has vertices, which would lose the picture.
+ * in long faces. Meshes of scans have less than 1/100 of their area there, drawn ones nearly all. A
+ * mesh is coarse, too, if its images have more than STP_COARSE_TEXELS texels on the faces for each
+ * vertex: the vertices would lose the picture. In either case hardly a vertex is without a face.
  * Threads: any, one mesh each. */
 #ifndef STP_FORMATS_SCAN_MESH_COARSE_MESH_H
 #define STP_FORMATS_SCAN_MESH_COARSE_MESH_H
@@ -13,8 +13,7 @@
 
 #define STP_COARSE_SIDES 64.0
 #define STP_COARSE_SHARE 0.125
-/* A mesh with more vertices without a face than this part of all is none: samples would lose them.
- */
+/* A mesh is not coarse if more than 1/8 of its vertices have no face: samples would lose them. */
 #define STP_COARSE_LOOSE 8u
 /* Points on the diagonal, if a coarse mesh is sampled: about one a pixel. */
 #define STP_COARSE_POINTS 512.0
@@ -33,8 +32,8 @@
  * 0 if it is not coarse. Errors: OUT_OF_MEMORY. */
 stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_count,
                                    stp_error *err);
-/* Gives each side of a crease vertices and normals of its own, and faces of other colours than
- * their vertex, vertices of these. A corner's new normal is the
+/* Gives each side of a crease vertices and normals of its own. A face whose material has another
+ * colour than a vertex gets a copy of the vertex in its own colour. A corner's new normal is the
  * area-weighted one of those faces around its vertex that lie within the crease's angle of its
  * face. Where all do, the vertex keeps its normal. The mesh must have its normals, and no edges.
  * Errors: OUT_OF_MEMORY, LIMIT (indices have 32 bits). */

@@ -33,7 +33,7 @@ typedef struct stp_point_mesh {
     bool edge_colours;
     float *radii; /* per point, half-widths of lines; NULL if the file has none */
     size_t radius_capacity;
-    stp_materials materials; /* by triangle, of OBJ files that name some; else empty */
+    stp_materials materials; /* by triangle, of OBJ and PLY files; empty: none */
     uint64_t face_count;     /* polygons, counted as in the file */
     uint32_t attributes;     /* STP_POINT_HAS_* of the file */
 } stp_point_mesh;
