@@ -59,4 +59,18 @@ for file in a.ply a.las a.pcd t.pcd; do
     expect_code 0
     cmp "$FOLDER/whole.stipple" "$FOLDER/same.stipple" || fail "$file: --salvage changes a whole file"
 done
+
+# Points whose faces are cut off are stored without them, with their attributes.
+{
+    printf 'ply\nformat ascii 1.0\nelement vertex 400\nproperty float x\nproperty float y\nproperty float z\n'
+    printf 'property float rank\nelement face 400\nproperty list uchar int vertex_indices\nend_header\n'
+    awk 'BEGIN { for (i = 0; i < 400; i++) print i % 20, int(i / 20), i % 3, i; for (i = 0; i < 99; i++) print 3, i, i + 1, i + 20 }'
+} >"$FOLDER/faces.ply"
+run "$STIPPLE" prep "$FOLDER/faces.ply" -o "$FOLDER/faces.stipple" --quiet
+expect_failure "faces.ply"
+run "$STIPPLE" prep "$FOLDER/faces.ply" -o "$FOLDER/faces.stipple" --quiet --salvage --attributes all --stats "$stats" --force
+expect_code 0
+[ "$(count points_out)" = 400 ] || fail "$command: $(count points_out) points are stored"
+run "$STIPPLE" info "$FOLDER/faces.stipple"
+expect_text out rank
 end_test
