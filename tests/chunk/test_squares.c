@@ -1,5 +1,6 @@
 /* Tests blocks of squares: samples come back whatever they are, at every level; what is no square
- * of the grid is coded as points; and hostile bytes are refused or decoded, never followed. */
+ * of the grid is coded as points; hostile bytes are refused or decoded, never followed; and each
+ * allocation of decoding fails once. */
 #include "formats/chunk/codec/square_map.h"
 
 #include "base/random.h"
@@ -20,6 +21,19 @@
 enum { ACROSS = 4, DOWN = 3, SQUARES = ACROSS * DOWN, FIRST_COLUMN = 24, FIRST_ROW = 40 };
 /* Of the index of a segment of one block: segment 0, and the others. */
 enum { INDEX_FIRST = 16, INDEX = 8, TABLE_SIZE = 4 };
+
+stp_status __real_stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err);
+stp_status __wrap_stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err);
+
+/* How many allocations succeed before one fails; negative: none fails. */
+static int left = -1;
+
+stp_status __wrap_stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err)
+{
+    if (left >= 0 && left-- == 0)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %s", what);
+    return __real_stp_alloc(out, count, size, what, err);
+}
 
 static const stp_raster raster = {.x = -17.0, .y = 90.0, .dx = 0.5, .dy = -0.25, .reach = 2};
 
@@ -141,8 +155,9 @@ static void clear(coded *c)
         free(c->segment[s].data);
 }
 
-/* Decodes the segments that hold the levels down to `finest`. */
-static stp_status decode(const coded *c, const stp_chunk *like, int finest, stp_chunk **out)
+/* Decodes the segments that hold the levels down to `finest`; `allocations` as `left`. */
+static stp_status decode(const coded *c, const stp_chunk *like, int finest, int allocations,
+                         stp_chunk **out)
 {
     stp_chunk_scratch scratch = {0};
     stp_status status = STP_OK;
@@ -150,6 +165,7 @@ static stp_status decode(const coded *c, const stp_chunk *like, int finest, stp_
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
         counts[l] = like->level_begin[l][SQUARES];
     assert_int_equal(stp_chunk_create(out, SQUARES, counts, finest, NULL), STP_OK);
+    left = allocations;
     for (int s = 0; status == STP_OK && s < stp_segment_count(finest); s++) {
         /* A copy of its own, so that a read beyond its end is found. */
         uint8_t *bytes = malloc(c->segment[s].size);
@@ -158,6 +174,7 @@ static stp_status decode(const coded *c, const stp_chunk *like, int finest, stp_
         status = stp_segment_decode(bytes, c->segment[s].size, s, CODEC, 0, *out, &scratch, NULL);
         free(bytes);
     }
+    left = -1;
     stp_chunk_scratch_free(&scratch);
     return status;
 }
@@ -177,7 +194,7 @@ static bool round_trip(const stp_chunk *chunk)
     bool squares = false;
     for (int finest = 2; finest >= 0; finest--) {
         stp_chunk *decoded = NULL;
-        assert_int_equal(decode(&bytes, chunk, finest, &decoded), STP_OK);
+        assert_int_equal(decode(&bytes, chunk, finest, -1, &decoded), STP_OK);
         assert_same(chunk, decoded);
         squares = stp_chunk_is_squares(decoded);
         if (squares && finest == 0)
@@ -266,7 +283,7 @@ static void test_points(void **state)
 static stp_status decode_changed(const coded *c, const stp_chunk *like)
 {
     stp_chunk *decoded = NULL;
-    const stp_status status = decode(c, like, 0, &decoded);
+    const stp_status status = decode(c, like, 0, -1, &decoded);
     stp_chunk_destroy(&decoded);
     return status;
 }
@@ -362,12 +379,37 @@ static void test_squares(void **state)
     stp_chunk_destroy(&chunk);
 }
 
+/* Lack of memory anywhere in the decoding of two blocks is an error, and nothing is lost. */
+static void test_memory(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&recipes[1]);
+    chunk->block_ends = calloc(2, sizeof *chunk->block_ends);
+    assert_non_null(chunk->block_ends);
+    chunk->block_count = 2;
+    chunk->block_ends[0] = SQUARES / 2;
+    chunk->block_ends[1] = SQUARES;
+    coded bytes = encode(chunk);
+    stp_status status = STP_OUT_OF_MEMORY;
+    int count = 0;
+    for (; status == STP_OUT_OF_MEMORY; count++) {
+        stp_chunk *decoded = NULL;
+        status = decode(&bytes, chunk, 0, count, &decoded);
+        stp_chunk_destroy(&decoded);
+    }
+    assert_int_equal(status, STP_OK);
+    assert_true(count > 20);
+    clear(&bytes);
+    stp_chunk_destroy(&chunk);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip), cmocka_unit_test(test_size),
         cmocka_unit_test(test_points),     cmocka_unit_test(test_hostile),
         cmocka_unit_test(test_numbers),    cmocka_unit_test(test_squares),
+        cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests_name("squares of a grid", tests, NULL, NULL);
 }

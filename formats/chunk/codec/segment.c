@@ -38,7 +38,7 @@ static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, u
     v->chunk.block_ends = NULL;
     v->chunk.block_count = 0;
     v->chunk.is_block = true;
-    v->chunk.squares = whole->squares ? whole->squares + first : NULL;
+    v->chunk.squares = NULL;
     stp_status status = stp_alloc(&v->begins, STP_LEVEL_COUNT * ((size_t)count + 1),
                                   sizeof *v->begins, "a block", err);
     for (int l = 0; status == STP_OK && l < STP_LEVEL_COUNT; l++)
@@ -46,7 +46,7 @@ static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, u
     return status;
 }
 
-/* Takes level_begin and samples from the chunk, whose levels have been placed. */
+/* Takes level_begin, samples and squares from the chunk, whose levels have been placed. */
 static void view_place(view *v, const stp_chunk *whole, uint32_t first)
 {
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
@@ -55,6 +55,7 @@ static void view_place(view *v, const stp_chunk *whole, uint32_t first)
             v->chunk.level_begin[l][i] = begin[i] - begin[0];
         v->chunk.samples[l] = whole->samples[l] ? whole->samples[l] + begin[0] : NULL;
     }
+    v->chunk.squares = whole->squares ? whole->squares + first : NULL;
 }
 
 /* ---- encoding ---- */
@@ -246,12 +247,10 @@ static stp_status decode_block(const uint8_t *bytes, const stp_block_row *row, i
     stp_status status = STP_OK;
     view v = {0};
     STP_TRY(view_create(&v, chunk, at->patch, at->patch + row->patch_count, err));
-    if (segment == 0) {
-        v.chunk.squares = NULL;
+    if (segment == 0)
         expect_row(&v, chunk, row, at);
-    } else {
+    else
         view_place(&v, chunk, at->patch);
-    }
     STP_TRY(stp_part_decode(bytes + row->begin, row->bytes, segment,
                             (int)stp_codec_of_part((stp_codec)codec), child_count, &v.chunk,
                             scratch, err));
