@@ -171,43 +171,46 @@ static void level_tables_destroy(stp_level_tables *tables)
     free(tables->last.values);
 }
 
-/* The squares of a block to be written: NULL if it is coded as points. Free with free(). */
-static stp_status squares_find(const stp_chunk *chunk, stp_square **out, stp_error *err)
+/* The squares of a block to be written, and their map. */
+typedef struct block_squares {
+    stp_square *of; /* by patch */
+    stp_square_map map;
+    bool found; /* false: the block is coded as points */
+} block_squares;
+
+static stp_status squares_find(const stp_chunk *chunk, block_squares *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_square *squares = NULL;
-    stp_square_map map = {0};
     if (!chunk->is_block || chunk->raster.dx == 0.0)
         return STP_OK;
-    STP_TRY(stp_alloc(&squares, chunk->patch_count, sizeof *squares, "squares", err));
-    bool found = stp_squares_find(chunk, squares);
-    if (found) {
-        const stp_status mapped = stp_square_map_create(chunk, squares, &map, err);
-        found = mapped == STP_OK;
-        status = mapped == STP_CORRUPT ? STP_OK : mapped;
-    }
-    if (found && status == STP_OK) {
-        *out = squares;
-        squares = NULL;
-    }
+    STP_TRY(stp_alloc(&out->of, chunk->patch_count, sizeof *out->of, "squares", err));
+    if (!stp_squares_find(chunk, out->of))
+        return STP_OK;
+    status = stp_square_map_create(chunk, out->of, &out->map, err);
+    out->found = status == STP_OK;
+    if (status == STP_CORRUPT) /* no map holds these squares */
+        status = STP_OK;
 done:
-    stp_square_map_clear(&map);
-    free(squares);
     return status;
 }
 
-/* squares: NULL if the block is coded as points. */
-static stp_status patches_encode(const stp_chunk *chunk, const stp_square *squares, stp_bytes *out,
-                                 stp_error *err)
+static void squares_clear(block_squares *s)
+{
+    stp_square_map_clear(&s->map);
+    free(s->of);
+}
+
+static stp_status patches_encode(const stp_chunk *chunk, const block_squares *squares,
+                                 stp_bytes *out, stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
-    table.squares = squares != NULL;
+    table.squares = squares->found;
     stp_patches_encode(chunk->patches, &table);
     STP_TRY(stp_table_encode(&table, out, err));
-    if (squares)
-        STP_TRY(stp_squares_encode(chunk, squares, out, err));
+    if (squares->found)
+        STP_TRY(stp_squares_encode(chunk, squares->of, out, err));
 done:
     free(table.values);
     return status;
@@ -227,24 +230,17 @@ done:
 }
 
 /* Fills the tables of a level of squares, and writes the choice that goes before them. */
-static stp_status squares_predict(const stp_chunk *chunk, int level, const stp_square *squares,
+static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_map *map,
                                   stp_level_tables *tables, stp_bytes *out, stp_error *err)
 {
-    stp_status status = STP_OK;
-    stp_square_map map = {0};
     stp_square_choice choice = {.reach = level == 0 ? chunk->raster.reach : 1};
-    STP_TRY(stp_square_map_create(chunk, squares, &map, err));
     tables->elder.by_odds = tables->last.by_odds = true;
-    stp_square_level_encode(chunk, level, &map, &choice, tables);
+    stp_square_level_encode(chunk, level, map, &choice, tables);
     const uint8_t byte = stp_square_choice_write(&choice);
-    STP_TRY(stp_bytes_append(out, &byte, sizeof byte, err));
-done:
-    stp_square_map_clear(&map);
-    return status;
+    return stp_bytes_append(out, &byte, sizeof byte, err);
 }
 
-/* squares: NULL if the block is coded as points. */
-static stp_status level_encode(const stp_chunk *chunk, int level, const stp_square *squares,
+static stp_status level_encode(const stp_chunk *chunk, int level, block_squares *squares,
                                stp_bytes *out, stp_error *err)
 {
     stp_level_tables tables = {0};
@@ -254,8 +250,8 @@ static stp_status level_encode(const stp_chunk *chunk, int level, const stp_squa
     if (tables.elder.may_scale)
         stp_scale_find(chunk, &tables.elder.scale);
     tables.last.scale = tables.elder.scale;
-    if (squares)
-        STP_TRY(squares_predict(chunk, level, squares, &tables, out, err));
+    if (squares->found)
+        STP_TRY(squares_predict(chunk, level, &squares->map, &tables, out, err));
     else
         stp_predict_level_encode(chunk, level, &tables);
     STP_TRY(stp_table_encode(&tables.elder, out, err));
@@ -268,15 +264,15 @@ done:
 static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_square *squares = NULL;
+    block_squares squares = {0};
     STP_TRY(squares_find(chunk, &squares, err));
     if (segment == 0) {
-        STP_TRY(patches_encode(chunk, squares, out, err));
+        STP_TRY(patches_encode(chunk, &squares, out, err));
         STP_TRY(vertices_encode(chunk, out, err));
     }
-    STP_TRY(level_encode(chunk, finest_level[segment], squares, out, err));
+    STP_TRY(level_encode(chunk, finest_level[segment], &squares, out, err));
 done:
-    free(squares);
+    squares_clear(&squares);
     return status;
 }
 
@@ -359,6 +355,8 @@ static stp_status squares_level_decode(const stp_square_choice *choice, int leve
     stp_status status = stp_square_map_create(chunk, chunk->squares, &map, err);
     if (status == STP_OK)
         stp_square_level_decode(chunk, level, &map, choice, tables);
+    if (level == 0)
+        chunk->raster.reach = choice->reach;
     stp_square_map_clear(&map);
     return status;
 }
@@ -379,7 +377,7 @@ static stp_status level_decode(cursor *c, int level, stp_chunk *chunk, stp_share
 {
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
-    stp_square_choice choice = {.reach = 1};
+    stp_square_choice choice = {0};
     const bool squares = stp_chunk_is_squares(chunk);
     STP_TRY(level_tables_create(chunk, level, &tables, err));
     if (squares)
@@ -390,8 +388,6 @@ static stp_status level_decode(cursor *c, int level, stp_chunk *chunk, stp_share
         STP_TRY(squares_level_decode(&choice, level, chunk, &tables, err));
     else
         stp_predict_level_decode(chunk, level, &tables);
-    if (squares && level == 0)
-        chunk->raster.reach = choice.reach;
 done:
     level_tables_destroy(&tables);
     return status;
