@@ -339,15 +339,15 @@ static bool is_any_left(const int64_t *differences, uint32_t count)
     return false;
 }
 
-/* Appends the columns of a group, and counts them in the byte at `pieces_at`. */
-static stp_status encode_group(int64_t *differences, uint32_t count, int16_t *cells,
-                               size_t pieces_at, stp_bytes *out, stp_error *err)
+/* Appends the columns of a group, and counts them in the byte at `counter`. */
+static stp_status encode_group(int64_t *differences, uint32_t count, int16_t *cells, size_t counter,
+                               stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    while (is_any_left(differences, count) && out->data[pieces_at] < PIECES_MOST) {
+    while (is_any_left(differences, count) && out->data[counter] < PIECES_MOST) {
         take_piece(differences, count, cells);
         STP_TRY(stp_column_encode(cells, count, true, out, err));
-        out->data[pieces_at]++;
+        out->data[counter]++;
     }
 done:
     return status;
@@ -426,31 +426,14 @@ static stp_status corrupt(const char *what, stp_error *err)
     return stp_error_set(err, STP_CORRUPT, "numbers of an attribute %s", what);
 }
 
-/* Bytes that are read from the front. */
-typedef struct rest {
-    const uint8_t *bytes;
-    size_t size;
-} rest;
-
-static stp_status read_column(rest *r, int16_t *cells, uint32_t count, stp_error *err)
-{
-    size_t used = 0;
-    const stp_status status = stp_column_decode(r->bytes, r->size, cells, count, &used, err);
-    if (status == STP_OK) {
-        r->bytes += used;
-        r->size -= used;
-    }
-    return status;
-}
-
 /* Adds up the pieces of a group. */
-static stp_status read_group(rest *r, unsigned pieces, int64_t *differences, uint32_t count,
+static stp_status read_group(stp_cursor *r, unsigned pieces, int64_t *differences, uint32_t count,
                              int16_t *cells, stp_error *err)
 {
     stp_status status = STP_OK;
     memset(differences, 0, count * sizeof *differences);
     for (unsigned p = 0; p < pieces; p++) {
-        STP_TRY(read_column(r, cells, count, err));
+        STP_TRY(stp_column_read(r, cells, count, err));
         for (uint32_t i = 0; i < count; i++)
             differences[i] =
                 (int64_t)((uint64_t)differences[i] + ((uint64_t)(int64_t)cells[i] << (16 * p)));
@@ -460,27 +443,27 @@ done:
 }
 
 /* Reads the columns behind the head. */
-static stp_status read_columns(const coder *c, const uint8_t *head, rest *r, uint32_t count,
+static stp_status read_columns(const coder *c, const uint8_t *head, stp_cursor *r, uint32_t count,
                                work *w, stp_error *err)
 {
     stp_status status = STP_OK;
     if (has_sequences(c))
-        STP_TRY(read_column(r, w->which, count, err));
+        STP_TRY(stp_column_read(r, w->which, count, err));
     for (unsigned g = 0; g < group_count(c); g++)
         STP_TRY(read_group(r, head[pieces_at(g)], w->differences[g], count, w->cells, err));
-    if (r->size > 0)
+    if (r->left > 0)
         status = corrupt("have bytes to spare", err);
 done:
     return status;
 }
 
 /* Reads the head and checks its numbers. */
-static stp_status read_head(stp_attribute_type type, rest *r, coder *c, unsigned *decimals,
+static stp_status read_head(stp_attribute_type type, stp_cursor *r, coder *c, unsigned *decimals,
                             stp_error *err)
 {
     const uint8_t *head = r->bytes;
     size_t size = HEAD_BYTES;
-    if (r->size < size)
+    if (r->left < size)
         return corrupt("are cut off", err);
     c->how = (prediction)head[0];
     c->base = stp_get_u64(head + 3);
@@ -489,9 +472,9 @@ static stp_status read_head(stp_attribute_type type, rest *r, coder *c, unsigned
     bool known = head[0] < PREDICTION_COUNT && !(c->how == FROM_GUESS && !c->guesses) &&
                  (whole || *decimals == DECIMALS_NONE);
     if (known && c->how == FROM_STEPS) {
-        c->steps.count = r->size > size ? head[size++] : 0;
+        c->steps.count = r->left > size ? head[size++] : 0;
         known = c->steps.count >= 1 && c->steps.count <= STP_STEPS_LIMIT &&
-                r->size - size >= (size_t)c->steps.count * STEP_BYTES;
+                r->left - size >= (size_t)c->steps.count * STEP_BYTES;
         for (unsigned k = 0; known && k < c->steps.count; k++, size += STEP_BYTES) {
             c->steps.of[k] = stp_get_f64(head + size);
             known = stp_step_is_valid(c->steps.of[k]);
@@ -499,7 +482,7 @@ static stp_status read_head(stp_attribute_type type, rest *r, coder *c, unsigned
     }
     for (unsigned g = 0; known && g < group_count(c); g++)
         known = head[pieces_at(g)] <= PIECES_MOST;
-    *r = (rest){head + size, r->size - size};
+    stp_cursor_skip(r, size);
     return known ? STP_OK : corrupt("have an unknown head", err);
 }
 
@@ -510,7 +493,7 @@ stp_status stp_attribute_decode(stp_attribute_type type, const uint8_t *bytes, s
     stp_status status = STP_OK;
     work w = {0};
     coder c = {.guesses = guesses};
-    rest r = {bytes, size};
+    stp_cursor r = {bytes, size};
     unsigned decimals = DECIMALS_NONE;
     if (count == 0)
         return size == 0 ? STP_OK : corrupt("have bytes to spare", err);

@@ -362,3 +362,12 @@ stp_status stp_column_decode(const uint8_t *bytes, size_t size, int16_t *cells, 
 done:
     return status;
 }
+
+stp_status stp_column_read(stp_cursor *c, int16_t *cells, uint32_t count, stp_error *err)
+{
+    size_t used = 0;
+    const stp_status status = stp_column_decode(c->bytes, c->left, cells, count, &used, err);
+    if (status == STP_OK)
+        stp_cursor_skip(c, used);
+    return status;
+}

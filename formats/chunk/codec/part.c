@@ -276,20 +276,8 @@ done:
     return status;
 }
 
-/* The bytes of a segment not read yet. */
-typedef struct cursor {
-    const uint8_t *bytes;
-    size_t left;
-} cursor;
-
-static void skip(cursor *c, size_t bytes)
-{
-    c->bytes += bytes;
-    c->left -= bytes;
-}
-
 /* shares: NULL if nobody asks. */
-static stp_status table_read(cursor *c, stp_table *table, stp_shares *shares, stp_error *err)
+static stp_status table_read(stp_cursor *c, stp_table *table, stp_shares *shares, stp_error *err)
 {
     size_t used = 0;
     uint64_t column_bytes[STP_LINKED_PATCH_COLUMN_COUNT] = {0};
@@ -297,7 +285,7 @@ static stp_status table_read(cursor *c, stp_table *table, stp_shares *shares, st
     stp_status status = stp_table_decode(c->bytes, c->left, table, &used, err);
     if (status != STP_OK)
         return status;
-    skip(c, used);
+    stp_cursor_skip(c, used);
     if (shares && table->column_count == STP_SAMPLE_COLUMN_COUNT)
         stp_shares_add_samples(shares, column_bytes, used);
     else if (shares)
@@ -305,20 +293,21 @@ static stp_status table_read(cursor *c, stp_table *table, stp_shares *shares, st
     return STP_OK;
 }
 
-static stp_status squares_decode(cursor *c, stp_chunk *chunk, stp_shares *shares, stp_error *err)
+static stp_status squares_decode(stp_cursor *c, stp_chunk *chunk, stp_shares *shares,
+                                 stp_error *err)
 {
     stp_status status = STP_OK;
     size_t used = 0;
     STP_TRY(stp_alloc(&chunk->squares, chunk->patch_count, sizeof *chunk->squares, "squares", err));
     STP_TRY(stp_squares_decode(c->bytes, c->left, chunk, chunk->squares, &used, err));
-    skip(c, used);
+    stp_cursor_skip(c, used);
     if (shares)
         shares->bytes[STP_SHARE_PATCHES] += used;
 done:
     return status;
 }
 
-static stp_status patches_decode(cursor *c, uint32_t child_count, stp_chunk *chunk,
+static stp_status patches_decode(stp_cursor *c, uint32_t child_count, stp_chunk *chunk,
                                  stp_shares *shares, stp_error *err)
 {
     stp_table table = {0};
@@ -335,7 +324,8 @@ done:
     return status;
 }
 
-static stp_status vertices_decode(cursor *c, stp_chunk *chunk, stp_shares *shares, stp_error *err)
+static stp_status vertices_decode(stp_cursor *c, stp_chunk *chunk, stp_shares *shares,
+                                  stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
@@ -361,18 +351,19 @@ static stp_status squares_level_decode(const stp_square_choice *choice, int leve
     return status;
 }
 
-static stp_status choice_read(cursor *c, stp_square_choice *out, stp_shares *shares, stp_error *err)
+static stp_status choice_read(stp_cursor *c, stp_square_choice *out, stp_shares *shares,
+                              stp_error *err)
 {
     if (c->left < STP_SQUARE_CHOICE_BYTES)
         return stp_error_set(err, STP_CORRUPT, "it ends before a level of squares");
     const uint8_t byte = *c->bytes;
-    skip(c, STP_SQUARE_CHOICE_BYTES);
+    stp_cursor_skip(c, STP_SQUARE_CHOICE_BYTES);
     if (shares)
         shares->bytes[STP_SHARE_FRAME] += STP_SQUARE_CHOICE_BYTES;
     return stp_square_choice_read(byte, out, err);
 }
 
-static stp_status level_decode(cursor *c, int level, stp_chunk *chunk, stp_shares *shares,
+static stp_status level_decode(stp_cursor *c, int level, stp_chunk *chunk, stp_shares *shares,
                                stp_error *err)
 {
     stp_level_tables tables = {0};
@@ -397,7 +388,7 @@ static stp_status draco_decode(const uint8_t *bytes, size_t size, int segment, u
                                stp_chunk *chunk, stp_shares *shares, stp_error *err)
 {
     stp_status status = STP_OK;
-    cursor c = {bytes, size};
+    stp_cursor c = {bytes, size};
     if (segment == 0) {
         STP_TRY(patches_decode(&c, child_count, chunk, shares, err));
         STP_TRY(vertices_decode(&c, chunk, shares, err));

@@ -101,25 +101,13 @@ static uint32_t varying_columns(const stp_table *table, unsigned begin, uint64_t
     return count;
 }
 
-/* The bytes of a table not read yet. */
-typedef struct cursor {
-    const uint8_t *bytes;
-    size_t left;
-} cursor;
-
-static void skip(cursor *c, size_t size)
-{
-    c->bytes += size;
-    c->left -= size;
-}
-
 static void count_bytes(const stp_table *table, unsigned column, size_t bytes)
 {
     if (table->column_bytes)
         table->column_bytes[column] += bytes;
 }
 
-static stp_status decode_constant(cursor *c, const stp_table *table, unsigned column,
+static stp_status decode_constant(stp_cursor *c, const stp_table *table, unsigned column,
                                   stp_error *err)
 {
     int16_t *cells = stp_table_column(table, column);
@@ -128,24 +116,14 @@ static stp_status decode_constant(cursor *c, const stp_table *table, unsigned co
     int16_t value = (int16_t)stp_get_u16(c->bytes);
     for (uint32_t r = 0; r < table->row_count; r++)
         cells[r] = value;
-    skip(c, 2);
+    stp_cursor_skip(c, 2);
     count_bytes(table, column, 2);
     return STP_OK;
 }
 
-static stp_status decode_column(cursor *c, int16_t *column, uint32_t count, stp_error *err)
-{
-    stp_status status = STP_OK;
-    size_t used = 0;
-    STP_TRY(stp_column_decode(c->bytes, c->left, column, count, &used, err));
-    skip(c, used);
-done:
-    return status;
-}
-
 /* Decodes the stream that begins with a column into its varying columns. */
-static stp_status decode_stream(cursor *c, const stp_table *table, unsigned begin, uint64_t mask,
-                                stp_error *err)
+static stp_status decode_stream(stp_cursor *c, const stp_table *table, unsigned begin,
+                                uint64_t mask, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint32_t rows = table->row_count, count = varying_columns(table, begin, mask) * rows;
@@ -153,9 +131,9 @@ static stp_status decode_stream(cursor *c, const stp_table *table, unsigned begi
     if (count == 0)
         return STP_OK;
     if (stream_end(table, begin) == begin + 1)
-        return decode_column(c, stp_table_column(table, begin), rows, err);
+        return stp_column_read(c, stp_table_column(table, begin), rows, err);
     STP_TRY(stp_alloc(&cells, count, sizeof *cells, "a stream of columns", err));
-    STP_TRY(decode_column(c, cells, count, err));
+    STP_TRY(stp_column_read(c, cells, count, err));
     const int16_t *next = cells;
     for (unsigned k = begin; k < stream_end(table, begin); k++) {
         if (mask >> k & 1u)
@@ -185,7 +163,7 @@ static stp_status take_flags(uint64_t *mask, stp_table *table, stp_error *err)
 }
 
 /* Takes the scale, if the mask says that there is one. */
-static stp_status take_scale(cursor *c, uint64_t *mask, stp_table *table, stp_error *err)
+static stp_status take_scale(stp_cursor *c, uint64_t *mask, stp_table *table, stp_error *err)
 {
     if (!table->may_scale || !(*mask >> SCALE_BIT & 1u))
         return STP_OK;
@@ -197,7 +175,7 @@ static stp_status take_scale(cursor *c, uint64_t *mask, stp_table *table, stp_er
         table->scale.phase[i] = stp_get_u16(c->bytes + 8 + 2 * i);
     if (!(table->scale.step > 0.0 && table->scale.step <= STP_SCALE_LIMIT))
         return stp_error_set(err, STP_CORRUPT, "a table has a scale of %g", table->scale.step);
-    skip(c, STP_SCALE_BYTES);
+    stp_cursor_skip(c, STP_SCALE_BYTES);
     return STP_OK;
 }
 
@@ -213,7 +191,7 @@ stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table,
         stp_get_u32(bytes) < MASK_BYTES)
         return stp_error_set(err, STP_CORRUPT, "a table does not fit into the %zu bytes left",
                              size);
-    cursor c = {bytes + SIZE_BYTES + MASK_BYTES, stp_get_u32(bytes) - MASK_BYTES};
+    stp_cursor c = {bytes + SIZE_BYTES + MASK_BYTES, stp_get_u32(bytes) - MASK_BYTES};
     uint64_t mask = stp_get_u64(bytes + SIZE_BYTES);
     STP_TRY(take_flags(&mask, table, err));
     STP_TRY(take_scale(&c, &mask, table, err));
@@ -224,7 +202,7 @@ stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table,
             STP_TRY(decode_constant(&c, table, k, err));
     if (table->by_odds) {
         STP_TRY(stp_cells_decode(c.bytes, c.left, mask, table, err));
-        skip(&c, c.left);
+        stp_cursor_skip(&c, c.left);
     }
     for (unsigned k = 0; !table->by_odds && k < table->column_count; k = stream_end(table, k)) {
         const size_t left = c.left;
