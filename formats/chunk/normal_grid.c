@@ -9,19 +9,6 @@
  * rest is for the rim, where 4095 stands for 4096. */
 #define ANGLE_OF_STEP 2.84
 
-static uint32_t word_of(const uint8_t code[3])
-{
-    return (uint32_t)code[0] | (uint32_t)code[1] << 8 | (uint32_t)code[2] << 16;
-}
-
-static void put(uint32_t u, uint32_t v, uint8_t out[3])
-{
-    const uint32_t word = u | v << 12;
-    out[0] = (uint8_t)(word & 255u);
-    out[1] = (uint8_t)(word >> 8 & 255u);
-    out[2] = (uint8_t)(word >> 16);
-}
-
 /* The two places on the grid around a code, the nearer one first. */
 static void find_places(int32_t code, unsigned shift, int32_t out[2])
 {
@@ -34,17 +21,19 @@ static void find_places(int32_t code, unsigned shift, int32_t out[2])
 void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3])
 {
     const unsigned shift = STP_NORMAL_BITS - bits;
-    int32_t u[2], v[2];
+    int32_t nearest[2], u[2], v[2];
     float least = INFINITY;
     stp_normal_encode(normal, out);
     if (shift == 0 || glms_vec3_norm2(normal) == 0.0f) /* the code of no normal is on each grid */
         return;
-    find_places((int32_t)(word_of(out) & 4095u), shift, u);
-    find_places((int32_t)(word_of(out) >> 12), shift, v);
+    stp_normal_codes_get(out, nearest);
+    find_places(nearest[0], shift, u);
+    find_places(nearest[1], shift, v);
     for (int i = 0; i < 4; i++) {
+        const int32_t uv[2] = {stp_normal_grid_code(u[i & 1], shift),
+                               stp_normal_grid_code(v[i >> 1], shift)};
         uint8_t code[3];
-        put((uint32_t)stp_normal_grid_code(u[i & 1], shift),
-            (uint32_t)stp_normal_grid_code(v[i >> 1], shift), code);
+        stp_normal_codes_put(uv, code);
         const float squared = glms_vec3_norm2(glms_vec3_sub(stp_normal_decode(code), normal));
         if (squared < least) {
             least = squared;
@@ -63,9 +52,9 @@ unsigned stp_normal_grid_shift(const stp_sample *samples, size_t count)
     uint32_t bits = 1u << STP_NORMAL_SHIFT_MOST;
     unsigned shift = 0;
     for (size_t i = 0; i < count; i++) {
-        const uint32_t word = word_of(samples[i].normal);
-        const uint32_t u = word & 4095u, v = word >> 12;
-        bits |= (u == 4095u ? 0u : u) | (v == 4095u ? 0u : v);
+        int32_t uv[2];
+        stp_normal_codes_get(samples[i].normal, uv);
+        bits |= (uint32_t)((uv[0] == 4095 ? 0 : uv[0]) | (uv[1] == 4095 ? 0 : uv[1]));
     }
     while (!(bits >> shift & 1u))
         shift++;

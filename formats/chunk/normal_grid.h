@@ -16,6 +16,20 @@
 /* A shift is 12 - bits; the greatest one leaves the directions of the axes. */
 #define STP_NORMAL_SHIFT_MOST 11u
 
+/* The coordinates of the code in three bytes, 0 to 4095. */
+static inline void stp_normal_codes_get(const uint8_t code[3], int32_t uv[2])
+{
+    uv[0] = code[0] | (code[1] & 15) << 8;
+    uv[1] = code[1] >> 4 | code[2] << 4;
+}
+
+static inline void stp_normal_codes_put(const int32_t uv[2], uint8_t code[3])
+{
+    code[0] = (uint8_t)uv[0];
+    code[1] = (uint8_t)(uv[0] >> 8 | (uv[1] & 15) << 4);
+    code[2] = (uint8_t)(uv[1] >> 4);
+}
+
 /* The place k of a code on a grid, of any other number the nearest place. */
 static inline int32_t stp_normal_grid_place(int32_t code, unsigned shift)
 {

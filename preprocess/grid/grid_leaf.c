@@ -128,13 +128,16 @@ static stp_dvec3 normal_of(const stp_height_grid *grid, const double *middle)
 /* The nearest code, coordinate by coordinate: that is how a payload expects it. */
 static vec3s on_grid(stp_dvec3 n, unsigned bits)
 {
-    const double all = fabs(n.x) + fabs(n.y) + n.z, step = (double)(1u << (STP_NORMAL_BITS - bits));
+    const unsigned shift = STP_NORMAL_BITS - bits;
+    const double all = fabs(n.x) + fabs(n.y) + n.z, step = (double)(1u << shift);
     const double most = (1u << STP_NORMAL_BITS) - 1, v[2] = {n.x, n.y};
-    uint32_t code[2];
-    for (int i = 0; i < 2; i++)
-        code[i] = (uint32_t)fmin(step * floor((v[i] / all + 1.0) * 0.5 * most / step + 0.5), most);
-    const uint8_t bytes[3] = {(uint8_t)code[0], (uint8_t)(code[0] >> 8 | (code[1] & 15u) << 4),
-                              (uint8_t)(code[1] >> 4)};
+    int32_t code[2];
+    uint8_t bytes[3];
+    for (int i = 0; i < 2; i++) {
+        const double place = floor((v[i] / all + 1.0) * 0.5 * most / step + 0.5);
+        code[i] = stp_normal_grid_code((int32_t)place, shift);
+    }
+    stp_normal_codes_put(code, bytes);
     return stp_normal_decode(bytes);
 }
 
@@ -196,21 +199,12 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
     t->items[t->count++] = stp_point_item_make(&facts, t->params);
 }
 
-/* Every second bit of a number, from bit 0 on. */
-static uint32_t every_second_bit(uint32_t n)
-{
-    uint32_t out = 0;
-    for (unsigned k = 0; k < 16; k++)
-        out |= (n >> 2 * k & 1u) << k;
-    return out;
-}
-
 /* Samples stand in Morton order, so that those that a level merges are next to each other. */
 static void add_square(tile *t, uint32_t column, uint32_t row)
 {
     const uint32_t before = t->count;
     for (uint32_t i = 0; i < STP_SQUARE_SIDE * STP_SQUARE_SIDE; i++) {
-        const uint32_t c = column + every_second_bit(i), r = row + every_second_bit(i >> 1);
+        const uint32_t c = column + stp_square_column(i), r = row + stp_square_row(i);
         if (c < t->columns && r < t->rows)
             add_sample(t, c, r);
     }
@@ -225,7 +219,7 @@ static void add_squares(tile *t)
     const uint32_t side = STP_TILE_SIDE / STP_SQUARE_SIDE;
     uint32_t begin = 0, end = 0; /* of squares that lie together */
     for (uint32_t i = 0; i < side * side; i++) {
-        const uint32_t c = every_second_bit(i), r = every_second_bit(i >> 1);
+        const uint32_t c = stp_square_column(i), r = stp_square_row(i);
         add_square(t, c * STP_SQUARE_SIDE, r * STP_SQUARE_SIDE);
         if ((i + 1) % STP_PATCH_SAMPLES > 0 || t->squares == end)
             continue;

@@ -23,9 +23,10 @@ typedef struct parts {
 
 INLINE parts sample_unpack(const stp_sample *s)
 {
-    return (parts){{s->position[0], s->position[1], s->position[2], s->rgb[0], s->rgb[1], s->rgb[2],
-                    s->intensity, s->normal[0] | (s->normal[1] & 15) << 8,
-                    s->normal[1] >> 4 | s->normal[2] << 4, s->class_id, s->flags, s->radius}};
+    parts p = {{s->position[0], s->position[1], s->position[2], s->rgb[0], s->rgb[1], s->rgb[2],
+                s->intensity, 0, 0, s->class_id, s->flags, s->radius}};
+    stp_normal_codes_get(s->normal, &p.v[NU]);
+    return p;
 }
 
 INLINE void sample_pack(const parts *p, stp_sample *out)
@@ -34,9 +35,7 @@ INLINE void sample_pack(const parts *p, stp_sample *out)
         out->position[i] = (uint16_t)p->v[PX + i];
         out->rgb[i] = (uint8_t)p->v[RED + i];
     }
-    out->normal[0] = (uint8_t)p->v[NU];
-    out->normal[1] = (uint8_t)(p->v[NU] >> 8 | (p->v[NV] & 15) << 4);
-    out->normal[2] = (uint8_t)(p->v[NV] >> 4);
+    stp_normal_codes_put(&p->v[NU], out->normal);
     out->intensity = (uint8_t)p->v[INTENSITY];
     out->class_id = (uint8_t)p->v[CLASS];
     out->flags = (uint8_t)p->v[FLAGS];
@@ -191,8 +190,7 @@ INLINE parts vertex_prediction(const stp_patch *patch, const parts *previous)
     parts p = *previous;
     for (int i = 0; i < 3; i++)
         p.v[PX + i] = patch->bound_centre[i];
-    p.v[NU] = patch->cone_axis[0] | (patch->cone_axis[1] & 15) << 8;
-    p.v[NV] = patch->cone_axis[1] >> 4 | patch->cone_axis[2] << 4;
+    stp_normal_codes_get(patch->cone_axis, &p.v[NU]);
     p.v[RADIUS] = patch->radius[STP_LEVEL_COUNT - 1];
     return p;
 }

@@ -15,12 +15,17 @@
 /* Columns and rows of squares are less. */
 #define STP_SQUARE_PLACES_LIMIT (UINT32_C(1) << 28)
 
-/* Column and row, within the square, of sample i in Morton order. */
-static inline uint32_t stp_square_column(unsigned i)
+/* Column and row of place i in Morton order: of a sample within a square, or of a square among
+ * others. */
+static inline uint32_t stp_square_column(uint32_t i)
 {
-    return (i & 1u) | (i >> 1 & 2u) | (i >> 2 & 4u);
+    i &= 0x55555555u;
+    i = (i | i >> 1) & 0x33333333u;
+    i = (i | i >> 2) & 0x0f0f0f0fu;
+    i = (i | i >> 4) & 0x00ff00ffu;
+    return (i | i >> 8) & 0x0000ffffu;
 }
-static inline uint32_t stp_square_row(unsigned i)
+static inline uint32_t stp_square_row(uint32_t i)
 {
     return stp_square_column(i >> 1);
 }

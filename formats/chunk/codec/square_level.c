@@ -257,17 +257,15 @@ static void code_normal(const coder *c, const table_row *r, const double directi
                         stp_sample *s)
 {
     const unsigned shift = c->tables->last.normal_shift;
-    int32_t uv[2] = {s->normal[0] | (s->normal[1] & 15) << 8,
-                     s->normal[1] >> 4 | s->normal[2] << 4};
+    int32_t uv[2];
+    stp_normal_codes_get(s->normal, uv);
     for (unsigned i = 0; i < 2; i++) {
         const int32_t place = whole(direction[i] / (double)(1 << shift));
         const int32_t own = c->decode ? 0 : stp_normal_grid_place(uv[i], shift);
         const int32_t coded = code(c, r, STP_COLUMN_NORMAL_U + i, place, own, 0xffff);
         uv[i] = c->decode ? stp_normal_grid_code(coded, shift) : uv[i];
     }
-    s->normal[0] = (uint8_t)uv[0];
-    s->normal[1] = (uint8_t)(uv[0] >> 8 | (uv[1] & 15) << 4);
-    s->normal[2] = (uint8_t)(uv[1] >> 4);
+    stp_normal_codes_put(uv, s->normal);
 }
 
 /* Kinds of a sample for its radius: how steep it is, and whether a neighbour is missing. */
@@ -278,8 +276,9 @@ static unsigned kind_of(const coder *c, uint32_t sample)
 {
     const stp_square_level *on = &c->map->level[c->level];
     const stp_sample *s = &c->block->samples[c->level][sample];
-    const stp_ivec3 n = stp_integer_normal(s->normal[0] | (s->normal[1] & 15) << 8,
-                                           s->normal[1] >> 4 | s->normal[2] << 4);
+    int32_t uv[2];
+    stp_normal_codes_get(s->normal, uv);
+    const stp_ivec3 n = stp_integer_normal(uv[0], uv[1]);
     const double all = (double)(n.v[0] * n.v[0] + n.v[1] * n.v[1] + n.v[2] * n.v[2]);
     const double upright = (double)(n.v[2] * n.v[2]);
     unsigned kind = 0;
