@@ -34,18 +34,22 @@ stp_status stp_attribute_numbers_encode(const stp_attribute_list *list,
     stp_status status = STP_OK;
     const uint32_t count = numbers->ends[STP_LEVEL_COUNT - 1];
     const size_t stride = stp_attribute_list_bytes(list);
-    size_t at = 0;
+    size_t next = 0;
     uint64_t *words = NULL, *guesses = NULL;
     STP_TRY(stp_alloc(&words, count, sizeof *words, "attributes", err));
     STP_TRY(stp_alloc(&guesses, count, sizeof *guesses, "attributes", err));
     for (uint32_t a = 0; a < list->count; a++) {
         const stp_attribute *attribute = &list->items[a];
         const bool guessed = attribute->coarse != STP_COARSE_NOT;
+        const size_t at = next;
         stp_steps steps;
+        next += stp_attribute_bytes(attribute->type);
+        rows[a] = (stp_attribute_row){.offset = out->size};
+        if (attribute->derived)
+            continue;
         unpack(numbers, attribute, at, stride, words, guesses);
         STP_TRY(stp_attribute_steps(attribute->type, words, count, &steps, err));
-        rows[a] = (stp_attribute_row){.offset = out->size};
-        for (int k = 0; k < STP_LEVEL_COUNT && !attribute->derived; k++) {
+        for (int k = 0; k < STP_LEVEL_COUNT; k++) {
             const uint32_t first = k ? numbers->ends[k - 1] : 0;
             const size_t begin = out->size;
             STP_TRY(stp_attribute_encode(attribute->type, words + first,
@@ -54,7 +58,6 @@ stp_status stp_attribute_numbers_encode(const stp_attribute_list *list,
             rows[a].bytes[k] = (uint32_t)(out->size - begin);
             rows[a].hash[k] = stp_hash(out->data ? out->data + begin : NULL, out->size - begin);
         }
-        at += stp_attribute_bytes(attribute->type);
     }
 done:
     free(words);

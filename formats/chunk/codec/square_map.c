@@ -13,7 +13,6 @@
 /* Lattices of patches differ by at most so many octaves, so sums of heights are exact. */
 #define OCTAVES_MOST 8
 #define SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
-#define SUMS 5u
 
 /* Columns, or rows, of squares. */
 typedef struct range {
@@ -51,7 +50,8 @@ static const char *find_extent(const stp_chunk *block, const stp_square *squares
 static stp_status allocate(const stp_chunk *block, size_t width, size_t height, stp_square_map *map,
                            stp_error *err)
 {
-    size_t doubles = SUMS * width * height * SQUARE_SAMPLES, cells = 0;
+    const size_t sums = STP_SQUARE_SUMS * width * height * SQUARE_SAMPLES;
+    size_t doubles = sums, cells = 0;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         doubles += 5 * (size_t)block->level_begin[l][block->patch_count];
         cells += (width * height * SQUARE_SAMPLES) >> 2 * l;
@@ -60,10 +60,9 @@ static stp_status allocate(const stp_chunk *block, size_t width, size_t height, 
                                   1, "a map of squares", err);
     if (status != STP_OK)
         return status;
-    double *next = map->memory;
-    map->sums = next;
-    next += SUMS * width * height * SQUARE_SAMPLES;
-    int32_t *cell = (int32_t *)(void *)((double *)map->memory + doubles);
+    map->sums = map->memory;
+    double *next = map->sums + sums;
+    int32_t *cell = (int32_t *)(void *)(map->sums + doubles);
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         stp_square_level *level = &map->level[l];
         double **arrays[] = {&level->column, &level->row, &level->x, &level->y, &level->z};

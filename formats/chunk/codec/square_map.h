@@ -11,6 +11,9 @@
 #include "formats/chunk/codec/inline.h"
 #include "formats/chunk/codec/square.h"
 
+/* Numbers of a cell in sums. */
+#define STP_SQUARE_SUMS 5
+
 /* Indices of samples are those of the block's levels. */
 typedef struct stp_square_level {
     double *column, *row; /* place of a sample */
@@ -23,7 +26,7 @@ typedef struct stp_square_level {
 typedef struct stp_square_map {
     void *memory;
     stp_square_level level[STP_LEVEL_COUNT];
-    double *sums;         /* room for five numbers of each cell of level 0 */
+    double *sums;         /* room for STP_SQUARE_SUMS numbers of each cell of level 0 */
     int exponent;         /* of the finest lattice */
     uint32_t column, row; /* first column and row of samples */
 } stp_square_map;

@@ -8,6 +8,7 @@
 /* Sums of a row of a window: samples, their columns, squares of columns, heights, and columns
  * times heights. Columns count from the middle. */
 enum { N, I, II, Z, IZ, SUMS };
+_Static_assert(SUMS == STP_SQUARE_SUMS, "the map has room for the sums");
 
 static double *sums_at(const stp_square_normals *n, int column, int row)
 {
