@@ -42,7 +42,7 @@ def read_column(cursor, rows):
 
 def streams_of(rows, columns, block):
     """The columns of each stream of a table: in a short table of a block, some share one."""
-    joined = (SAMPLE_STREAMS if columns == SAMPLE_COLUMNS else PATCH_STREAMS) if block and rows < 768 else ()
+    joined = {SAMPLE_COLUMNS: SAMPLE_STREAMS, SQUARE_COLUMNS: ()}.get(columns, PATCH_STREAMS) if block and rows < 768 else ()
     firsts = {first: last for first, last in joined}
     streams, c = [], 0
     while c < columns:
