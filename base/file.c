@@ -169,7 +169,7 @@ stp_status stp_output_reopen(stp_output **out, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_output *o = NULL;
-    struct stat info;
+    struct stat info = {0};
     STP_TRY(stp_alloc(&o, 1, sizeof *o, "output file", err));
     o->descriptor = -1;
     STP_TRY(stp_text_copy(&o->path, path, "a path", err));

@@ -120,10 +120,21 @@ static inline void stp_dbox_add(stp_dbox *box, stp_dvec3 p)
         (stp_dvec3){stp_max(p.x, box->max.x), stp_max(p.y, box->max.y), stp_max(p.z, box->max.z)};
 }
 
+/* Joining an empty box changes nothing. */
 static inline void stp_dbox_join(stp_dbox *box, const stp_dbox *other)
 {
-    stp_dbox_add(box, other->min);
-    stp_dbox_add(box, other->max);
+    const stp_dvec3 low = other->min, high = other->max;
+    box->min = (stp_dvec3){stp_min(low.x, box->min.x), stp_min(low.y, box->min.y),
+                           stp_min(low.z, box->min.z)};
+    box->max = (stp_dvec3){stp_max(high.x, box->max.x), stp_max(high.y, box->max.y),
+                           stp_max(high.z, box->max.z)};
+}
+
+/* The box with a margin on all sides. */
+static inline stp_dbox stp_dbox_grown(const stp_dbox *box, double margin)
+{
+    const stp_dvec3 by = {margin, margin, margin};
+    return (stp_dbox){stp_dvec3_sub(box->min, by), stp_dvec3_add(box->max, by)};
 }
 
 /* Length of the longest side. */

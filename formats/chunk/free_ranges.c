@@ -36,7 +36,8 @@ stp_status stp_free_ranges_find(const stp_chunk_entry *entries, uint32_t count, 
     qsort(used, count, sizeof *used, compare_ranges);
     for (uint32_t i = 0; i < count; i++) {
         STP_TRY(add(out, begin, used[i].offset, err));
-        begin = used[i].offset + used[i].bytes;
+        if (used[i].offset + used[i].bytes > begin) /* else another payload is around it */
+            begin = used[i].offset + used[i].bytes;
     }
     STP_TRY(add(out, begin, end, err));
 done:

@@ -6,6 +6,7 @@
 #include "formats/chunk/attribute/attribute_file.h"
 #include "formats/chunk/free_ranges.h"
 #include "formats/chunk/normal_grid.h"
+#include "formats/chunk/verify/verify_tree.h"
 #include "preprocess/surface/surface.h"
 #include "preprocess/viewpoint/claims.h"
 
@@ -36,6 +37,7 @@ static stp_status find_leaves(stp_append *a, stp_error *err)
     STP_TRY(stp_alloc(&a->entries, count, sizeof *a->entries, "directory", err));
     for (uint32_t id = 0; id < count; id++)
         STP_TRY(stp_chunk_file_entry(a->file, id, &a->entries[id], err));
+    STP_TRY(stp_verify_tree_entries(a->file, a->entries, err));
     a->first_leaf = count;
     for (uint32_t id = count; id-- > 0 && a->entries[id].depth + 1u == a->info->depth;)
         a->first_leaf = id;

@@ -5,6 +5,7 @@
 #include "formats/chunk/block_cut.h"
 #include "formats/chunk/measure/raise.h"
 
+#include <inttypes.h>
 #include <stdlib.h>
 
 /* ---- leaves ---- */
@@ -34,19 +35,36 @@ typedef struct parts {
     stp_chunk *read[STP_CHUNK_CHILDREN_LIMIT]; /* children from the file */
 } parts;
 
+/* Fails if patches of a chunk refer to patches that the child has not. */
+static stp_status check_links(const stp_append *a, uint32_t id, const stp_kept_patches *kept,
+                              stp_error *err)
+{
+    const stp_chunk *above = kept->above.chunk;
+    for (uint32_t p = 0; p < above->patch_count; p++) {
+        const stp_patch *patch = &above->patches[p];
+        if (patch->child == kept->child &&
+            (uint32_t)patch->first_below + patch->counts[0] > kept->below->patch_count)
+            return stp_error_set(err, STP_CORRUPT,
+                                 "%s: chunk %" PRIu32 ": patch %" PRIu32
+                                 " refers to patches that its child has not: the file was written "
+                                 "wrong",
+                                 a->job.path, id, p);
+    }
+    return STP_OK;
+}
+
 /* A child that is in the file brings the patches that it has above it. */
 static stp_status add_kept(const stp_growth *g, parts *p, uint32_t at, const stp_grown_node *child,
                            stp_placed_chunk above, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_append *a = g->a;
-    const stp_chunk_entry *e = &a->entries[child->old];
     if (child->kept)
         STP_TRY(stp_chunk_file_read(a->file, child->old, 2, &p->read[at], err));
-    p->kept[at] = (stp_kept_patches){
-        .above = above,
-        .below = {child->kept ? p->read[at] : child->built.chunk, e->origin, NULL},
-        .child = child->old - a->entries[child->parent].first_child};
+    p->kept[at] = (stp_kept_patches){.above = above,
+                                     .below = child->kept ? p->read[at] : child->built.chunk,
+                                     .child = child->old - a->entries[child->parent].first_child};
+    STP_TRY(check_links(a, child->parent, &p->kept[at], err));
     p->groups[at] = (stp_item_group){.kept = &p->kept[at]};
 done:
     return status;

@@ -243,6 +243,8 @@ stp_status stp_append_find(stp_append *a, stp_error *err)
     stp_status status = STP_OK;
     finder f = {.a = a};
     const stp_cloud *cloud = &a->job.cloud;
+    const bool is_root =
+        a->leaf_count == 1; /* no chunk above it has its patches: it is made anew */
     STP_TRY(begin(&f, err));
     STP_TRY(stp_alloc(&a->touched, a->leaf_count, sizeof *a->touched, "chunks", err));
     STP_TRY(stp_cloud_run(cloud, a->job.pool,
@@ -250,7 +252,7 @@ stp_status stp_append_find(stp_append *a, stp_error *err)
                           err));
     STP_TRY(refine(&f, err));
     for (uint32_t i = 0; i < a->leaf_count; i++)
-        a->touched[i] = atomic_load(&f.touched[i]);
+        a->touched[i] = is_root || atomic_load(&f.touched[i]);
 done:
     for (uint32_t i = 0; f.blocks && i < a->leaf_count; i++)
         free(f.blocks[i].boxes);

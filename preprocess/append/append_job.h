@@ -43,7 +43,8 @@ static inline const stp_chunk_entry *stp_append_leaf(const stp_append *a, uint32
 }
 
 /* Finds which leaf each new point joins, and which leaves the new points touch: those that have a
- * disc near one of them. Errors: OUT_OF_MEMORY, IO, CORRUPT. */
+ * disc near one of them. The only leaf of a model is always touched. Errors: OUT_OF_MEMORY, IO,
+ * CORRUPT. */
 stp_status stp_append_find(stp_append *a, stp_error *err);
 /* Makes the cloud: the new points, the points of touched leaves, and points around these. Errors:
  * likewise, LIMIT. */

@@ -281,7 +281,7 @@ static stp_status keep_patch(assembly *a, const stp_kept_patches *kept, uint32_t
                      "samples", err));
     for (uint32_t i = a->sample_count[0] - patch.counts[0]; i < a->sample_count[0]; i++)
         a->sources[i] = STP_SOURCE_NONE;
-    STP_TRY(carry_kept(a, &patch, kept->below.chunk, err));
+    STP_TRY(carry_kept(a, &patch, kept->below, err));
 done:
     return status;
 }

@@ -14,8 +14,9 @@
  * stays. */
 typedef struct stp_kept_patches {
     stp_placed_chunk above; /* the chunk that had them, with all levels */
-    stp_placed_chunk below; /* the child, with level 3 at least: its errors may be raised */
-    uint32_t child;         /* its place among the children of `above` */
+    const stp_chunk
+        *below;     /* the child, whose errors may be raised; it has all patches linked to */
+    uint32_t child; /* its place among the children of `above` */
 } stp_kept_patches;
 
 /* Items that one child chunk refines. All items of a leaf are one group. */

@@ -149,6 +149,18 @@ expect_code 0
 expect_sound "$FOLDER/one.stipple" "one leaf"
 expect_points "$FOLDER/one.stipple" $((80000 + count)) "one leaf"
 
+# Points far from a model of one leaf, which touch no leaf.
+"$STIPPLE" prep "$FOLDER/more.ply" -o "$FOLDER/one.stipple" --quiet --force
+append "$FOLDER/one.stipple" "$FOLDER/far.ply" --quiet
+expect_code 0
+expect_sound "$FOLDER/one.stipple" "far from one leaf"
+expect_points "$FOLDER/one.stipple" $((2 * count)) "far from one leaf"
+"$STIPPLE" prep "$FOLDER/more.ply" -o "$FOLDER/few.stipple" --quiet
+for file in few one; do
+    "$STIPPLE" export "$FOLDER/$file.stipple" -o "$FOLDER/$file.ply" --quiet || fail "no export"
+done
+has_all "$FOLDER/few.ply" "$FOLDER/one.ply" || fail "points far from one leaf changed its points"
+
 # ---- what is refused leaves the model as it was ----
 refused() { # text, arguments
     cp "$old" "$model"
