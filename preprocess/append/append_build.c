@@ -83,7 +83,7 @@ static stp_status build_inner(const stp_growth *g, stp_grown_node *node, stp_err
     }
     for (uint32_t i = 0; i < node->child_count; i++) {
         const stp_grown_node *child = &g->below.nodes[node->first_child + i];
-        if (child->old != STP_CHUNK_NONE)
+        if (above && child->old != STP_CHUNK_NONE)
             STP_TRY(add_kept(g, p, i, child, placed, err));
         else
             p->groups[i] = (stp_item_group){.items = child->built.vertices,
@@ -182,23 +182,18 @@ static stp_status raise(const stp_growth *g, uint32_t at, stp_built_chunk *out, 
     stp_status status = STP_OK;
     const uint32_t id = g->tier.nodes[at].old;
     stp_surroundings around = {0};
-    stp_overhang *measured = NULL;
     stp_built_chunk built = {.origin = g->a->entries[id].origin};
     STP_TRY(stp_chunk_file_read(g->a->file, id, 0, &built.chunk, err));
     if (!g->tier.leaves)
         STP_TRY(stp_carry_tell(built.chunk, &built.carry, err));
     const stp_placed_chunk middle = stp_built_chunk_place(&built);
     STP_TRY(find_around(g, at, &middle, !g->tier.leaves, &around, err));
-    STP_TRY(stp_alloc(&measured, built.chunk->patch_count, sizeof *measured, "errors", err));
-    STP_TRY(stp_overhang_measure(measured, built.chunk, built.carry, &around, err));
-    for (uint32_t p = 0; p < built.chunk->patch_count; p++)
-        stp_overhang_raise(&built.chunk->patches[p], &measured[p]);
+    STP_TRY(stp_overhang_raise(built.chunk, built.carry, &around, err));
     *out = built;
     built = (stp_built_chunk){0};
 done:
     stp_built_chunk_clear(&built);
     stp_surroundings_clear(&around);
-    free(measured);
     return status;
 }
 

@@ -3,6 +3,8 @@
 
 #include "base/memory.h"
 
+#include <stdlib.h>
+
 stp_status stp_carry_tell(const stp_chunk *chunk, stp_carry **out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -22,7 +24,8 @@ static uint8_t greater(uint8_t a, uint8_t b)
     return a > b ? a : b;
 }
 
-void stp_overhang_raise(stp_patch *patch, const stp_overhang *measured)
+/* Raises a patch's tangential errors to what was measured. */
+static void raise_patch(stp_patch *patch, const stp_overhang *measured)
 {
     uint8_t *level = patch->tangential_error;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
@@ -33,4 +36,18 @@ void stp_overhang_raise(stp_patch *patch, const stp_overhang *measured)
             level[l] = greater(level[l], *code);
         }
     }
+}
+
+stp_status stp_overhang_raise(stp_chunk *chunk, const stp_carry *carry,
+                              const stp_surroundings *around, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_overhang *measured = NULL;
+    STP_TRY(stp_alloc(&measured, chunk->patch_count, sizeof *measured, "errors", err));
+    STP_TRY(stp_overhang_measure(measured, chunk, carry, around, err));
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        raise_patch(&chunk->patches[p], &measured[p]);
+done:
+    free(measured);
+    return status;
 }

@@ -9,7 +9,9 @@
 /* The errors that an inner chunk's level-0 samples carry at most, told by its patches. Free with
  * free(). Errors: OUT_OF_MEMORY. */
 stp_status stp_carry_tell(const stp_chunk *chunk, stp_carry **out, stp_error *err);
-/* Raises a patch's tangential errors to what was measured. */
-void stp_overhang_raise(stp_patch *patch, const stp_overhang *measured);
+/* Measures a chunk as stp_overhang_measure does and raises its patches' tangential errors to what
+ * comes out. Errors: those of measuring. */
+stp_status stp_overhang_raise(stp_chunk *chunk, const stp_carry *carry,
+                              const stp_surroundings *around, stp_error *err);
 
 #endif

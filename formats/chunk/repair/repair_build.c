@@ -251,16 +251,11 @@ static stp_status measure(const stp_repair_plan *plan, uint32_t id, stp_chunk *c
                           stp_dvec3 origin, const stp_carry *carry, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_overhang *measured = NULL;
     stp_surroundings around = {0};
     const loan middle = {chunk, NULL, origin};
     STP_TRY(find_surroundings(&(seeker){plan, id, carry != NULL}, &middle, &around, err));
-    STP_TRY(stp_alloc(&measured, chunk->patch_count, sizeof *measured, "errors", err));
-    STP_TRY(stp_overhang_measure(measured, chunk, carry, &around, err));
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
-        stp_overhang_raise(&chunk->patches[p], &measured[p]);
+    STP_TRY(stp_overhang_raise(chunk, carry, &around, err));
 done:
-    free(measured);
     stp_surroundings_clear(&around);
     return status;
 }
