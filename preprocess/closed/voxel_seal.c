@@ -20,19 +20,29 @@ typedef struct set {
     bool beyond;             /* the space beyond the grid is in the set */
 } set;
 
+/* The bits of a block. If it has none, returns NULL, and every row of it is *all. */
+static inline const stp_voxel_bits *bits_of(const set *s, int x, int y, int z, uint32_t *all)
+{
+    const stp_voxel_grid *g = s->grid;
+    *all = s->beyond ? UINT32_MAX : 0u;
+    if (x < 0 || y < 0 || z < 0 || x >= g->blocks[0] || y >= g->blocks[1] || z >= g->blocks[2])
+        return NULL;
+    const size_t place = stp_voxel_place(g, x, y, z);
+    const uint32_t number = stp_voxel_number(g, place);
+    if (number != 0)
+        return &s->bits[number - 1];
+    *all = (g->reached[place] ? s->reached : s->unreached) ? UINT32_MAX : 0u;
+    return NULL;
+}
+
 /* Row y of layer z of a block. y and z may lie in the next block. */
 static uint32_t row_at(const set *s, const int at[3], int shift_x, int z, int y)
 {
-    const stp_voxel_grid *g = s->grid;
-    int x = at[0] + shift_x;
-    int by = y < 0 ? at[1] - 1 : at[1] + y / BLOCK, bz = z < 0 ? at[2] - 1 : at[2] + z / BLOCK;
-    if (x < 0 || by < 0 || bz < 0 || x >= g->blocks[0] || by >= g->blocks[1] || bz >= g->blocks[2])
-        return s->beyond ? UINT32_MAX : 0u;
-    size_t place = stp_voxel_place(g, x, by, bz);
-    uint32_t number = stp_voxel_number(g, place);
-    if (number == 0)
-        return (g->reached[place] ? s->reached : s->unreached) ? UINT32_MAX : 0u;
-    return stp_voxel_row(&s->bits[number - 1], (z + BLOCK) % BLOCK, (y + BLOCK) % BLOCK);
+    const int by = y < 0 ? at[1] - 1 : at[1] + y / BLOCK;
+    const int bz = z < 0 ? at[2] - 1 : at[2] + z / BLOCK;
+    uint32_t all = 0;
+    const stp_voxel_bits *bits = bits_of(s, at[0] + shift_x, by, bz, &all);
+    return bits ? stp_voxel_row(bits, (z + BLOCK) % BLOCK, (y + BLOCK) % BLOCK) : all;
 }
 
 /* The row with its set voxels spread by one voxel along an axis. */
@@ -54,21 +64,11 @@ typedef struct strip {
 
 static strip strip_of(const set *s, const int at[3], int axis)
 {
-    const stp_voxel_grid *g = s->grid;
     strip out = {{NULL}, {0}};
     for (int i = 0; i < 3; i++) {
         int to[3] = {at[0], at[1], at[2]};
         to[axis] += i - 1;
-        if (to[axis] < 0 || to[axis] >= g->blocks[axis]) {
-            out.all[i] = s->beyond ? UINT32_MAX : 0u;
-            continue;
-        }
-        size_t place = stp_voxel_place(g, to[0], to[1], to[2]);
-        uint32_t number = stp_voxel_number(g, place);
-        if (number != 0)
-            out.bits[i] = &s->bits[number - 1];
-        else
-            out.all[i] = (g->reached[place] ? s->reached : s->unreached) ? UINT32_MAX : 0u;
+        out.bits[i] = bits_of(s, to[0], to[1], to[2], &out.all[i]);
     }
     return out;
 }
