@@ -41,27 +41,25 @@ static void recount(const stp_cloud *cloud, stp_prep_stats *stats)
         stp_prep_count(stats, &cloud->points[i]);
 }
 
+uint32_t stp_prep_given(const stp_prep_source *source)
+{
+    uint32_t out = source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
+    out |= source->attributes & STP_POINT_HAS_INTENSITY ? STP_HAS_INTENSITY : 0u;
+    out |= source->attributes & STP_POINT_HAS_CLASS ? STP_HAS_CLASS : 0u;
+    return out;
+}
+
 static uint32_t attributes_of(const stp_prep_source *source, const stp_prep_stats *stats)
 {
-    uint32_t out = stats->outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
+    uint32_t out = stp_prep_given(source);
+    out |= stats->outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
     out |= stats->lines.strips > 0 ? STP_HAS_LINES : 0u;
     out |= stats->triangles.triangles > 0 ? STP_HAS_TRIANGLES : 0u;
     const bool fits = source->attributes & STP_POINT_HAS_NORMAL || stats->normals_wide.grown > 0 ||
                       stats->normals_seen > 0;
     out |= fits ? STP_HAS_FITS : 0u;
     out |= stats->closed_count > 0 ? STP_HAS_CLOSED : 0u;
-    out |= source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
-    out |= source->attributes & STP_POINT_HAS_INTENSITY ? STP_HAS_INTENSITY : 0u;
-    out |= source->attributes & STP_POINT_HAS_CLASS ? STP_HAS_CLASS : 0u;
     return out;
-}
-
-/* A cloud without colours is drawn in a neutral light grey. */
-static void default_colour(stp_cloud *cloud)
-{
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        for (int c = 0; c < 3; c++)
-            cloud->points[i].rgb[c] = STP_POINT_GREY;
 }
 
 /* Whether a stage is left out in this run. */
@@ -134,6 +132,12 @@ void stp_prep_choose_stations(stp_prep_job *job)
     }
 }
 
+const stp_dvec3 *stp_prep_stations(const stp_prep_job *job)
+{
+    const stp_prep_params *params = job->params;
+    return params->orient == STP_ORIENT_POSITION ? &params->orient_position : job->source->stations;
+}
+
 static stp_status write_tree(stp_prep_job *job, stp_error *err)
 {
     const stp_prep_source *source = job->source;
@@ -149,11 +153,9 @@ static stp_status write_tree(stp_prep_job *job, stp_error *err)
     stp_status status = stp_chunk_writer_create(&writer, job->path, &out, err);
     if (status != STP_OK)
         return status;
-    const stp_dvec3 *stations =
-        params->orient == STP_ORIENT_POSITION ? &params->orient_position : source->stations;
     stp_prep_facts about = {source,
                             stats,
-                            stations,
+                            stp_prep_stations(job),
                             &job->outside,
                             job->k,
                             tree->lambda,
@@ -471,6 +473,20 @@ static void decide_attributes(stp_prep_job *job)
     job->tree.numbers = (stp_point_numbers){&job->kept, job->numbers};
 }
 
+stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_prep_plan_clear(&job->plan);
+    STP_TRY(stp_prep_plan_make(&job->plan, job->path, size, job->params,
+                               stp_pool_thread_count(job->pool), err));
+    const stp_spill_params room = {.memory_bytes =
+                                       job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
+                                   .folder = job->plan.folder};
+    STP_TRY(stp_spill_create(&job->spill, &room, err));
+done:
+    return status;
+}
+
 static stp_status run(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -481,17 +497,10 @@ static stp_status run(stp_prep_job *job, stp_error *err)
                                     source->kept ? stp_attribute_list_bytes(source->kept) : 0,
                                 .grid = stats->keeps_grid,
                                 .maps = stats->makes_maps};
-    STP_TRY(stp_prep_plan_make(&job->plan, job->path, &size, job->params,
-                               stp_pool_thread_count(job->pool), err));
+    STP_TRY(stp_prep_plan_room(job, &size, err));
     if (job->params->planned)
         job->params->planned(&job->plan);
-    const stp_spill_params room = {.memory_bytes =
-                                       job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
-                                   .folder = job->plan.folder};
-    STP_TRY(stp_spill_create(&job->spill, &room, err));
     STP_TRY(stp_prep_read(job, err));
-    if (!(source->attributes & STP_POINT_HAS_COLOUR))
-        default_colour(&job->cloud);
     STP_TRY(cut_shapes(job, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_READ, err));
     if (stats->keeps_grid)

@@ -53,10 +53,17 @@ enum {
 
 /* Decides what the parameters and the source leave open, and empties the statistics. */
 void stp_prep_job_begin(stp_prep_job *job);
+/* Plans memory and temporary files for a run of that size, in place of any plan before, and creates
+ * the spill. Errors: those of stp_prep_plan_make and stp_spill_create. */
+stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_error *err);
 /* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
 stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err);
 /* Chooses the stations that normals will be turned to, if any. */
 void stp_prep_choose_stations(stp_prep_job *job);
+/* The scanner positions to be noted in the metadata: the one given, or the source's. */
+const stp_dvec3 *stp_prep_stations(const stp_prep_job *job);
+/* What the source gives of points, as STP_HAS_* of a file: colour, intensity, class. */
+uint32_t stp_prep_given(const stp_prep_source *source);
 /* How the cloud's surface is to be found, once the cloud and the plan are there. */
 stp_surface_params stp_prep_surface_params(const stp_prep_job *job);
 /* The longest side of the box of points, lines and triangles. Errors: LIMIT (coordinates too large,
@@ -66,8 +73,9 @@ stp_status stp_prep_side(double *out, const stp_prep_source *source, const stp_p
 /* Counts a stored point in the statistics. */
 void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
 /* Reads all points into the cloud, or into the grid if the job keeps it. If the scanner's position
- * is given, they all belong to station 1. Errors: those of the source, EMPTY, CORRUPT (more points
- * than the source counts), CANCELLED, OUT_OF_MEMORY, IO. */
+ * is given, they all belong to station 1. A cloud without colours gets a light grey. Errors: those
+ * of the source, EMPTY, CORRUPT (more points than the source counts), CANCELLED, OUT_OF_MEMORY, IO.
+ */
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err);
 
 #endif

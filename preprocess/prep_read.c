@@ -122,6 +122,14 @@ static bool leave_out(stp_prep_job *job, const stp_error *why, const read_mark *
     return true;
 }
 
+/* A cloud without colours is drawn in a neutral light grey. */
+static void default_colour(stp_cloud *cloud)
+{
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        for (int c = 0; c < 3; c++)
+            cloud->points[i].rgb[c] = STP_POINT_GREY;
+}
+
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -163,6 +171,8 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
     }
     if (status != STP_OK)
         goto done;
+    if (!(source->attributes & STP_POINT_HAS_COLOUR))
+        default_colour(cloud);
     stats->points_out = stats->keeps_grid ? job->grid.count : cloud->count;
     if (stats->points_out == 0 && !(source->lines && source->lines->strip_count > 0) &&
         !(source->triangles && source->triangles->triangle_count > 0))

@@ -34,6 +34,13 @@ typedef struct stp_block {
     float radius_max;
 } stp_block;
 
+/* World box of a block; origin: its chunk's. */
+static inline stp_dbox stp_block_box(const stp_block *block, stp_dvec3 origin)
+{
+    return (stp_dbox){stp_dvec3_add(origin, stp_dvec3_from_float(block->box_min)),
+                      stp_dvec3_add(origin, stp_dvec3_from_float(block->box_max))};
+}
+
 /* The number of blocks of a chunk. Errors: as stp_chunk_file_entry. */
 stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_t *out,
                                       stp_error *err);

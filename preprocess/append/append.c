@@ -128,16 +128,9 @@ static stp_status read_points(stp_append *a, stp_error *err)
     const stp_prep_source *source = job->source;
     const stp_prep_size size = {.points = source->point_count};
     double side = 0.0;
-    STP_TRY(stp_prep_plan_make(&job->plan, job->path, &size, job->params,
-                               stp_pool_thread_count(job->pool), err));
-    const stp_spill_params room = {job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
-                                   job->plan.folder};
-    STP_TRY(stp_spill_create(&job->spill, &room, err));
+    STP_TRY(stp_prep_plan_room(job, &size, err));
     STP_TRY(stp_prep_read(job, err));
     STP_TRY(stp_prep_side(&side, source, job->stats, err));
-    for (uint32_t i = 0; !(source->attributes & STP_POINT_HAS_COLOUR) && i < job->cloud.count; i++)
-        for (int c = 0; c < 3; c++)
-            job->cloud.points[i].rgb[c] = STP_POINT_GREY;
     limit_intensity(a);
     a->read_count = (uint32_t)job->stats->points_in;
     STP_TRY(

@@ -27,8 +27,9 @@ typedef struct stp_append_result {
 
 /* Adds the source's points to the model at `path`. params: as for stp_prep_run; lambda, codec,
  * format, force, outliers and layers are the model's or not used. Errors: those of stp_prep_run and
- * of opening a chunk file; UNSUPPORTED (the model is of version 1, has lines, triangles or
- * attributes, or was repaired; the source has lines or triangles); IO (the model cannot be
+ * of opening a chunk file; UNSUPPORTED (the model is of version 1 or newer than this program,
+ * has lines, triangles or attributes, or was repaired or resampled; the source has lines or
+ * triangles); IO (the model cannot be
  * written, or another run is changing it); LIMIT (a point is too far away). */
 stp_status stp_append_run(const char *path, const stp_prep_source *source,
                           const stp_prep_params *params, stp_pool *pool,

@@ -2,7 +2,6 @@
 #include "preprocess/append/append_job.h"
 
 #include "base/memory.h"
-#include "formats/chunk/block.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -27,24 +26,10 @@ typedef struct finder {
     bool *far; /* by leaf: a block is around a new point, but no disc is; NULL: not known yet */
 } finder;
 
-static bool has(const stp_dbox *box, stp_dvec3 p)
-{
-    return p.x >= box->min.x && p.x <= box->max.x && p.y >= box->min.y && p.y <= box->max.y &&
-           p.z >= box->min.z && p.z <= box->max.z;
-}
-
 /* A measure of a box, also of a flat one. */
 static double size_of(const stp_dbox *box)
 {
     return box->max.x - box->min.x + (box->max.y - box->min.y) + (box->max.z - box->min.z);
-}
-
-static double distance(const stp_dbox *box, stp_dvec3 p)
-{
-    const stp_dvec3 way = {stp_max(0.0, stp_max(box->min.x - p.x, p.x - box->max.x)),
-                           stp_max(0.0, stp_max(box->min.y - p.y, p.y - box->max.y)),
-                           stp_max(0.0, stp_max(box->min.z - p.z, p.z - box->max.z))};
-    return stp_dvec3_length(way);
 }
 
 /* The leaf of the least block around the point, or of the least box if no block is around it.
@@ -60,7 +45,7 @@ static uint32_t leaf_around(const finder *f, stp_dvec3 p)
         if (f->far && f->far[i])
             continue;
         for (uint32_t b = 0; b < blocks->count; b++) {
-            if (!has(&blocks->boxes[b], p))
+            if (!stp_dbox_meet(&blocks->boxes[b], &at))
                 continue;
             atomic_store_explicit(&f->touched[i], true, memory_order_relaxed);
             if (size_of(&blocks->boxes[b]) < least_block) {
@@ -83,9 +68,9 @@ static uint32_t leaf_beside(const finder *f, stp_dvec3 p)
     double least = INFINITY;
     for (uint32_t i = stp_chunk_boxes_next(&f->wide, &at, 0); i != STP_CHUNK_NONE;
          i = stp_chunk_boxes_next(&f->wide, &at, i + 1)) {
-        const double way = distance(&f->boxes.boxes[i], p);
-        if (way < least) {
-            least = way;
+        const double squared = stp_dbox_distance_squared(&f->boxes.boxes[i], p);
+        if (squared < least) {
+            least = squared;
             best = i;
         }
     }
@@ -122,10 +107,9 @@ static stp_status box_discs(stp_chunk_boxes *out, const stp_chunk *chunk, stp_dv
         for (uint32_t i = chunk->level_begin[0][p]; i < chunk->level_begin[0][p + 1]; i++) {
             const stp_sample *sample = &chunk->samples[0][i];
             const double r = stp_sample_radius(sample, &chunk->patches[p]);
-            const stp_dvec3 reach = {r, r, r};
             const stp_dvec3 at =
                 stp_dvec3_add(origin, stp_sample_position(sample, &chunk->patches[p]));
-            out->boxes[i] = (stp_dbox){stp_dvec3_sub(at, reach), stp_dvec3_add(at, reach)};
+            out->boxes[i] = stp_dbox_grown(&(stp_dbox){at, at}, r);
         }
     if (status == STP_OK)
         stp_chunk_boxes_join(out);
@@ -149,7 +133,7 @@ static stp_status refine_leaf(void *context, size_t leaf, unsigned worker, stp_e
     STP_TRY(box_discs(&discs, chunk, f->a->entries[id].origin, err));
     for (uint32_t i = 0; i < cloud->count && !near; i++) {
         const stp_dbox at = {cloud->points[i].position, cloud->points[i].position};
-        near = has(&f->boxes.boxes[leaf], at.min) &&
+        near = stp_dbox_meet(&f->boxes.boxes[leaf], &at) &&
                stp_chunk_boxes_next(&discs, &at, 0) != STP_CHUNK_NONE;
     }
     f->far[leaf] = !near;
@@ -192,21 +176,32 @@ done:
 
 /* ---- blocks ---- */
 
+stp_status stp_append_blocks(const stp_append *a, uint32_t leaf, stp_block **out, uint32_t *count,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t id = a->first_leaf + leaf;
+    stp_block *blocks = NULL;
+    STP_TRY(stp_chunk_file_block_count(a->file, id, count, err));
+    STP_TRY(stp_alloc(&blocks, *count, sizeof *blocks, "blocks", err));
+    STP_TRY(stp_chunk_file_blocks(a->file, id, blocks, err));
+    *out = blocks;
+    blocks = NULL;
+done:
+    free(blocks);
+    return status;
+}
+
 static stp_status load_blocks(const finder *f, uint32_t leaf, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t id = f->a->first_leaf + leaf;
-    const stp_dvec3 origin = f->a->entries[id].origin;
     leaf_blocks *out = &f->blocks[leaf];
     stp_block *blocks = NULL;
     uint32_t count = 0;
-    STP_TRY(stp_chunk_file_block_count(f->a->file, id, &count, err));
-    STP_TRY(stp_alloc(&blocks, count, sizeof *blocks, "blocks", err));
-    STP_TRY(stp_chunk_file_blocks(f->a->file, id, blocks, err));
+    STP_TRY(stp_append_blocks(f->a, leaf, &blocks, &count, err));
     STP_TRY(stp_alloc(&out->boxes, count, sizeof *out->boxes, "blocks", err));
     for (uint32_t b = 0; b < count; b++)
-        out->boxes[b] = (stp_dbox){stp_dvec3_add(origin, stp_dvec3_from_float(blocks[b].box_min)),
-                                   stp_dvec3_add(origin, stp_dvec3_from_float(blocks[b].box_max))};
+        out->boxes[b] = stp_block_box(&blocks[b], stp_append_leaf(f->a, leaf)->origin);
     out->count = count;
 done:
     free(blocks);
@@ -224,11 +219,8 @@ static stp_status begin(finder *f, stp_error *err)
     STP_TRY(stp_alloc(&f->touched, a->leaf_count, sizeof *f->touched, "chunks", err));
     for (uint32_t i = 0; i < a->leaf_count; i++) {
         const stp_dbox box = stp_chunk_entry_box(stp_append_leaf(a, i));
-        const double near = stp_dbox_side(&box) / NEAR_PARTS;
-        const stp_dvec3 margin = {near, near, near};
         f->boxes.boxes[i] = box;
-        f->wide.boxes[i] =
-            (stp_dbox){stp_dvec3_sub(box.min, margin), stp_dvec3_add(box.max, margin)};
+        f->wide.boxes[i] = stp_dbox_grown(&box, stp_dbox_side(&box) / NEAR_PARTS);
         if (stp_dbox_meet(&box, &a->job.stats->box))
             STP_TRY(load_blocks(f, i, err));
     }

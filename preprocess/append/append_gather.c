@@ -2,7 +2,6 @@
 #include "preprocess/append/append_job.h"
 
 #include "base/memory.h"
-#include "formats/chunk/block.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -15,11 +14,10 @@
 /* A leaf that is read, and where its points go. */
 typedef struct taken {
     uint32_t leaf;
-    uint32_t begin;  /* among the old points */
-    uint32_t count;  /* of points that were taken */
-    uint32_t joins;  /* of all its points: the leaf, or STP_LEAF_CONTEXT */
-    double radii;    /* sum */
-    stp_dbox region; /* of a touched leaf: where points around it matter */
+    uint32_t begin; /* among the old points */
+    uint32_t count; /* of points that were taken */
+    uint32_t joins; /* of all its points: the leaf, or STP_LEAF_CONTEXT */
+    double radii;   /* sum */
 } taken;
 
 typedef struct gatherer {
@@ -31,12 +29,6 @@ typedef struct gatherer {
     stp_chunk_boxes regions;   /* of touched leaves */
     stp_chunk_boxes new_boxes; /* not joined; by leaf: of the new points that join it */
 } gatherer;
-
-static stp_dbox grown(const stp_dbox *box, double by)
-{
-    const stp_dvec3 margin = {by, by, by};
-    return (stp_dbox){stp_dvec3_sub(box->min, margin), stp_dvec3_add(box->max, margin)};
-}
 
 /* ---- reading ---- */
 
@@ -114,17 +106,12 @@ static stp_status read_around(void *context, size_t index, unsigned worker, stp_
     stp_status status = STP_OK;
     const gatherer *g = context;
     taken *t = &g->around[index];
-    const uint32_t id = g->a->first_leaf + t->leaf;
-    const stp_dvec3 origin = g->a->entries[id].origin;
     stp_block *blocks = NULL;
     uint32_t count = 0;
     (void)worker;
-    STP_TRY(stp_chunk_file_block_count(g->a->file, id, &count, err));
-    STP_TRY(stp_alloc(&blocks, count, sizeof *blocks, "blocks", err));
-    STP_TRY(stp_chunk_file_blocks(g->a->file, id, blocks, err));
+    STP_TRY(stp_append_blocks(g->a, t->leaf, &blocks, &count, err));
     for (uint32_t b = 0; b < count; b++) {
-        const stp_dbox box = {stp_dvec3_add(origin, stp_dvec3_from_float(blocks[b].box_min)),
-                              stp_dvec3_add(origin, stp_dvec3_from_float(blocks[b].box_max))};
+        const stp_dbox box = stp_block_box(&blocks[b], stp_append_leaf(g->a, t->leaf)->origin);
         if (stp_chunk_boxes_next(&g->regions, &box, 0) != STP_CHUNK_NONE)
             STP_TRY(read_block(g, t, &blocks[b], err));
     }
@@ -157,7 +144,7 @@ static stp_status list_leaves(gatherer *g, uint64_t *count, stp_error *err)
         if (!a->touched[i])
             continue;
         const stp_dbox box = box_of(g, i);
-        near.boxes[i] = grown(&box, stp_dbox_side(&box) / REACH_PARTS);
+        near.boxes[i] = stp_dbox_grown(&box, stp_dbox_side(&box) / REACH_PARTS);
         g->touched[g->touched_count++] = (taken){.leaf = i, .begin = (uint32_t)*count, .joins = i};
         *count += stp_append_leaf(a, i)->sample_count[0];
     }
@@ -197,7 +184,7 @@ static stp_status place_regions(gatherer *g, stp_error *err)
         const stp_dbox box = box_of(g, t->leaf);
         const double spacing = t->radii / (g->a->job.tree.lambda * (double)t->count);
         g->regions.boxes[i] =
-            grown(&box, fmin(REACH_SPACINGS * spacing, stp_dbox_side(&box) / REACH_PARTS));
+            stp_dbox_grown(&box, fmin(REACH_SPACINGS * spacing, stp_dbox_side(&box) / REACH_PARTS));
     }
     stp_chunk_boxes_join(&g->regions);
 done:
@@ -231,8 +218,6 @@ static void close_gaps(gatherer *g)
             a->old[at] = a->old[t->begin + j];
             a->leaf_of[to->source] = t->joins;
         }
-        if (i + 1 == g->touched_count)
-            a->old_count = at;
     }
     g->cloud->count = g->first + at;
 }
@@ -251,14 +236,9 @@ static stp_status make_room(gatherer *g, stp_cloud *cloud, uint64_t old_count, s
                              "%s: more than %u points are new or near new ones: append them in "
                              "several runs",
                              job->path, UINT32_MAX - 1);
-    stp_prep_plan_clear(&job->plan);
-    STP_TRY(stp_prep_plan_make(&job->plan, job->path, &size, job->params,
-                               stp_pool_thread_count(job->pool), err));
-    const stp_spill_params room = {job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
-                                   job->plan.folder};
     a->read_spill = job->spill;
     job->spill = NULL;
-    STP_TRY(stp_spill_create(&job->spill, &room, err));
+    STP_TRY(stp_prep_plan_room(job, &size, err));
     STP_TRY(stp_cloud_create(cloud, (uint32_t)(job->cloud.count + old_count), job->spill, err));
     STP_TRY(stp_spill_alloc(job->spill, &a->old, (size_t)old_count, sizeof *a->old, "points", err));
     STP_TRY(stp_spill_alloc(job->spill, &leaf_of, (size_t)all, sizeof *leaf_of, "points", err));

@@ -3,6 +3,7 @@
 #define STP_PREPROCESS_APPEND_APPEND_JOB_H
 
 #include "base/file.h"
+#include "formats/chunk/block.h"
 #include "formats/chunk/measure/chunk_boxes.h"
 #include "preprocess/append/append.h"
 #include "preprocess/patch/item.h"
@@ -30,7 +31,7 @@ typedef struct stp_append {
     uint32_t first_leaf, leaf_count; /* the leaves are the chunks from first_leaf on */
     bool *touched;                   /* by leaf */
     /* Sources below read_count are new points; then old points, then context. */
-    uint32_t read_count, old_count;
+    uint32_t read_count;
     uint32_t *leaf_of;  /* by source, in the spill: the leaf that the point joins, or STP_LEAF_* */
     stp_old_point *old; /* by source - read_count, in the spill */
     stp_spill *read_spill; /* of the new points as they were read; NULL when they are copied */
@@ -42,6 +43,9 @@ static inline const stp_chunk_entry *stp_append_leaf(const stp_append *a, uint32
     return &a->entries[a->first_leaf + leaf];
 }
 
+/* The blocks of a leaf. Free with free(). Errors: as stp_chunk_file_blocks, OUT_OF_MEMORY. */
+stp_status stp_append_blocks(const stp_append *a, uint32_t leaf, stp_block **out, uint32_t *count,
+                             stp_error *err);
 /* Finds which leaf each new point joins, and which leaves the new points touch: those that have a
  * disc near one of them. The only leaf of a model is always touched. Errors: OUT_OF_MEMORY, IO,
  * CORRUPT. */

@@ -112,14 +112,10 @@ static void settle(cJSON *model, const cJSON *more, const stp_append *a)
 
 char *stp_append_metadata(const stp_append *a, const stp_tree_stats *tree)
 {
-    const stp_prep_params *params = a->job.params;
-    const stp_prep_source *source = a->job.source;
     const stp_outside none = {0};
-    stp_prep_facts facts = {.source = source,
+    stp_prep_facts facts = {.source = a->job.source,
                             .stats = a->job.stats,
-                            .stations = params->orient == STP_ORIENT_POSITION
-                                            ? &params->orient_position
-                                            : source->stations,
+                            .stations = stp_prep_stations(&a->job),
                             .outside = &none,
                             .k = a->job.k,
                             .lambda = a->job.tree.lambda};

@@ -2,10 +2,8 @@
 #include "preprocess/append/append_tree.h"
 
 #include "base/memory.h"
-#include "preprocess/patch/world_lattice.h"
 #include "preprocess/tree/cell_cut.h"
 
-#include <limits.h>
 #include <stdlib.h>
 
 /* Chunks of the file that are kept decoded for those beside them. */
@@ -40,11 +38,10 @@ done:
 }
 
 /* Counts what is written of a new chunk. */
-static void count_new(const stp_append *a, const stp_growth *g, const stp_grown_node *node,
-                      stp_dbox *box)
+static void count_new(const stp_growth *g, const stp_grown_node *node, stp_dbox *box)
 {
-    stp_tree_stats *stats = &a->job.stats->tree;
-    a->result->new_chunks++;
+    stp_tree_stats *stats = &g->a->job.stats->tree;
+    g->a->result->new_chunks++;
     stats->patch_count += node->entry.patch_count;
     if (!g->tier.leaves)
         return;
@@ -53,19 +50,19 @@ static void count_new(const stp_append *a, const stp_growth *g, const stp_grown_
         stp_displacement_join(&stats->displacement, &node->built.displacement);
 }
 
-static stp_status write_tier(const stp_append *a, const stp_growth *g, stp_chunk_writer *writer,
-                             handles *h, stp_dbox *box, stp_error *err)
+static stp_status write_tier(const stp_growth *g, stp_chunk_writer *writer, handles *h,
+                             stp_dbox *box, stp_error *err)
 {
     stp_status status = STP_OK;
     for (uint32_t i = 0; i < g->tier.count; i++) {
         stp_grown_node *node = &g->tier.nodes[i];
         if (node->kept) {
             STP_TRY(stp_chunk_writer_keep(writer, node->old, &node->handle, err));
-            a->result->kept_chunks++;
+            g->a->result->kept_chunks++;
         } else {
             STP_TRY(
                 stp_chunk_writer_append(writer, node->payload, &node->entry, &node->handle, err));
-            count_new(a, g, node, box);
+            count_new(g, node, box);
             free(node->payload);
             node->payload = NULL;
         }
@@ -77,32 +74,13 @@ done:
 
 static stp_status make_writer(stp_append *a, stp_chunk_writer **out, stp_error *err)
 {
-    const stp_prep_source *source = a->job.source;
-    uint32_t attributes = a->info->attributes;
-    attributes |= source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
-    attributes |= source->attributes & STP_POINT_HAS_INTENSITY ? STP_HAS_INTENSITY : 0u;
-    attributes |= source->attributes & STP_POINT_HAS_CLASS ? STP_HAS_CLASS : 0u;
+    const uint32_t given = stp_prep_given(a->job.source);
     const stp_chunk_writer_params params = {.codec = a->job.tree.codec,
-                                            .attributes = attributes | STP_HAS_FITS,
+                                            .attributes =
+                                                a->info->attributes | given | STP_HAS_FITS,
                                             .orientation = a->job.stats->orientation,
                                             .lambda = a->job.tree.lambda};
     return stp_chunk_writer_extend(out, &a->output, a->file, &params, err);
-}
-
-static stp_point_item_params item_params(const stp_append *a)
-{
-    const stp_tree_params *tree = &a->job.tree;
-    stp_dbox box = a->info->box;
-    stp_dbox_join(&box, &a->job.stats->box);
-    const double side = stp_dbox_side(&box);
-    return (stp_point_item_params){.lambda = tree->lambda,
-                                   .resolution = tree->resolution,
-                                   .intensity_max = tree->intensity_max,
-                                   .normal_bits = tree->normal_bits,
-                                   .given_bits = tree->given_bits,
-                                   .vertex_least = side > 0.0 && isfinite(side)
-                                                       ? stp_floor_log2(side) - STP_MODEL_OCTAVES
-                                                       : INT_MIN / 2};
 }
 
 /* Cuts cells that are too wide for a chunk, and notes which leaf each one joins. */
@@ -118,14 +96,14 @@ done:
     return status;
 }
 
-static stp_status write_tiers(stp_append *a, stp_growth *g, stp_chunk_writer *writer, handles *h,
-                              stp_dbox *box, stp_error *err)
+static stp_status write_tiers(stp_growth *g, stp_chunk_writer *writer, handles *h, stp_dbox *box,
+                              stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(stp_growth_leaves(g, err));
     for (;;) {
         STP_TRY(stp_growth_build(g, err));
-        STP_TRY(write_tier(a, g, writer, h, box, err));
+        STP_TRY(write_tier(g, writer, h, box, err));
         if (stp_growth_is_root(g))
             break;
         STP_TRY(stp_growth_rise(g, err));
@@ -140,14 +118,15 @@ stp_status stp_append_write(stp_append *a, stp_error *err)
     stp_growth g = {.a = a};
     stp_chunk_writer *writer = NULL;
     stp_tree_stats *stats = &a->job.stats->tree;
-    stp_dbox box = a->info->box;
+    stp_dbox box = a->info->box, all = box;
     handles h = {0};
     char *json = NULL;
-    g.items = item_params(a);
+    stp_dbox_join(&all, &a->job.stats->box);
+    g.items = stp_tree_item_params(&a->job.tree, &all);
     STP_TRY(finish_cells(a, &g.items, err));
     STP_TRY(stp_shelf_create(&g.shelf, a->file, SHELF_ROOM, err));
     STP_TRY(make_writer(a, &writer, err));
-    STP_TRY(write_tiers(a, &g, writer, &h, &box, err));
+    STP_TRY(write_tiers(&g, writer, &h, &box, err));
     stats->chunk_count = h.count;
     a->result->points_after = g.tier.nodes[0].points_under;
     json = stp_append_metadata(a, stats);

@@ -50,10 +50,9 @@ stp_status stp_places_around(const stp_cloud *cloud, const uint32_t *places, uin
                 .box = stp_dbox_empty(),
                 .status = STP_OK,
                 .err = err};
-    const stp_dvec3 far = {reach, reach, reach};
     for (uint32_t i = 0; i < count; i++)
         stp_dbox_add(&s.box, cloud->points[places[i]].position);
-    s.box = (stp_dbox){stp_dvec3_sub(s.box.min, far), stp_dvec3_add(s.box.max, far)};
+    s.box = stp_dbox_grown(&s.box, reach);
     stp_box_tree_walk(cloud, reaches, visit, &s);
     if (s.status != STP_OK) {
         free(s.found);

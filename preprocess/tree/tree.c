@@ -364,11 +364,9 @@ done:
     return status;
 }
 
-/* A chunk of any tier is at most as wide as the model, which gives vertex_least. */
-static stp_point_item_params item_params(const stp_cloud *cloud, const stp_tree_params *params)
+stp_point_item_params stp_tree_item_params(const stp_tree_params *params, const stp_dbox *box)
 {
-    const stp_dbox box = stp_leaf_sources_box(cloud, &params->sources);
-    const double side = stp_dbox_side(&box);
+    const double side = stp_dbox_side(box);
     return (stp_point_item_params){.lambda = params->lambda,
                                    .resolution = params->resolution,
                                    .intensity_max = params->intensity_max,
@@ -388,6 +386,7 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     uint32_t root = 0;
     tree *t = NULL;
     char *json = NULL;
+    const stp_dbox box = stp_leaf_sources_box(cloud, &params->sources);
     STP_TRY(stp_alloc(&t, 1, sizeof *t, "tree", err));
     t->writer = *writer;
     t->cloud = cloud;
@@ -395,7 +394,7 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     t->pool = pool;
     t->progress = progress;
     t->box = stp_dbox_empty();
-    t->items = item_params(cloud, params);
+    t->items = stp_tree_item_params(params, &box);
     STP_TRY(stp_cells_cut(cloud, &t->items, pool, err));
     STP_TRY(stp_leaf_order(cloud, &params->sources, &t->leaves, &t->leaf_count, err));
     t->progress_total = 2 * (uint64_t)t->leaf_count;

@@ -8,6 +8,7 @@
 #include "formats/chunk/chunk_file.h"
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/patch/displacement.h"
+#include "preprocess/patch/point_item.h"
 #include "preprocess/tree/leaf_order.h"
 
 /* The attributes of the inputs' points that a model keeps. */
@@ -36,6 +37,10 @@ typedef struct stp_tree_stats {
 /* Makes the file's metadata when all chunks are written. Returns NULL if out of memory. Free with
  * free(). `stats` lacks file_bytes. */
 typedef char *stp_metadata_maker(void *context, const stp_tree_stats *stats);
+
+/* How points become items of leaves. box: the model's. A chunk of any tier is at most as wide as
+ * the box, which gives vertex_least. */
+stp_point_item_params stp_tree_item_params(const stp_tree_params *params, const stp_dbox *box);
 
 /* Builds all chunks, appends them to the writer and finishes it (*writer becomes NULL in any case).
  * Uses up the cloud: its points may be lost. The cloud may be empty if there are other

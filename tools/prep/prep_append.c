@@ -55,10 +55,12 @@ void prep_append_print(const stp_append_result *r, const stp_prep_stats *stats,
         fprintf(stderr, ", of which %" PRIu32 " only changed their errors", r->raised_chunks);
     fprintf(stderr, "\n");
     if (r->unused_bytes > 0)
-        fprintf(stderr, "%" PRIu64 " bytes of it are unused: stipple convert leaves them out\n",
+        fprintf(stderr,
+                "%" PRIu64 " bytes of the file are unused: stipple convert leaves them out\n",
                 r->unused_bytes);
     if (r->closed_lost)
-        fprintf(stderr, "it was proven closed, and is drawn with its backs now: only prep of all "
-                        "inputs at once proves it again\n");
+        fprintf(stderr,
+                "the model was proven closed, and is drawn with its backs now: only prep of "
+                "all inputs at once proves it again\n");
     prep_report_stages(stats);
 }
