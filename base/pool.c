@@ -4,6 +4,7 @@
 #include "base/memory.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -22,13 +23,16 @@ struct stp_pool {
     unsigned started_count;
     worker *workers;
 
+    /* Many short tasks would queue for a lock, so indices are taken without one. */
+    atomic_size_t next;
+    atomic_bool failed;
+
     pthread_mutex_t mutex; /* guards everything below; the only lock of the pool */
     pthread_cond_t work_ready;
     pthread_cond_t work_done;
     stp_pool_task *task;
     void *context;
     size_t count;
-    size_t next;
     unsigned busy_count;
     uint64_t generation; /* grows with each run, so that workers see a new one */
     bool stopping;
@@ -37,23 +41,34 @@ struct stp_pool {
     stp_error error;
 };
 
+/* Keeps the failure of the lowest index. */
+static void fail(stp_pool *pool, size_t index, stp_status status, const stp_error *error)
+{
+    pthread_mutex_lock(&pool->mutex);
+    if (pool->status == STP_OK || index < pool->failed_index) {
+        pool->status = status;
+        pool->failed_index = index;
+        pool->error = *error;
+    }
+    pthread_mutex_unlock(&pool->mutex);
+    atomic_store(&pool->failed, true);
+}
+
 /* Takes indices until none is left. The mutex is held on entry and on return. */
 static void work(stp_pool *pool, unsigned number)
 {
-    while (pool->next < pool->count && pool->status == STP_OK) {
-        size_t index = pool->next++;
-        stp_pool_task *task = pool->task;
-        void *context = pool->context;
+    stp_pool_task *task = pool->task;
+    void *context = pool->context;
+    const size_t count = pool->count;
+    pthread_mutex_unlock(&pool->mutex);
+    for (size_t index; !atomic_load(&pool->failed) && count > 0 &&
+                       (index = atomic_fetch_add(&pool->next, 1)) < count;) {
         stp_error error = {0};
-        pthread_mutex_unlock(&pool->mutex);
         stp_status status = task(context, index, number, &error);
-        pthread_mutex_lock(&pool->mutex);
-        if (status != STP_OK && (pool->status == STP_OK || index < pool->failed_index)) {
-            pool->status = status;
-            pool->failed_index = index;
-            pool->error = error;
-        }
+        if (status != STP_OK)
+            fail(pool, index, status, &error);
     }
+    pthread_mutex_lock(&pool->mutex);
 }
 
 static void *worker_main(void *argument)
@@ -143,6 +158,17 @@ unsigned stp_pool_thread_count(const stp_pool *pool)
     return pool->thread_count;
 }
 
+/* Wakes no more workers than there are tasks beside the caller's first. */
+static void wake(stp_pool *pool, size_t count)
+{
+    if (count > pool->started_count) {
+        pthread_cond_broadcast(&pool->work_ready);
+        return;
+    }
+    for (size_t i = 1; i < count; i++)
+        pthread_cond_signal(&pool->work_ready);
+}
+
 stp_status stp_pool_run(stp_pool *pool, size_t count, stp_pool_task *task, void *context,
                         stp_error *err)
 {
@@ -150,14 +176,15 @@ stp_status stp_pool_run(stp_pool *pool, size_t count, stp_pool_task *task, void 
     pool->task = task;
     pool->context = context;
     pool->count = count;
-    pool->next = 0;
+    atomic_store(&pool->next, 0);
+    atomic_store(&pool->failed, false);
     pool->status = STP_OK;
     pool->generation++;
-    pthread_cond_broadcast(&pool->work_ready);
+    wake(pool, count);
     work(pool, 0);
     while (pool->busy_count > 0)
         pthread_cond_wait(&pool->work_done, &pool->mutex);
-    /* A worker that wakes only now finds next >= count and does nothing. */
+    /* A worker that wakes only now finds no task left and does nothing. */
     pool->count = 0;
     stp_status status = pool->status;
     if (status != STP_OK && err)
