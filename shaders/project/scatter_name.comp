@@ -50,6 +50,7 @@ void main()
 {
     stp_frame_hold();
     bool counts = counting, met = false;
+    uint not_drawn = 0u;
     uint unnamed = first_pass ? STP_NO_SAMPLE : RAISED, end = stp_end_place();
     for (uint place = stp_first_place(); place < end; place += STP_PLACE_STEP) {
         stp_projected s;
@@ -58,9 +59,10 @@ void main()
         if (is_nearest(place, s, pixel, dropped) &&
             imageAtomicCompSwap(nearest_sample, pixel, unnamed, s.index) < RAISED)
             met = true;
-        if (counts && dropped)
-            stp_count_dropped();
+        not_drawn += uint(dropped);
     }
+    if (counts && not_drawn > 0u)
+        stp_count_dropped(not_drawn);
     for (uint place = met ? stp_first_place() : end; place < end; place += STP_PLACE_STEP) {
         stp_projected s;
         ivec2 pixel;

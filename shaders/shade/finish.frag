@@ -21,7 +21,7 @@ layout(location = 2) out uint mark;
 void main()
 {
     stp_pixel p = stp_finish(ivec2(gl_FragCoord.xy));
-    picture = stp_shade(p, gl_FragCoord.xy);
+    picture = stp_shade_rounded(p, gl_FragCoord.xy);
     depth = p.z_min;
 #if STP_FADE
     mark = uint(stp_tag_mark(p.tag));

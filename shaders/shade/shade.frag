@@ -18,7 +18,7 @@ void main()
 {
     ivec2 here = ivec2(gl_FragCoord.xy);
     stp_pixel p = stp_pixel_fine(here);
-    picture = stp_shade(p, gl_FragCoord.xy);
+    picture = stp_shade_rounded(p, gl_FragCoord.xy);
     depth = p.z_min;
 #if STP_FADE
     mark = uint(stp_tag_mark(p.tag));

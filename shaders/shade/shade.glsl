@@ -78,3 +78,9 @@ vec4 stp_shade(stp_pixel p, vec2 window)
 #endif
     return p.tag != 0 ? vec4(clamp(c, 0.0, 1.0), 1.0) : vec4(0.0);
 }
+
+// The same as it is stored, rounded here: GPUs round what is drawn in other ways than shaders do.
+vec4 stp_shade_rounded(stp_pixel p, vec2 window)
+{
+    return unpackUnorm4x8(packUnorm4x8(stp_shade(p, window)));
+}

@@ -54,7 +54,7 @@ bool stp_find(uint place, out stp_projected s)
 }
 
 // No road checks listed samples one by one (runtime/draw/runs.h).
-void stp_count_dropped()
+void stp_count_dropped(uint count)
 {
 }
 #else
@@ -76,9 +76,9 @@ bool stp_find(uint place, out stp_projected s)
     return lane <= run.x >> 29;
 }
 
-// Counts a dropped sample of the runs.
-void stp_count_dropped()
+// Counts dropped samples of the runs.
+void stp_count_dropped(uint count)
 {
-    atomicAdd(dropped[gl_WorkGroupID.x % STP_DROP_COUNTERS * STP_DROP_STRIDE], 1u);
+    atomicAdd(dropped[gl_WorkGroupID.x % STP_DROP_COUNTERS * STP_DROP_STRIDE], count);
 }
 #endif
