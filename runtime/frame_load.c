@@ -106,6 +106,7 @@ static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut
         .source = {view, now ? available_now : available_soon, now ? needed_now : NULL,
                    resident_now, d->params->stream && r->moves ? was_drawn : NULL},
         .hidden_models = d->params->hidden_models,
+        .pool = r->pool,
     };
     return stp_cut_select(cut, &params, err);
 }

@@ -1,10 +1,13 @@
 /* Decides whether backs are hidden from this eye. */
 #include "runtime/cut/culling.h"
 
+#include "runtime/cut/level_choice.h"
 #include "runtime/cut/model.h"
 #include "runtime/draw/filter.h"
 
 #include <math.h>
+#include <stddef.h>
+#include <string.h>
 
 static double depth_of(const stp_view *view, stp_dvec3 position)
 {
@@ -90,4 +93,27 @@ void stp_culling_place(stp_gpu_frame *frame, const stp_draw_params *params, cons
         frame->modes[1] |= STP_BACKS_DRAWN;
         frame->modes[3] = 0;
     }
+}
+
+const stp_gpu_frame *stp_culling_narrow(stp_gpu_frame *room, const stp_gpu_frame *frame,
+                                        const stp_scene *scene, uint32_t block, stp_dvec3 eye,
+                                        uint32_t set[STP_OPENING_WORDS])
+{
+    const stp_ball ball =
+        stp_block_ball(&scene->blocks[block], stp_scene_entry(scene, block)->origin, eye);
+    const float centre[3] = {(float)ball.centre.x, (float)ball.centre.y, (float)ball.centre.z};
+    const float radius = (float)ball.radius * 1.001f; /* more than rounding takes */
+    if (set != NULL)
+        memset(set, 0, STP_OPENING_WORDS * sizeof *set);
+    if (frame->modes[3] == 0)
+        return frame;
+    memcpy(room, frame, offsetof(stp_gpu_frame, openings));
+    room->modes[3] = 0;
+    for (int i = 0; i < frame->modes[3]; i++)
+        if (stp_opening_shows(frame, i, centre, radius)) {
+            if (set != NULL)
+                set[i / 32] |= UINT32_C(1) << i % 32;
+            memcpy(room->openings[room->modes[3]++], frame->openings[i], sizeof *room->openings);
+        }
+    return room;
 }

@@ -1,88 +1,19 @@
-/* Selects the cut: descends to a block while its coarsest level (its parent's samples) is too
- * coarse. */
+/* Selects the cut, tier by tier of the tree: descends to a block while its coarsest level (its
+ * parent's samples) is too coarse. */
 #include "runtime/cut/cut.h"
 
 #include "base/memory.h"
-#include "runtime/cut/level_rule.h"
-#include "runtime/cut/need.h"
+#include "runtime/cut/cut_ask.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static stp_rule_bound block_bound(const stp_block *b, stp_dvec3 origin, stp_dvec3 eye)
-{
-    stp_ball ball = stp_block_ball(b, origin, eye);
-    return (stp_rule_bound){
-        .centre = {(float)ball.centre.x, (float)ball.centre.y, (float)ball.centre.z},
-        .radius = (float)ball.radius,
-        .cone_axis = {b->cone_axis.x, b->cone_axis.y, b->cone_axis.z},
-        .cone_cos = b->cone_angle >= 3.14159f ? -1.0f : cosf(b->cone_angle),
-        .two_sided = (b->flags & STP_PATCH_TWO_SIDED) != 0,
-        .closed = (b->flags & STP_CHUNK_CLOSED) != 0,
-    };
-}
-
-/* The greatest error of a level, pixels; infinite if nothing bounds the projection. */
-static float level_error(const stp_rule_sight *sight, const stp_block *b, int level)
-{
-    if (sight->scale < 0.0f)
-        return INFINITY;
-    return stp_rule_error(sight->scale, sight->sin_alpha, b->error[level],
-                          b->tangential_error[level]);
-}
-
-/* Whether a level is fine enough for every patch of the block. */
-static bool level_does(const stp_gpu_frame *frame, const stp_rule_sight *sight, const stp_block *b,
-                       int level, float threshold, float cap)
-{
-    return threshold > 0.0f && sight->scale >= 0.0f &&
-           stp_rule_fits(level_error(sight, b, level), sight->scale * b->radius_max,
-                         b->colour_error[level] / 255.0f, sight->error_weight, frame->terms[0],
-                         threshold, cap);
-}
-
-/* A block is wanted if its coarsest level is too coarse: its parent shows no more of it. */
-static bool is_wanted(const stp_gpu_frame *frame, const stp_rule_sight *sight, const stp_block *b,
-                      bool was_drawn)
-{
-    float share = was_drawn ? STP_CUT_HYSTERESIS : 1.0f;
-    return !level_does(frame, sight, b, STP_LEVEL_COUNT - 1, frame->quality[0] * share,
-                       frame->quality[1] * share);
-}
-
-/* The finest level that any patch of the block can ask for. */
-static int finest_needed(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                         const stp_block *b)
-{
-    for (int level = STP_LEVEL_COUNT - 2; level > 0; level--)
-        if (level_does(frame, sight, b, level, frame->quality[0], frame->quality[1]))
-            return level;
-    return 0;
-}
-
-/* An error beyond this gains no more: the picture does not get worse. */
-#define GAIN_ERROR_MOST_PX 256.0f
-/* So that even a single point gains something. */
-#define GAIN_LEAST 1e-30f
-
-/* The improvement per byte read, as stp_miss.gain. bound: in sight, relative to the eye. */
-static float gain_of(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                     const stp_rule_bound *bound, const stp_block *b, int finest)
-{
-    float screen = frame->viewport[0] * frame->viewport[1];
-    float error = fminf(level_error(sight, b, STP_LEVEL_COUNT - 1), GAIN_ERROR_MOST_PX);
-    float reach = bound->radius * sight->scale;
-    float area = sight->scale < 0.0f ? screen : fminf(3.14159265f * reach * reach, screen);
-    float gain = area * fmaxf(error, 1.0f) / (1.0f + (float)stp_block_payload_bytes(b, finest));
-    return fmaxf(gain, GAIN_LEAST);
-}
 
 /* A chunk with a block that is drawn or missing. complete: all blocks in sight of this chunk and of
  * those above are drawn. */
 typedef struct stp_cut_visit {
     uint32_t chunk;
     bool complete;
-    bool exact; /* its patches said which blocks below they need (ask_patches) */
+    bool exact; /* its patches said which blocks below they need */
 } stp_cut_visit;
 
 static stp_status add_miss(stp_cut *cut, stp_miss miss, stp_error *err)
@@ -103,12 +34,14 @@ static stp_status add_draw(stp_cut *cut, stp_draw draw, stp_error *err)
     return status;
 }
 
-static stp_status push(stp_cut *cut, size_t *count, stp_cut_visit visit, stp_error *err)
+/* Adds a chunk to the next tier. */
+static stp_status push(stp_cut *cut, stp_cut_visit visit, stp_error *err)
 {
-    stp_status status = stp_grow(&cut->stack, &cut->stack_capacity, *count + 1, sizeof *cut->stack,
-                                 "a stack of chunks", err);
+    stp_cut_tier *next = &cut->tiers[1];
+    stp_status status = stp_grow(&next->visits, &next->capacity, next->count + 1,
+                                 sizeof *next->visits, "a list of chunks", err);
     if (status == STP_OK)
-        cut->stack[(*count)++] = visit;
+        next->visits[next->count++] = visit;
     return status;
 }
 
@@ -127,6 +60,7 @@ static stp_status forget(stp_cut *cut, uint32_t block_count, stp_error *err)
     for (size_t i = 0; i < cut->touched_count; i++)
         cut->blocks[cut->touched[i]] = (stp_cut_block){0};
     cut->draw_count = cut->miss_count = cut->passed_count = 0;
+    cut->tiers[1].count = 0;
     cut->link_count = cut->touched_count = 0;
     STP_TRY(stp_grow(&cut->blocks, &cut->block_capacity, block_count, sizeof *cut->blocks,
                      "a list of blocks", err));
@@ -142,6 +76,8 @@ static stp_status forget(stp_cut *cut, uint32_t block_count, stp_error *err)
         memset(cut->asked, 0, cut->asked_capacity * sizeof *cut->asked);
         cut->serial = 1;
     }
+    STP_TRY(stp_grow(&cut->answers, &cut->answer_capacity, block_count, sizeof *cut->answers,
+                     "a list of blocks", err));
     STP_TRY(stp_grow(&cut->touched, &cut->touched_capacity, block_count, sizeof *cut->touched,
                      "a list of blocks", err));
 done:
@@ -150,125 +86,26 @@ done:
 
 /* ---- descending ---- */
 
-/* The part of a relative error that floats may add to a box. */
-#define BOX_TOLERANCE 1e-6
-
-/* Whether the boxes of two blocks touch. A block above another holds all that it stands for. */
-static bool touches(const stp_scene *scene, uint32_t a, uint32_t b)
-{
-    stp_dvec3 origin[2] = {stp_scene_entry(scene, a)->origin, stp_scene_entry(scene, b)->origin};
-    stp_dvec3 way = stp_dvec3_sub(origin[1], origin[0]);
-    const stp_block *x = &scene->blocks[a], *y = &scene->blocks[b];
-    for (int i = 0; i < 3; i++) {
-        double step = i == 0 ? way.x : i == 1 ? way.y : way.z;
-        double low = (double)y->box_min.raw[i] + step, high = (double)y->box_max.raw[i] + step;
-        double slack = BOX_TOLERANCE * (fabs(low) + fabs(high) + fabs((double)x->box_min.raw[i]) +
-                                        fabs((double)x->box_max.raw[i]));
-        if (low > (double)x->box_max.raw[i] + slack || high < (double)x->box_min.raw[i] - slack)
-            return false;
-    }
-    return true;
-}
-
-/* What the blocks above a block say: whether any is wanted, the least of their limits, and whether
- * any is drawn. Which patches refer to a block is known only once the blocks above are there; until
- * then, whichever touch it may. */
-static bool ask_above(const stp_cut *cut, const stp_scene *scene, uint32_t parent, uint32_t block,
-                      float *limit, bool *drawn)
-{
-    bool wanted = false;
-    stp_scene_run run = stp_scene_blocks(scene, parent);
-    *limit = INFINITY;
-    *drawn = false;
-    for (uint32_t a = run.begin; a < run.end; a++) {
-        float at = cut->blocks[a].limit;
-        if (at <= 0.0f || (run.end - run.begin > 1 && !touches(scene, a, block)))
-            continue;
-        wanted = true;
-        *limit = fminf(*limit, at);
-        *drawn |= at == INFINITY;
-    }
-    return wanted;
-}
-
-static void refer(void *context, uint32_t below, bool coarse)
-{
-    stp_cut *cut = context;
-    cut->seen[below] = cut->serial;
-    if (coarse)
-        cut->asked[below] = cut->serial;
-}
-
-/* Lets the patches of a chunk's wanted blocks say which blocks below they need. False if they
- * cannot: some block is not resident, or patches name no blocks. */
-static bool ask_patches(stp_cut *cut, const stp_cut_params *params, uint32_t chunk)
-{
-    const stp_scene *scene = params->scene;
-    const stp_scene_run run = stp_scene_blocks(scene, chunk);
-    if (params->source.resident == NULL || !(scene->entries[chunk].flags & STP_CHUNK_LINKED))
-        return false;
-    for (uint32_t b = run.begin; b < run.end; b++) {
-        if (cut->blocks[b].limit <= 0.0f)
-            continue;
-        const stp_resident *resident = params->source.resident(params->source.context, b);
-        if (resident == NULL && params->source.needed == NULL)
-            return false;
-        if (resident != NULL)
-            stp_block_refer(scene, params->frame, params->eye, resident, refer, cut);
-    }
-    return true;
-}
-
-static bool was_drawn(const stp_cut_params *params, stp_scene_run run)
-{
-    const stp_cut_source *source = &params->source;
-    bool drawn = false;
-    for (uint32_t b = run.begin; source->was_drawn != NULL && !drawn && b < run.end; b++)
-        drawn = source->was_drawn(source->context, b);
-    return drawn;
-}
-
-/* Decides about a block of a child of a chunk. together: all blocks of the child are wanted. */
-static stp_status visit_block(stp_cut *cut, const stp_cut_params *params, stp_cut_visit parent,
-                              uint32_t id, bool together, stp_error *err)
+/* Decides about a block by the answer. complete: of the parent's visit. */
+static stp_status take_answer(stp_cut *cut, const stp_cut_params *params, bool complete,
+                              uint32_t id, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_block *b = &params->scene->blocks[id];
-    stp_rule_bound bound = block_bound(b, params->scene->entries[b->chunk].origin, params->eye);
-    float eye[3], limit, gain = INFINITY;
-    bool drawn;
-    const bool exact = parent.exact && !together;
-    if (!stp_rule_visible(params->frame, &bound, eye) || (exact && cut->seen[id] != cut->serial)) {
-        decide(cut, id, STP_CUT_HIDDEN, 0.0f);
+    const stp_cut_answer a = cut->answers[id];
+    if (a.kind != STP_ANSWER_WANTED) {
+        decide(cut, id, a.kind == STP_ANSWER_HIDDEN ? STP_CUT_HIDDEN : STP_CUT_LEFT, 0.0f);
         return STP_OK;
     }
-    stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-    /* The bounds of patches above may be nearer to the eye than the block's: if they were asked,
-     * they alone know. */
-    bool wanted = together || (exact ? cut->asked[id] == cut->serial
-                                     : is_wanted(params->frame, &sight, b,
-                                                 was_drawn(params, (stp_scene_run){id, id + 1})));
-    if (!wanted || !ask_above(cut, params->scene, parent.chunk, id, &limit, &drawn)) {
-        /* together: all that is above and in sight is wanted, so nothing above is in sight */
-        decide(cut, id, together ? STP_CUT_HIDDEN : STP_CUT_LEFT, 0.0f);
+    if (a.available > a.finest)
+        STP_TRY(add_miss(cut, (stp_miss){id, a.finest, a.gain}, err));
+    if (!a.drawn || a.available >= STP_LEVEL_COUNT) {
+        decide(cut, id, STP_CUT_LEFT, a.available == STP_CUT_NEVER ? 0.0f : fminf(a.limit, a.gain));
         return STP_OK;
     }
-    int finest = finest_needed(params->frame, &sight, b);
-    int available = params->source.available(params->source.context, id);
-    if (params->source.needed != NULL)
-        finest = params->source.needed(params->source.context, id, finest);
-    if (available > finest) {
-        gain = fminf(gain_of(params->frame, &sight, &bound, b, finest), 0.99f * limit);
-        STP_TRY(add_miss(cut, (stp_miss){id, finest, gain}, err));
-    }
-    if (!drawn || available >= STP_LEVEL_COUNT) {
-        limit = available == STP_CUT_NEVER ? 0.0f : fminf(limit, gain);
-        decide(cut, id, STP_CUT_LEFT, limit);
-        return STP_OK;
-    }
-    bool whole = parent.complete && params->frame->quality[0] <= 0.0f;
+    bool whole = complete && params->frame->quality[0] <= 0.0f;
     decide(cut, id, whole ? STP_CUT_WHOLE : STP_CUT_LINKED, INFINITY);
-    STP_TRY(add_draw(cut, (stp_draw){id, available > finest ? available : finest, false}, err));
+    STP_TRY(
+        add_draw(cut, (stp_draw){id, a.available > a.finest ? a.available : a.finest, false}, err));
 done:
     return status;
 }
@@ -299,82 +136,115 @@ done:
     return status;
 }
 
-/* Whether any of the blocks was asked for by a patch above. */
-static bool is_asked(const stp_cut *cut, stp_scene_run run)
-{
-    uint32_t b = run.begin;
-    while (b < run.end && cut->asked[b] != cut->serial)
-        b++;
-    return b < run.end;
-}
-
-/* Whether all blocks of a child are out of sight, or left to the parent. Then they are decided.
- * exact: patches above were asked about each block. */
-static bool decide_at_once(stp_cut *cut, const stp_cut_params *params, uint32_t child, bool exact)
-{
-    const stp_chunk_entry *e = &params->scene->entries[child];
-    stp_scene_run run = stp_scene_blocks(params->scene, child);
-    stp_block whole = stp_block_of_entry(e, child);
-    stp_rule_bound bound = block_bound(&whole, e->origin, params->eye);
-    float eye[3];
-    bool visible = stp_rule_visible(params->frame, &bound, eye);
-    stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-    if (visible && (exact ? is_asked(cut, run)
-                          : is_wanted(params->frame, &sight, &whole, was_drawn(params, run))))
-        return false;
-    for (uint32_t b = run.begin; b < run.end && !visible; b++)
-        decide(cut, b, STP_CUT_HIDDEN, 0.0f);
-    return true;
-}
-
-/* Decides about all blocks of a child. */
-static stp_status visit_child(stp_cut *cut, const stp_cut_params *params, stp_cut_visit parent,
-                              uint32_t child, size_t *stack_count, stp_error *err)
+/* Decides about all blocks of a child by their answers. */
+static stp_status take_child(stp_cut *cut, const stp_cut_params *params, const stp_cut_child *child,
+                             stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_scene_run run = stp_scene_blocks(params->scene, child);
+    stp_scene_run run = stp_scene_blocks(params->scene, child->chunk);
     size_t draw_count = cut->draw_count;
-    bool several = run.end - run.begin > 1, together = several && params->scene->undivided[child];
-    if (several && decide_at_once(cut, params, child, parent.exact && !together))
+    bool complete = cut->tiers[0].visits[child->visit].complete, wanted = false;
+    for (uint32_t b = run.begin; b < run.end && child->all == STP_ANSWER_HIDDEN; b++)
+        decide(cut, b, STP_CUT_HIDDEN, 0.0f);
+    if (child->all != STP_ANSWER_WANTED)
         return STP_OK;
     for (uint32_t b = run.begin; b < run.end; b++)
-        STP_TRY(visit_block(cut, params, parent, b, together, err));
-    if (together)
+        STP_TRY(take_answer(cut, params, complete, b, err));
+    if (child->together)
         STP_TRY(withdraw(cut, run, draw_count, err));
-    stp_cut_visit visit = {child, parent.complete, false};
-    bool wanted = false;
     for (uint32_t b = run.begin; b < run.end; b++) {
-        visit.complete &= cut->blocks[b].state != STP_CUT_LEFT;
+        complete &= cut->blocks[b].state != STP_CUT_LEFT;
         wanted |= cut->blocks[b].limit > 0.0f;
     }
     if (wanted)
-        STP_TRY(push(cut, stack_count, visit, err));
+        STP_TRY(push(cut, (stp_cut_visit){child->chunk, complete, false}, err));
 done:
     return status;
 }
 
-static stp_status visit_children(stp_cut *cut, const stp_cut_params *params, stp_cut_visit visit,
-                                 size_t *stack_count, stp_error *err)
+/* What the threads that ask need. */
+typedef struct asking {
+    stp_cut *cut;
+    const stp_cut_params *params;
+} asking;
+
+static stp_status ask_visit(void *context, size_t index, unsigned worker, stp_error *err)
 {
-    const stp_chunk_entry *e = &params->scene->entries[visit.chunk];
-    visit.exact = e->child_count > 0 && ask_patches(cut, params, visit.chunk);
-    for (uint32_t k = 0; k < e->child_count; k++) {
-        stp_status status = visit_child(cut, params, visit, e->first_child + k, stack_count, err);
+    const asking *a = context;
+    stp_cut_visit *visit = &a->cut->tiers[0].visits[index];
+    (void)worker;
+    (void)err;
+    visit->exact = a->params->scene->entries[visit->chunk].child_count > 0 &&
+                   stp_cut_ask_patches(a->cut, a->params, visit->chunk);
+    return STP_OK;
+}
+
+static stp_status ask_child(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const asking *a = context;
+    (void)worker;
+    (void)err;
+    stp_cut_ask_child(a->cut, a->params, &a->cut->children[index]);
+    return STP_OK;
+}
+
+/* Asks by all threads of the pool; without a pool, by this one. */
+static stp_status ask_all(const stp_cut_params *params, size_t count, stp_pool_task *task,
+                          asking *context, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (params->pool != NULL)
+        return stp_pool_run(params->pool, count, task, context, err);
+    for (size_t i = 0; i < count && status == STP_OK; i++)
+        status = task(context, i, 0, err);
+    return status;
+}
+
+/* Lists the children of the tier's chunks. */
+static stp_status list_children(stp_cut *cut, const stp_cut_params *params, stp_error *err)
+{
+    cut->child_count = 0;
+    for (size_t i = 0; i < cut->tiers[0].count; i++) {
+        const stp_cut_visit *visit = &cut->tiers[0].visits[i];
+        const stp_chunk_entry *e = &params->scene->entries[visit->chunk];
+        stp_status status =
+            stp_grow(&cut->children, &cut->child_capacity, cut->child_count + e->child_count,
+                     sizeof *cut->children, "a list of chunks", err);
         if (status != STP_OK)
             return status;
+        for (uint32_t k = 0; k < e->child_count; k++)
+            cut->children[cut->child_count++] = (stp_cut_child){.chunk = e->first_child + k,
+                                                                .parent = visit->chunk,
+                                                                .visit = i,
+                                                                .exact = visit->exact};
     }
     return STP_OK;
 }
 
+/* Decides about the children of all chunks of a tier. Answers depend on the tiers above alone, so
+ * the cut is the same for any number of threads. */
+static stp_status visit_tier(stp_cut *cut, const stp_cut_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    asking context = {cut, params};
+    STP_TRY(ask_all(params, cut->tiers[0].count, ask_visit, &context, err));
+    STP_TRY(list_children(cut, params, err));
+    STP_TRY(ask_all(params, cut->child_count, ask_child, &context, err));
+    for (size_t i = 0; i < cut->child_count; i++)
+        STP_TRY(take_child(cut, params, &cut->children[i], err));
+done:
+    return status;
+}
+
 /* Draws the blocks in sight of a root. */
 static stp_status visit_root(stp_cut *cut, const stp_cut_params *params, uint32_t root,
-                             size_t *stack_count, stp_error *err)
+                             stp_error *err)
 {
     stp_status status = STP_OK;
     stp_scene_run run = stp_scene_blocks(params->scene, root);
     for (uint32_t id = run.begin; id < run.end; id++) {
         const stp_block *b = &params->scene->blocks[id];
-        stp_rule_bound bound = block_bound(b, params->scene->entries[root].origin, params->eye);
+        stp_rule_bound bound = stp_cut_bound(b, params->scene->entries[root].origin, params->eye);
         float eye[3];
         if (!stp_rule_visible(params->frame, &bound, eye)) {
             decide(cut, id, STP_CUT_HIDDEN, 0.0f);
@@ -382,9 +252,10 @@ static stp_status visit_root(stp_cut *cut, const stp_cut_params *params, uint32_
         }
         stp_rule_sight sight = stp_rule_look(params->frame, &bound);
         decide(cut, id, STP_CUT_WHOLE, INFINITY);
-        STP_TRY(add_draw(cut, (stp_draw){id, finest_needed(params->frame, &sight, b), false}, err));
+        STP_TRY(
+            add_draw(cut, (stp_draw){id, stp_cut_finest(params->frame, &sight, b), false}, err));
     }
-    STP_TRY(push(cut, stack_count, (stp_cut_visit){root, true, false}, err));
+    STP_TRY(push(cut, (stp_cut_visit){root, true, false}, err));
 done:
     return status;
 }
@@ -491,14 +362,16 @@ done:
 stp_status stp_cut_select(stp_cut *cut, const stp_cut_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t stack_count = 0;
     STP_TRY(forget(cut, params->scene->block_count, err));
     for (size_t i = 0; i < params->scene->model_count; i++)
         if (!(params->hidden_models >> i & 1))
-            STP_TRY(visit_root(cut, params, params->scene->models[i].first, &stack_count, err));
-    while (stack_count > 0) {
-        stp_cut_visit visit = cut->stack[--stack_count];
-        STP_TRY(visit_children(cut, params, visit, &stack_count, err));
+            STP_TRY(visit_root(cut, params, params->scene->models[i].first, err));
+    while (cut->tiers[1].count > 0) {
+        stp_cut_tier seen = cut->tiers[0];
+        cut->tiers[0] = cut->tiers[1];
+        cut->tiers[1] = seen;
+        cut->tiers[1].count = 0;
+        STP_TRY(visit_tier(cut, params, err));
     }
     if (cut->draw_count > 0)
         qsort(cut->draws, cut->draw_count, sizeof *cut->draws, compare_draws);
@@ -519,6 +392,9 @@ void stp_cut_destroy(stp_cut *cut)
     free(cut->touched);
     free(cut->seen);
     free(cut->asked);
-    free(cut->stack);
+    free(cut->answers);
+    free(cut->children);
+    free(cut->tiers[0].visits);
+    free(cut->tiers[1].visits);
     *cut = (stp_cut){0};
 }

@@ -10,6 +10,7 @@
 #ifndef STP_RUNTIME_CUT_CUT_H
 #define STP_RUNTIME_CUT_CUT_H
 
+#include "base/pool.h"
 #include "runtime/cut/level_choice.h"
 #include "runtime/cut/scene.h"
 
@@ -44,6 +45,12 @@ typedef struct stp_cut_block {
     float limit;
 } stp_cut_block;
 
+/* Chunks of one tier of the tree whose children are to be decided. */
+typedef struct stp_cut_tier {
+    struct stp_cut_visit *visits;
+    size_t count, capacity;
+} stp_cut_tier;
+
 /* Zero is an empty cut. Arrays grow and are reused. */
 typedef struct stp_cut {
     stp_draw *draws; /* by block number: a parent comes before its children */
@@ -61,14 +68,16 @@ typedef struct stp_cut {
     uint32_t serial; /* of this cut */
     size_t seen_capacity, asked_capacity;
     size_t block_capacity, touched_capacity, touched_count;
-    struct stp_cut_visit *stack;
-    size_t stack_capacity;
+    struct stp_cut_answer *answers; /* by block number (runtime/cut/cut_ask.h) */
+    struct stp_cut_child *children; /* of the chunks of a tier */
+    size_t answer_capacity, child_capacity, child_count;
+    stp_cut_tier tiers[2]; /* this tier of the tree, and the next */
 } stp_cut;
 
 #define STP_CUT_NEVER (STP_LEVEL_COUNT + 1)
 
-/* What the cut asks the cache. The cut never asks about blocks of roots, which are always
- * resident. */
+/* What the cut asks the cache, from any thread of the pool. The cut never asks about blocks of
+ * roots, which are always resident. */
 typedef struct stp_cut_source {
     const void *context;
     /* The finest level at which a block can be drawn now; STP_LEVEL_COUNT if none; STP_CUT_NEVER if
@@ -94,6 +103,7 @@ typedef struct stp_cut_params {
     stp_dvec3 eye;
     stp_cut_source source;
     uint32_t hidden_models; /* bit i: model i of the scene is not drawn */
+    stp_pool *pool;         /* whose threads ask; NULL: the caller's alone */
 } stp_cut_params;
 
 /* The record that shaders and the CPU read for one draw. */

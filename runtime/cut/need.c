@@ -1,11 +1,15 @@
 /* Asks all patches of a block for their levels. */
 #include "runtime/cut/need.h"
 
+#include "runtime/cut/culling.h"
+
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
                    const stp_resident *resident, int estimate)
 {
     const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, estimate, eye);
     int need = STP_NEED_HEADERS;
+    stp_gpu_frame room;
+    frame = stp_culling_narrow(&room, frame, scene, resident->block, eye, NULL);
     for (uint32_t i = 0; i < resident->placement.patches.count && need > estimate; i++) {
         const stp_rule_bound bound = stp_patch_bound(&resident->briefs[i], &chunk);
         float centre[3];
@@ -24,6 +28,8 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
                      void (*refer)(void *context, uint32_t below, bool coarse), void *context)
 {
     const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, 0, eye);
+    stp_gpu_frame room;
+    frame = stp_culling_narrow(&room, frame, scene, resident->block, eye, NULL);
     for (uint32_t i = 0; i < resident->placement.patches.count; i++) {
         const stp_patch_brief *brief = &resident->briefs[i];
         const stp_rule_bound bound = stp_patch_bound(brief, &chunk);

@@ -3,6 +3,7 @@
 #include "runtime/cut/sight.h"
 
 #include "base/memory.h"
+#include "runtime/cut/culling.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -68,17 +69,13 @@ bool stp_patch_in_sight(const stp_sight *s, const stp_sight_params *params, cons
            stp_rule_visible(params->frame, &bound, eye);
 }
 
-/* Whether a patch in sight is left to the block below. If so, marks the links of the block's
- * patches. */
-static bool leave_below(const look *l, const stp_draw *draw, const stp_gpu_patch *patch,
-                        const stp_patch_brief *brief, const stp_rule_bound *bound)
+/* Whether a patch in sight is left to the linked block below, which is in this state. If so, marks
+ * the links of the block's patches. */
+static bool leave_below(const look *l, size_t state, const stp_draw *draw,
+                        const stp_gpu_patch *patch, const stp_patch_brief *brief,
+                        const stp_rule_sight *sight)
 {
-    const stp_sight_params *params = l->params;
-    size_t state = state_below(l->sight, brief);
-    if (state < STP_CUT_LINKED)
-        return state != STP_CUT_LEFT;
-    stp_rule_sight sight = stp_rule_look(params->frame, bound);
-    if (stp_finest_does(params->frame, &sight, patch, draw->finest))
+    if (stp_finest_does(l->params->frame, sight, patch, draw->finest))
         return false;
     memset(links_of(l->sight, state, brief), true, brief->below_count);
     return true;
@@ -122,30 +119,6 @@ static void add_patch(const look *l, size_t draw, const stp_resident *r, uint32_
         add(l, STP_SIGHT_TRIANGLES, draw, item);
 }
 
-/* Finds the openings through which a draw may be seen (docs/closed.md). Returns a frame that has
- * only these: it gives the same answers about the draw's patches, sooner. */
-static stp_gpu_frame narrow(const look *l, size_t index)
-{
-    const stp_scene *scene = l->params->scene;
-    const uint32_t block = l->draws[index].block;
-    const stp_ball ball = stp_block_ball(&scene->blocks[block],
-                                         stp_scene_entry(scene, block)->origin, l->params->eye);
-    const float centre[3] = {(float)ball.centre.x, (float)ball.centre.y, (float)ball.centre.z};
-    const float radius = (float)ball.radius * 1.001f; /* more than rounding takes */
-    stp_gpu_frame frame = *l->params->frame;
-    uint32_t *set = l->sight->openings[index];
-    int count = frame.modes[3];
-    memset(set, 0, sizeof *l->sight->openings);
-    frame.modes[3] = 0;
-    for (int i = 0; i < count; i++)
-        if (stp_opening_shows(l->params->frame, i, centre, radius)) {
-            set[i / 32] |= UINT32_C(1) << i % 32;
-            memcpy(frame.openings[frame.modes[3]++], l->params->frame->openings[i],
-                   sizeof *frame.openings);
-        }
-    return frame;
-}
-
 /* Whether any sample of the levels from `finest` on is drawn. */
 static bool has_any(const stp_patch_brief *brief, int finest)
 {
@@ -165,7 +138,9 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         stp_block_cache_get(params->cache, stp_block_cache_slot(params->cache, draw->block));
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(params->scene, draw, params->eye);
     size_t state = l->sight->cut->blocks[draw->block].state;
-    const stp_gpu_frame frame = narrow(l, index);
+    stp_gpu_frame room;
+    const stp_gpu_frame *frame = stp_culling_narrow(
+        &room, params->frame, params->scene, draw->block, params->eye, l->sight->openings[index]);
     float greatest = 0.0f;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
@@ -173,11 +148,14 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         if (!is_left(l->sight, state, i))
             continue;
         stp_rule_bound bound = stp_patch_bound(brief, &chunk);
-        if (!stp_rule_visible(&frame, &bound, eye) ||
-            leave_below(l, draw, &r->patches[i], brief, &bound))
+        size_t below = state_below(l->sight, brief);
+        if ((below < STP_CUT_LINKED && below != STP_CUT_LEFT) ||
+            !stp_rule_visible(frame, &bound, eye))
+            continue;
+        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
+        if (below >= STP_CUT_LINKED && leave_below(l, below, draw, &r->patches[i], brief, &sight))
             continue;
         mark_tiles(params, worker, eye, bound.radius * stp_frame_stretch(params->frame));
-        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
         float radius_px = brief->vertex_radius * sight.scale;
         const bool vertex = params->vertices && stp_vertex_does(params->frame, &sight, brief);
         if (!has_any(brief, vertex ? STP_LEVEL_COUNT - 1 : draw->finest))
