@@ -1,6 +1,7 @@
 /* Makes buffers of pages that the system hands out when they are written. */
 #include "runtime/gl/lazy_buffer.h"
 
+#include <stdlib.h>
 #include <sys/mman.h>
 
 /* Drivers may read some bytes behind a buffer's end. */
@@ -30,6 +31,57 @@ bool stp_lazy_buffer_create(stp_lazy_buffer *out, uint64_t bytes, bool software)
     return true;
 }
 
+/* Pages get memory in steps of about so many bytes, since each step is a call to the driver. */
+#define STEP_BYTES (UINT64_C(4) << 20)
+
+/* Makes a buffer without memory; false if the driver has none. */
+static bool create_sparse(stp_lazy_buffer *b)
+{
+    GLint page = 0;
+    if (!epoxy_has_gl_extension("GL_ARB_sparse_buffer") || b->bytes <= STEP_BYTES)
+        return false;
+    glGetIntegerv(GL_SPARSE_BUFFER_PAGE_SIZE_ARB, &page);
+    if (page <= 0)
+        return false;
+    b->page_bytes = (STEP_BYTES + (uint64_t)page - 1) / (uint64_t)page * (uint64_t)page;
+    b->has_memory = calloc((size_t)((b->bytes + b->page_bytes - 1) / b->page_bytes), sizeof(bool));
+    if (b->has_memory == NULL)
+        return false;
+    glCreateBuffers(1, &b->name);
+    glNamedBufferStorage(b->name, (GLsizeiptr)b->bytes, NULL,
+                         GL_SPARSE_STORAGE_BIT_ARB | GL_DYNAMIC_STORAGE_BIT);
+    if (glGetError() == GL_NO_ERROR)
+        return true;
+    glDeleteBuffers(1, &b->name);
+    free(b->has_memory);
+    return false;
+}
+
+void stp_lazy_buffer_create_pages(stp_lazy_buffer *out, uint64_t bytes)
+{
+    stp_lazy_buffer b = {.bytes = bytes};
+    if (!create_sparse(&b)) {
+        b = (stp_lazy_buffer){.bytes = bytes};
+        glCreateBuffers(1, &b.name);
+        glNamedBufferStorage(b.name, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_STORAGE_BIT);
+    }
+    *out = b;
+}
+
+void stp_lazy_buffer_fill(stp_lazy_buffer *b, uint64_t begin, uint64_t bytes)
+{
+    if (b->has_memory == NULL || bytes == 0)
+        return;
+    for (uint64_t i = begin / b->page_bytes; i <= (begin + bytes - 1) / b->page_bytes; i++) {
+        uint64_t from = i * b->page_bytes, left = b->bytes - from;
+        if (!b->has_memory[i])
+            glNamedBufferPageCommitmentARB(
+                b->name, (GLintptr)from, (GLsizeiptr)(left < b->page_bytes ? left : b->page_bytes),
+                GL_TRUE);
+        b->has_memory[i] = true;
+    }
+}
+
 void stp_lazy_buffer_destroy(stp_lazy_buffer *b)
 {
     if (b->name != 0)
@@ -38,5 +90,6 @@ void stp_lazy_buffer_destroy(stp_lazy_buffer *b)
         glFinish();
         munmap(b->memory, b->mapped_bytes);
     }
+    free(b->has_memory);
     *b = (stp_lazy_buffer){0};
 }

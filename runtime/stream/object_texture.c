@@ -10,10 +10,8 @@
 static stp_lazy_buffer create_buffer(uint64_t bytes, bool software)
 {
     stp_lazy_buffer buffer;
-    if (!stp_lazy_buffer_create(&buffer, bytes, software)) {
-        glCreateBuffers(1, &buffer.name);
-        glNamedBufferStorage(buffer.name, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_STORAGE_BIT);
-    }
+    if (!stp_lazy_buffer_create(&buffer, bytes, software))
+        stp_lazy_buffer_create_pages(&buffer, bytes);
     return buffer;
 }
 
@@ -52,6 +50,7 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
     t.patch_of_sample = create_buffer((uint64_t)sample_capacity * sizeof(uint32_t), software);
     t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch), software);
     t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk), software);
+    stp_lazy_buffer_fill(&t.chunks, 0, (uint64_t)slot_capacity * sizeof(stp_gpu_chunk));
     const GLuint buffers[STP_OBJECT_TEXTURES] = {t.samples.name, t.patches.name, t.chunks.name,
                                                  t.patch_of_sample.name};
     glCreateTextures(GL_TEXTURE_BUFFER, STP_OBJECT_TEXTURES, t.textures);

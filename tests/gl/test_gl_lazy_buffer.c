@@ -1,5 +1,5 @@
-/* Tests that a software driver's buffers take memory only where they are written: the Object
- * Texture and the upload ring, which have room for a whole model. */
+/* Tests that buffers take memory only where they are written: the Object Texture and the upload
+ * ring, which have room for a whole model. */
 #include "runtime/draw/road.h"
 #include "runtime/stream/upload_ring.h"
 #include "tests/fixtures/gl_fixture.h"
@@ -68,6 +68,32 @@ static void too_much_is_no_error(void **state)
     assert_int_equal(glGetError(), GL_NO_ERROR);
 }
 
+/* The driver's pages hold what is copied into them, across their borders, and no others are needed.
+ */
+static void pages_hold_copies(void **state)
+{
+    (void)state;
+    static const uint64_t places[] = {0, 4 * MIB - 8, 30 * MIB, 64 * MIB - 8};
+    stp_lazy_buffer b;
+    GLuint from;
+    stp_lazy_buffer_create_pages(&b, 64 * MIB + 8);
+    assert_int_equal(b.has_memory != NULL, epoxy_has_gl_extension("GL_ARB_sparse_buffer"));
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        uint64_t words[2] = {UINT64_C(0x0123456789abcdef) + i, ~i}, copied[2] = {0};
+        glCreateBuffers(1, &from);
+        glNamedBufferStorage(from, sizeof words, words, 0);
+        stp_lazy_buffer_fill(&b, places[i], sizeof words);
+        glCopyNamedBufferSubData(from, b.name, 0, (GLintptr)places[i], sizeof words);
+        glGetNamedBufferSubData(b.name, (GLintptr)places[i], sizeof copied, copied);
+        assert_memory_equal(copied, words, sizeof words);
+        glDeleteBuffers(1, &from);
+    }
+    assert_true(b.has_memory == NULL || !b.has_memory[5]);
+    assert_int_equal(glGetError(), GL_NO_ERROR);
+    stp_lazy_buffer_destroy(&b);
+    assert_true(b.name == 0 && b.has_memory == NULL);
+}
+
 static void stream_starts_without_memory(void **state)
 {
     (void)state;
@@ -119,6 +145,7 @@ int main(void)
         cmocka_unit_test(memory_comes_when_written), cmocka_unit_test(gpus_keep_their_own_memory),
         cmocka_unit_test(too_much_is_no_error),      cmocka_unit_test(stream_starts_without_memory),
         cmocka_unit_test(software_rings_are_small),  cmocka_unit_test(renderers_ask_for_it),
+        cmocka_unit_test(pages_hold_copies),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);
