@@ -315,8 +315,9 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     const stp_draw_params *asked = d->params;
     stp_draw_params taken = *asked;
     bool chooses = taken.lod == STP_LOD_AUTO;
-    if (chooses)
-        taken.lod = stp_road_take(&r->road, taken.stream);
+    if (chooses) /* another road would begin a settling picture anew */
+        taken.lod = r->settling.phase != STP_SETTLE_NONE ? r->drawn.lod
+                                                         : stp_road_take(&r->road, taken.stream);
     d->params = &taken;
     stp_status status = draw_by_road(r, d, err);
     d->params = asked;

@@ -164,11 +164,12 @@ static drawn_sample nearest_sample(const stp_pick_params *params, const surround
 }
 
 /* Reads item `index` of a buffer of `count` items; false if there is no such item. */
-static bool read_item(GLuint buffer, GLuint index, GLuint count, void *out, size_t bytes)
+static bool read_item(const stp_lazy_buffer *buffer, GLuint index, GLuint count, void *out,
+                      size_t bytes)
 {
     if (index >= count)
         return false;
-    glGetNamedBufferSubData(buffer, (GLintptr)(index * bytes), (GLsizeiptr)bytes, out);
+    stp_lazy_buffer_read(buffer, index * (uint64_t)bytes, bytes, out);
     return true;
 }
 
@@ -182,12 +183,11 @@ typedef struct stored_sample {
 static bool read_sample(const stp_object_texture *texture, GLuint index, stored_sample *out)
 {
     GLuint patch_index = 0, samples = texture->sample_ranges.capacity;
-    return read_item(texture->samples.name, index, samples, &out->sample, sizeof out->sample) &&
-           read_item(texture->patch_of_sample.name, index, samples, &patch_index,
-                     sizeof patch_index) &&
-           read_item(texture->patches.name, patch_index, texture->patch_ranges.capacity,
-                     &out->patch, sizeof out->patch) &&
-           read_item(texture->chunks.name, out->patch.slot, texture->slot_capacity, &out->chunk,
+    return read_item(&texture->samples, index, samples, &out->sample, sizeof out->sample) &&
+           read_item(&texture->patch_of_sample, index, samples, &patch_index, sizeof patch_index) &&
+           read_item(&texture->patches, patch_index, texture->patch_ranges.capacity, &out->patch,
+                     sizeof out->patch) &&
+           read_item(&texture->chunks, out->patch.slot, texture->slot_capacity, &out->chunk,
                      sizeof out->chunk);
 }
 

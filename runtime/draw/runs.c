@@ -2,6 +2,7 @@
 #include "runtime/draw/runs.h"
 
 #include "runtime/draw/project.h"
+#include "runtime/draw/road.h"
 #include "runtime/gl/gpu_layout.h"
 #include "runtime/gl/shader.h"
 
@@ -71,6 +72,7 @@ stp_status stp_runs_create(stp_runs *out, const char *folder, const char *define
         return status;
     glCreateBuffers(1, &r.patches);
     glCreateBuffers(1, &r.listed);
+    r.software = stp_road_is_software();
     *out = r;
     return STP_OK;
 }
@@ -121,8 +123,9 @@ static void make_runs(stp_runs *r, const stp_project_params *params)
     static const runs_head head = {.groups_x = ROW_GROUPS, .groups_z = 1};
     size_t patches = params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
     size_t groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
+    r->most_runs = most_runs(params);
     reserve(&r->runs, &r->textures[0], GL_RG32UI, &r->run_bytes,
-            sizeof head + most_runs(params) * 2 * sizeof(uint32_t));
+            sizeof head + r->most_runs * 2 * sizeof(uint32_t));
     reserve(&r->seen, &r->textures[1], GL_RGBA32UI, &r->seen_bytes, patches * SEEN_BYTES);
     glNamedBufferSubData(r->runs, 0, sizeof head, &head);
     glNamedBufferData(r->patches,
@@ -185,17 +188,30 @@ size_t stp_runs_places(const stp_runs *r)
     return RUN_SAMPLES * r->run_count + r->listed_count;
 }
 
+/* Starts as many groups as there are runs. For a GPU as many as there may be: groups without runs
+ * cost it nothing, but its driver reads the buffer of an indirect dispatch back, which takes
+ * milliseconds, and then says that the buffer still holds what it held then (NVIDIA 580). */
+static void dispatch(const stp_runs *r)
+{
+    const size_t row = (size_t)ROW_GROUPS * GROUP_SAMPLES / RUN_SAMPLES;
+    if (!r->software) {
+        glDispatchCompute(ROW_GROUPS, (GLuint)(r->most_runs / row + 1), 1);
+        return;
+    }
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, r->runs);
+    glDispatchComputeIndirect(0);
+}
+
 void stp_runs_each(const stp_runs *r, const stp_each *each, GLint first)
 {
     size_t row = (size_t)ROW_GROUPS * GROUP_SAMPLES;
     if (r->chosen) {
-        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, r->runs);
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_RUNS, r->runs);
         glBindImageTexture(IMAGE_RUNS, r->textures[0], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RG32UI);
         glBindImageTexture(IMAGE_SEEN, r->textures[1], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32UI);
         glUseProgram(each->runs);
         glUniform1ui(first, 0);
-        glDispatchComputeIndirect(0);
+        dispatch(r);
     }
     if (r->listed_count > 0) {
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LISTED, r->listed);

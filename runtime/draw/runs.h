@@ -25,7 +25,9 @@ typedef struct stp_runs {
     GLuint textures[2];                 /* of runs, seen */
     size_t run_bytes, seen_bytes;       /* of the buffers */
     size_t listed_count;
+    size_t most_runs; /* that there may be */
     bool chosen;      /* there are runs */
+    bool software;    /* the driver draws on the CPU */
     size_t run_count; /* samples in runs, if they were counted */
 } stp_runs;
 

@@ -35,20 +35,21 @@ bool stp_lazy_buffer_create(stp_lazy_buffer *out, uint64_t bytes, bool software)
 #define STEP_BYTES (UINT64_C(4) << 20)
 
 /* Makes a buffer without memory; false if the driver has none. */
-static bool create_sparse(stp_lazy_buffer *b)
+static bool create_sparse(stp_lazy_buffer *b, uint64_t bytes)
 {
     GLint page = 0;
-    if (!epoxy_has_gl_extension("GL_ARB_sparse_buffer") || b->bytes <= STEP_BYTES)
+    if (!epoxy_has_gl_extension("GL_ARB_sparse_buffer") || bytes <= STEP_BYTES)
         return false;
     glGetIntegerv(GL_SPARSE_BUFFER_PAGE_SIZE_ARB, &page);
     if (page <= 0)
         return false;
     b->page_bytes = (STEP_BYTES + (uint64_t)page - 1) / (uint64_t)page * (uint64_t)page;
-    b->has_memory = calloc((size_t)((b->bytes + b->page_bytes - 1) / b->page_bytes), sizeof(bool));
+    uint64_t pages = (bytes + b->page_bytes - 1) / b->page_bytes;
+    b->has_memory = calloc((size_t)pages, sizeof(bool));
     if (b->has_memory == NULL)
         return false;
     glCreateBuffers(1, &b->name);
-    glNamedBufferStorage(b->name, (GLsizeiptr)b->bytes, NULL,
+    glNamedBufferStorage(b->name, (GLsizeiptr)(pages * b->page_bytes), NULL,
                          GL_SPARSE_STORAGE_BIT_ARB | GL_DYNAMIC_STORAGE_BIT);
     if (glGetError() == GL_NO_ERROR)
         return true;
@@ -59,9 +60,9 @@ static bool create_sparse(stp_lazy_buffer *b)
 
 void stp_lazy_buffer_create_pages(stp_lazy_buffer *out, uint64_t bytes)
 {
-    stp_lazy_buffer b = {.bytes = bytes};
-    if (!create_sparse(&b)) {
-        b = (stp_lazy_buffer){.bytes = bytes};
+    stp_lazy_buffer b = {0};
+    if (!create_sparse(&b, bytes)) {
+        b = (stp_lazy_buffer){0};
         glCreateBuffers(1, &b.name);
         glNamedBufferStorage(b.name, (GLsizeiptr)bytes, NULL, GL_DYNAMIC_STORAGE_BIT);
     }
@@ -73,13 +74,21 @@ void stp_lazy_buffer_fill(stp_lazy_buffer *b, uint64_t begin, uint64_t bytes)
     if (b->has_memory == NULL || bytes == 0)
         return;
     for (uint64_t i = begin / b->page_bytes; i <= (begin + bytes - 1) / b->page_bytes; i++) {
-        uint64_t from = i * b->page_bytes, left = b->bytes - from;
         if (!b->has_memory[i])
-            glNamedBufferPageCommitmentARB(
-                b->name, (GLintptr)from, (GLsizeiptr)(left < b->page_bytes ? left : b->page_bytes),
-                GL_TRUE);
+            glNamedBufferPageCommitmentARB(b->name, (GLintptr)(i * b->page_bytes),
+                                           (GLsizeiptr)b->page_bytes, GL_TRUE);
         b->has_memory[i] = true;
     }
+}
+
+void stp_lazy_buffer_read(const stp_lazy_buffer *b, uint64_t begin, uint64_t bytes, void *out)
+{
+    GLuint copy;
+    glCreateBuffers(1, &copy);
+    glNamedBufferStorage(copy, (GLsizeiptr)bytes, NULL, 0);
+    glCopyNamedBufferSubData(b->name, copy, (GLintptr)begin, 0, (GLsizeiptr)bytes);
+    glGetNamedBufferSubData(copy, 0, (GLsizeiptr)bytes, out);
+    glDeleteBuffers(1, &copy);
 }
 
 void stp_lazy_buffer_destroy(stp_lazy_buffer *b)

@@ -21,7 +21,7 @@ typedef struct stp_lazy_buffer {
     size_t mapped_bytes;
     /* Pages of the driver's: which of them have memory; NULL: all. */
     bool *has_memory;
-    uint64_t bytes, page_bytes;
+    uint64_t page_bytes;
 } stp_lazy_buffer;
 
 /* Makes a buffer of our own memory; false, with *out zero and no GL error, if `software` is false,
@@ -34,6 +34,9 @@ void stp_lazy_buffer_create_pages(stp_lazy_buffer *out, uint64_t bytes);
 /* Gives memory to the pages of a range that is about to be written. Out of memory: GL_OUT_OF_MEMORY
  * is left to glGetError. */
 void stp_lazy_buffer_fill(stp_lazy_buffer *buffer, uint64_t begin, uint64_t bytes);
+/* Reads a few bytes. By a copy, since drivers may keep a whole buffer near the processor from then
+ * on if it is read itself; NVIDIA's (580) then freed a buffer of pages wrongly. */
+void stp_lazy_buffer_read(const stp_lazy_buffer *buffer, uint64_t begin, uint64_t bytes, void *out);
 /* Waits until the driver no longer uses the memory. Textures may still name the buffer, but nothing
  * may draw with them. Leaves *buffer zero. */
 void stp_lazy_buffer_destroy(stp_lazy_buffer *buffer);

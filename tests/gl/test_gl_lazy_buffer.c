@@ -84,7 +84,7 @@ static void pages_hold_copies(void **state)
         glNamedBufferStorage(from, sizeof words, words, 0);
         stp_lazy_buffer_fill(&b, places[i], sizeof words);
         glCopyNamedBufferSubData(from, b.name, 0, (GLintptr)places[i], sizeof words);
-        glGetNamedBufferSubData(b.name, (GLintptr)places[i], sizeof copied, copied);
+        stp_lazy_buffer_read(&b, places[i], sizeof copied, copied);
         assert_memory_equal(copied, words, sizeof words);
         glDeleteBuffers(1, &from);
     }
