@@ -231,14 +231,6 @@ static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, floa
 
 /* ---- taking in what has arrived ---- */
 
-/* Copies bytes from the ring to a buffer of the Object Texture. */
-static void copy(const stp_block_cache *c, stp_lazy_buffer *buffer, uint64_t from, uint64_t to,
-                 uint64_t bytes)
-{
-    stp_lazy_buffer_fill(buffer, to, bytes);
-    stp_upload_ring_copy(&c->ring, buffer->name, from, to, bytes);
-}
-
 /* Makes a DONE load resident. It replaces a coarser version of the block. */
 static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
 {
@@ -246,11 +238,13 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
     const stp_placement *at = &p->placement;
     uint64_t begin = stp_upload_ring_offset(p->piece);
     uint64_t numbers = stp_load_numbers_offset(at), patches = stp_load_patches_offset(at);
-    copy(c, &c->texture.samples, begin, at->samples.begin * (uint64_t)sizeof(stp_sample), numbers);
-    copy(c, &c->texture.patch_of_sample, begin + numbers,
-         at->samples.begin * (uint64_t)sizeof(uint32_t), patches - numbers);
-    copy(c, &c->texture.patches, begin + patches,
-         at->patches.begin * (uint64_t)sizeof(stp_gpu_patch), stp_load_bytes(at) - patches);
+    stp_upload_ring_copy(&c->ring, &c->texture.samples, begin,
+                         at->samples.begin * (uint64_t)sizeof(stp_sample), numbers);
+    stp_upload_ring_copy(&c->ring, &c->texture.patch_of_sample, begin + numbers,
+                         at->samples.begin * (uint64_t)sizeof(uint32_t), patches - numbers);
+    stp_upload_ring_copy(&c->ring, &c->texture.patches, begin + patches,
+                         at->patches.begin * (uint64_t)sizeof(stp_gpu_patch),
+                         stp_load_bytes(at) - patches);
     stp_upload_ring_copied(&c->ring, p->piece);
     if (c->slot_of[load->want.block] != NO_SLOT)
         evict(c, c->slot_of[load->want.block]);

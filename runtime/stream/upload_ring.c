@@ -96,12 +96,14 @@ void stp_upload_ring_give(stp_upload_ring *ring, stp_range piece)
     stp_range_pool_give(&ring->ranges, piece);
 }
 
-void stp_upload_ring_copy(const stp_upload_ring *ring, GLuint buffer, uint64_t from, uint64_t to,
-                          uint64_t bytes)
+void stp_upload_ring_copy(const stp_upload_ring *ring, stp_lazy_buffer *buffer, uint64_t from,
+                          uint64_t to, uint64_t bytes)
 {
-    if (bytes > 0)
-        glCopyNamedBufferSubData(ring->buffer.name, buffer, (GLintptr)from, (GLintptr)to,
-                                 (GLsizeiptr)bytes);
+    if (bytes == 0)
+        return;
+    stp_lazy_buffer_fill(buffer, to, bytes);
+    glCopyNamedBufferSubData(ring->buffer.name, buffer->name, (GLintptr)from, (GLintptr)to,
+                             (GLsizeiptr)bytes);
 }
 
 void stp_upload_ring_copied(stp_upload_ring *ring, stp_range piece)

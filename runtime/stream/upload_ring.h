@@ -44,9 +44,10 @@ uint8_t *stp_upload_ring_memory(const stp_upload_ring *ring, stp_range piece);
 uint64_t stp_upload_ring_offset(stp_range piece);
 /* Gives back a piece that nothing was copied from. */
 void stp_upload_ring_give(stp_upload_ring *ring, stp_range piece);
-/* Issues a copy of bytes that begin at `from` in the ring to `to` in a buffer. */
-void stp_upload_ring_copy(const stp_upload_ring *ring, GLuint buffer, uint64_t from, uint64_t to,
-                          uint64_t bytes);
+/* Issues a copy of bytes that begin at `from` in the ring to `to` in a buffer, whose pages there
+ * get memory. */
+void stp_upload_ring_copy(const stp_upload_ring *ring, stp_lazy_buffer *buffer, uint64_t from,
+                          uint64_t to, uint64_t bytes);
 /* Marks a piece whose copy was just issued. The piece is free when the next fence has passed. */
 void stp_upload_ring_copied(stp_upload_ring *ring, stp_range piece);
 /* Puts a fence behind the copies since the last one. Frees the pieces of passed fences. */
