@@ -60,6 +60,7 @@ typedef struct stp_prep_source {
     double intensity_full;        /* all files' number for intensity 65535; 0: not known */
     bool floats;                  /* some points have no such scale */
     bool heights;                 /* z is the height */
+    bool y_up;                    /* y points up, unless z is the height */
     const stp_dvec3 *stations;    /* stations of the points, borrowed */
     const stp_dvec3 *station_ups; /* up axes of the stations; zero: not told; NULL: none told */
     uint32_t station_count;

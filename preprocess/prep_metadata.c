@@ -148,8 +148,9 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
         cJSON_AddStringToObject(root, "shade", "unlit");
     if (f->outside->point_count > 0)
         cJSON_AddItemToObject(root, "closed", stp_outside_to_json(f->outside));
-    if (source->heights)
-        stp_json_add_vector(root, "up", (stp_dvec3){0.0, 0.0, 1.0});
+    if (source->heights || source->y_up)
+        stp_json_add_vector(
+            root, "up", (stp_dvec3){0.0, source->heights ? 0.0 : 1.0, source->heights ? 1.0 : 0.0});
     add_first_view(root, &stats->first);
     char *text = cJSON_PrintUnformatted(root);
     cJSON_Delete(root);

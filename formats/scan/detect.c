@@ -17,7 +17,7 @@
 /* The first line of a header is shorter. */
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
-    "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS "         \
+    "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS "   \
     "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D"
 
 /* The file's begin. */
@@ -75,17 +75,6 @@ static bool is_las(const prefix *p)
     return starts_with(p, "LASF", 4);
 }
 
-/* The ept.json of a set. */
-static bool is_ept(const prefix *p)
-{
-    size_t at = 0;
-    while (at < p->length && is_space(p->bytes[at]))
-        at++;
-    return at < p->length && p->bytes[at] == '{' &&
-           memmem(p->bytes, p->length, "\"dataType\"", 10) != NULL &&
-           memmem(p->bytes, p->length, "\"bounds\"", 8) != NULL;
-}
-
 /* A PCD file may begin with a comment that is its magic, but need not. */
 static bool is_pcd(const prefix *p)
 {
@@ -134,6 +123,30 @@ static bool is_stl_binary(const prefix *p)
     return count > 0 && p->file_size == 84 + 50 * (uint64_t)count;
 }
 
+/* The begin of a JSON object. */
+static bool is_json(const prefix *p)
+{
+    size_t at = 0;
+    while (at < p->length && is_space(p->bytes[at]))
+        at++;
+    return at < p->length && p->bytes[at] == '{';
+}
+
+/* The ept.json of a set. */
+static bool is_ept(const prefix *p)
+{
+    return is_json(p) && memmem(p->bytes, p->length, "\"dataType\"", 10) != NULL &&
+           memmem(p->bytes, p->length, "\"bounds\"", 8) != NULL;
+}
+
+/* A .glb or a .gltf, whose name tells, too. */
+static bool is_gltf(const prefix *p)
+{
+    return starts_with(p, "glTF", 4) ||
+           (is_json(p) && memmem(p->bytes, p->length, "\"asset\"", 7) != NULL &&
+            memmem(p->bytes, p->length, "\"version\"", 9) != NULL);
+}
+
 static bool is_grid(const prefix *p)
 {
     return stp_raster_may_hold_heights(p->bytes, p->length);
@@ -155,6 +168,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
         {is_stl_binary,
          STP_SCAN_STL_BINARY}, /* before ASCII STL: some binary files begin with `solid` */
         {is_stl_ascii, STP_SCAN_STL_ASCII},
+        {is_gltf, STP_SCAN_GLTF},
         {is_off, STP_SCAN_OFF},
         {is_obj, STP_SCAN_OBJ},
     };
@@ -182,7 +196,6 @@ static const struct {
     {"PF\n", 3, "a picture of colours in floats (PFM)", ADVICE_GRID},
     {"CDF", 3, "a NetCDF file", ADVICE_RASTER},
     {"\x89HDF\r\n", 6, "an HDF5 file", ADVICE_RASTER},
-    {"glTF", 4, "a scene (glTF)", ADVICE_MESH},
     {"Kaydara FBX", 11, "a scene (FBX)", ADVICE_MESH},
     {"# vtk DataFile", 14, "a VTK file", "convert it to PLY (ParaView does)"},
     {"\xff\xfe", 2, "text in UTF-16", "save it as UTF-8"},
@@ -218,6 +231,8 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
         *format = STP_SCAN_STL_BINARY;
     else if (name_ends_with(p->name, ".off"))
         *format = STP_SCAN_OFF;
+    else if (name_ends_with(p->name, ".gltf"))
+        *format = STP_SCAN_GLTF;
     else if (name_ends_with(p->name, ".ply"))
         *format = STP_SCAN_PLY;
     else if (name_ends_with(p->name, ".pcd"))
@@ -324,10 +339,10 @@ stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *er
 const char *stp_scan_format_name(stp_scan_format format)
 {
     static const char *const names[STP_SCAN_FORMAT_COUNT] = {
-        [STP_SCAN_PLY] = "PLY",       [STP_SCAN_OBJ] = "OBJ",        [STP_SCAN_OFF] = "OFF",
-        [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL", [STP_SCAN_LAS] = "LAS",
-        [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",        [STP_SCAN_XYZ] = "XYZ",
-        [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",        [STP_SCAN_GRID] = "grid",
-        [STP_SCAN_EPT] = "EPT",       [STP_SCAN_EXPE] = "Expe"};
+        [STP_SCAN_PLY] = "PLY",   [STP_SCAN_OBJ] = "OBJ",       [STP_SCAN_OFF] = "OFF",
+        [STP_SCAN_GLTF] = "glTF", [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL",
+        [STP_SCAN_LAS] = "LAS",   [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",
+        [STP_SCAN_XYZ] = "XYZ",   [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",
+        [STP_SCAN_GRID] = "grid", [STP_SCAN_EPT] = "EPT",       [STP_SCAN_EXPE] = "Expe"};
     return names[format];
 }

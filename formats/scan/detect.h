@@ -8,6 +8,7 @@ typedef enum stp_scan_format {
     STP_SCAN_PLY,
     STP_SCAN_OBJ,
     STP_SCAN_OFF,
+    STP_SCAN_GLTF,
     STP_SCAN_STL_ASCII,
     STP_SCAN_STL_BINARY,
     STP_SCAN_LAS, /* LAZ and COPC too */

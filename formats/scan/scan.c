@@ -90,6 +90,7 @@ static const char *mesh_name(stp_scan_format format)
         [STP_SCAN_PLY] = "PLY",
         [STP_SCAN_OBJ] = "OBJ",
         [STP_SCAN_OFF] = "OFF",
+        [STP_SCAN_GLTF] = "glTF",
         [STP_SCAN_STL_ASCII] = "STL ascii",
         [STP_SCAN_STL_BINARY] = "STL binary",
     };
@@ -214,6 +215,7 @@ static stp_status open_mesh(stp_scan *scan, stp_scan_format format, stp_error *e
     scan->info.format = mesh_name(format);
     scan->info.point_count = scan->mesh.point_count;
     scan->info.face_count = scan->mesh.face_count;
+    scan->info.y_up = format == STP_SCAN_GLTF;
     note_mesh(scan);
 done:
     return status;

@@ -1,4 +1,5 @@
-/* Fuzz target for OBJ, OFF and STL: our checks, and OpenMesh's readers behind them. */
+/* Fuzz target for OBJ, OFF and STL: our checks, and OpenMesh's readers behind them; and for glTF.
+ */
 #include "tests/fuzz/fuzz_scan.h"
 
 static const char *const texts[] = {
@@ -11,6 +12,12 @@ static const char *const texts[] = {
     "v 0 1 0\nvt 0 1\nvt .5 2\nusemtl a\nf 1/1 2/2 3/-1\nusemtl b c\nf 3/1 2 1/2 -1/9\n",
     "OFF\n# c\n3 1 0\n0 0 0 255 0 0\n1 0 0\n0 1 0 1 1 1 1\n3 0 1 2\n",
     "NOFF 3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n4 0 1 2 0\n",
+    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
+    "\"nodes\":[{\"mesh\":0,\"children\":[1],\"scale\":[1,2,-1]},{\"rotation\":[0,0,1,1]}],"
+    "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"mode\":5}]}],"
+    "\"accessors\":[{\"bufferView\":0,\"componentType\":5121,\"count\":4,\"type\":\"VEC3\"}],"
+    "\"bufferViews\":[{\"buffer\":0,\"byteLength\":12}],"
+    "\"buffers\":[{\"uri\":\"data:;base64,AAECAwQFBgcICQoL\",\"byteLength\":12}]}",
     "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
     "endfacet\nendsolid\n",
 };

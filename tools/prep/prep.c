@@ -187,8 +187,9 @@ const cli_command cli_prep = {
     .summary = "convert scans to one chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ, TXT, CSV, PTS and PTX, and\n"
-        "heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D. Several inputs become one "
+        "Reads PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS and "
+        "PTX,\n"
+        "and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D. Several inputs become one "
         "model.\n"
         "An input is a file, a folder (all scans in it and below, but no images; one EPT, if it\n"
         "holds ept.json), a pattern in quotes, an address (https://...), or @list.txt with one\n"

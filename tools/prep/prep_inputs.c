@@ -445,6 +445,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
         STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
     step *= in->facts[i].way.projection ? in->facts[i].way.unit : 1.0;
     source->heights = source->heights || info->heights;
+    source->y_up = source->y_up || info->y_up;
     source->floats = source->floats || (step == 0.0 && info->point_count > 0);
     if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
         source->coordinate_step = step;

@@ -6,10 +6,13 @@
 #include "formats/scan/mesh/mesh_text.h"
 #include "formats/scan/number.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 static stp_status copy_part(char **out, const char *begin, const char *end, stp_error *err)
 {
@@ -103,6 +106,32 @@ stp_status stp_materials_add_image(stp_materials *m, const char *name, const cha
     stp_status status = STP_OK;
     STP_TRY(add_material(m, name, name_end, err));
     STP_TRY(find_image(m, name, name_end, &m->list[m->count - 1].image, err));
+done:
+    return status;
+}
+
+stp_status stp_materials_add(stp_materials *m, const uint16_t rgb[3], uint32_t image,
+                             stp_error *err)
+{
+    stp_status status = add_material(m, "", "", err);
+    if (status != STP_OK)
+        return status;
+    memcpy(m->list[m->count - 1].rgb, rgb, sizeof m->list[m->count - 1].rgb);
+    m->list[m->count - 1].image = image;
+    return STP_OK;
+}
+
+stp_status stp_materials_embed(stp_materials *m, const char *name, const uint8_t *bytes,
+                               size_t byte_count, uint32_t *image, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(find_image(m, name, name + strlen(name), image, err));
+    stp_texture *texture = &m->images[*image];
+    if (texture->bytes != NULL)
+        return STP_OK;
+    STP_TRY(stp_alloc(&texture->bytes, byte_count + 1, 1, "an image", err));
+    memcpy(texture->bytes, bytes, byte_count);
+    texture->byte_count = byte_count;
 done:
     return status;
 }
@@ -236,6 +265,27 @@ done:
     return status;
 }
 
+/* Loads the image of bytes: as a file that lies in memory. */
+static stp_status load_bytes(const stp_texture *texture, stp_image *image, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char path[32];
+    const int descriptor = memfd_create("image", MFD_CLOEXEC);
+    if (descriptor < 0)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for an image");
+    snprintf(path, sizeof path, "/proc/self/fd/%d", descriptor);
+    for (size_t at = 0; at < texture->byte_count && status == STP_OK;) {
+        const ssize_t wrote = write(descriptor, texture->bytes + at, texture->byte_count - at);
+        if (wrote < 0 && errno != EINTR)
+            status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for an image");
+        at += wrote > 0 ? (size_t)wrote : 0;
+    }
+    if (status == STP_OK)
+        status = stp_image_load(image, path, err);
+    close(descriptor);
+    return status;
+}
+
 static stp_status load_image(stp_materials *m, stp_texture *texture, const char *mesh_path,
                              stp_error *err)
 {
@@ -244,13 +294,18 @@ static stp_status load_image(stp_materials *m, stp_texture *texture, const char 
     stp_image image = {0};
     char *path = NULL;
     STP_TRY(path_beside(&path, mesh_path, texture->name, err));
-    const stp_status loaded = stp_image_load(&image, path, &why);
+    const stp_status loaded = texture->bytes != NULL ? load_bytes(texture, &image, &why)
+                                                     : stp_image_load(&image, path, &why);
+    if (texture->bytes != NULL && loaded != STP_OK)
+        stp_error_set(&why, loaded, "%s: %s: no image that can be read", mesh_path, texture->name);
     if (loaded == STP_OK && image.width > 0 && image.height > 0)
         STP_TRY(make_levels(texture, &image, err));
     else if (loaded == STP_OUT_OF_MEMORY)
         status = stp_error_set(err, loaded, "%s", why.message);
     else
         note_missing(m, &why);
+    free(texture->bytes);
+    texture->bytes = NULL;
 done:
     stp_image_destroy(&image);
     free(path);
@@ -354,6 +409,7 @@ void stp_materials_clear(stp_materials *m)
         for (unsigned l = 0; l < m->images[i].level_count; l++)
             free(m->images[i].levels[l].rgb);
         free(m->images[i].name);
+        free(m->images[i].bytes);
     }
     free(m->list);
     free(m->images);

@@ -1,5 +1,5 @@
-/* The colours of a mesh's faces: the materials of OBJ files (MTL: Kd and map_Kd), and images, which
- * PLY files name, too.
+/* The colours of a mesh's faces: the materials of OBJ files (MTL: Kd and map_Kd) and of glTF, and
+ * images, which PLY files name, too.
  *
  * Texture coordinates are (u right, v up), from 0 to 1 over an image, which repeats beyond. An
  * image is held as levels, each of half the size of the one before, and looked up where its texels
@@ -29,7 +29,9 @@ typedef struct stp_texture_level {
 } stp_texture_level;
 
 typedef struct stp_texture {
-    char *name; /* as the materials have it */
+    char *name;     /* as the materials have it */
+    uint8_t *bytes; /* of the image's file, if it is not one beside the mesh, until it is loaded */
+    size_t byte_count;
     stp_texture_level levels[STP_TEXTURE_LEVELS];
     unsigned level_count; /* 0: it could not be loaded */
 } stp_texture;
@@ -64,6 +66,13 @@ stp_status stp_materials_read(stp_materials *materials, const char *mesh_path, c
 /* Adds a material that is an image, by its file's name. Errors: OUT_OF_MEMORY. */
 stp_status stp_materials_add_image(stp_materials *materials, const char *name, const char *name_end,
                                    stp_error *err);
+/* Adds a material without a name. image: in images, or STP_NO_MATERIAL. Errors: OUT_OF_MEMORY. */
+stp_status stp_materials_add(stp_materials *materials, const uint16_t rgb[3], uint32_t image,
+                             stp_error *err);
+/* Adds an image by the bytes of its file, of which it keeps a copy; the same name is the same
+ * image. Errors: OUT_OF_MEMORY. */
+stp_status stp_materials_embed(stp_materials *materials, const char *name, const uint8_t *bytes,
+                               size_t byte_count, uint32_t *image, stp_error *err);
 /* The number of a material; STP_NO_MATERIAL: none has this name. */
 uint32_t stp_materials_find(const stp_materials *materials, const char *name, const char *name_end);
 /* Adds the next triangle. Errors: OUT_OF_MEMORY. */

@@ -17,7 +17,7 @@ typedef struct stp_mesh {
     uint32_t (*triangles)[3];
 } stp_mesh;
 
-/* Loads PLY, OBJ, OFF or STL. Errors as stp_scan_open. */
+/* Loads PLY, OBJ, OFF, STL or glTF. Errors as stp_scan_open. */
 stp_status stp_mesh_load(stp_mesh **out, const char *path, stp_error *err);
 void stp_mesh_destroy(stp_mesh **mesh);
 /* Writes area-weighted vertex normals of the faces into normals[vertex_count]. A normal is zero if

@@ -1,6 +1,7 @@
-/* Reads OBJ, OFF and STL into a point mesh through OpenMesh. */
+/* Reads OBJ, OFF and STL into a point mesh through OpenMesh, and glTF. */
 #include "formats/scan/mesh/mesh_read.h"
 
+#include "formats/scan/gltf/gltf.h"
 #include "formats/scan/mesh/mesh_colours.h"
 #include "formats/scan/mesh/mesh_text.h"
 #include "formats/scan/mesh/openmesh_shim.h"
@@ -95,6 +96,10 @@ stp_status stp_mesh_read(stp_point_mesh *mesh, const char *path, stp_scan_format
 {
     stp_status status = STP_OK;
     stp_mesh_text text = {0};
+    if (format == STP_SCAN_GLTF) {
+        status = stp_gltf_read(mesh, path, err);
+        return status == STP_OK ? stp_mesh_take_colours(mesh, path, err) : status;
+    }
     const bool is_stl = format == STP_SCAN_STL_ASCII || format == STP_SCAN_STL_BINARY;
     mesh_sink sink = {.mesh = mesh, .path = path, .has_points = !is_stl};
     const stp_openmesh_sink callbacks = {&sink, add_vertex, add_normal, add_face};

@@ -1,4 +1,5 @@
-/* Reads OBJ, OFF and STL into a point mesh through OpenMesh. Threads: any, one file each. */
+/* Reads OBJ, OFF and STL into a point mesh through OpenMesh, and glTF. Threads: any, one file each.
+ */
 #ifndef STP_FORMATS_SCAN_MESH_MESH_READ_H
 #define STP_FORMATS_SCAN_MESH_MESH_READ_H
 

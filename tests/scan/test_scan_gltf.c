@@ -1,0 +1,273 @@
+/* Tests glTF: a square in all its ways of storing, placed by nodes; colours; files that are wrong.
+ */
+#include "formats/image/image.h"
+#include "formats/scan/mesh/mesh.h"
+#include "tests/fixtures/scan_fixture.h"
+
+#include <math.h>
+
+/* The buffer of the square: corners as floats, then as bytes, indices of two triangles, colours of
+ * corners in linear light, places in an image. */
+typedef struct square_buffer {
+    float corners[4][3];
+    int8_t bytes[4][4];
+    uint16_t indices[6];
+    uint16_t unused;
+    float colours[4][3];
+    float places[4][2];
+} square_buffer;
+
+static const square_buffer square = {
+    .corners = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}},
+    .bytes = {{0, 0, 0, 0}, {127, 0, 0, 0}, {127, 127, 0, 0}, {0, 127, 0, 0}},
+    .indices = {0, 1, 2, 0, 2, 3},
+    .colours = {{0, 0, 0}, {1, 1, 1}, {0.2140411f, 0, 0}, {0, 1, 0}},
+    .places = {{0, 1}, {1, 1}, {1, 0}, {0, 0}},
+};
+
+#define VIEW(member)                                                                               \
+    "{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu}", offsetof(square_buffer, member),       \
+        sizeof square.member
+
+/* Writes a file of the square. nodes, primitive: JSON. */
+static void write_square(const char *path, const char *nodes, const char *primitive,
+                         const char *more)
+{
+    char views[5][96], json[4096];
+    snprintf(views[0], sizeof views[0], VIEW(corners));
+    snprintf(views[1], sizeof views[1],
+             "{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu,\"byteStride\":4}",
+             offsetof(square_buffer, bytes), sizeof square.bytes);
+    snprintf(views[2], sizeof views[2], VIEW(indices));
+    snprintf(views[3], sizeof views[3], VIEW(colours));
+    snprintf(views[4], sizeof views[4], VIEW(places));
+    snprintf(json, sizeof json,
+             "{\"asset\":{\"version\":\"2.0\"},\"scenes\":[{\"nodes\":[0]}],\"nodes\":[%s],"
+             "\"meshes\":[{\"primitives\":[{%s}]}],\"buffers\":[{\"uri\":\"the%%20square.bin\"}],"
+             "\"bufferViews\":[%s,%s,%s,%s,%s],\"accessors\":["
+             "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+             "{\"bufferView\":1,\"componentType\":5120,\"normalized\":true,\"count\":4,\"type\":"
+             "\"VEC3\"},"
+             "{\"bufferView\":2,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"},"
+             "{\"bufferView\":3,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+             "{\"bufferView\":4,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"}]%s}",
+             nodes, primitive, views[0], views[1], views[2], views[3], views[4], more);
+    scan_fixture_text(path, json);
+    scan_fixture_bytes("the square.bin", &square, sizeof square);
+}
+
+static stp_mesh *load(const char *path)
+{
+    stp_error err = {0};
+    stp_mesh *mesh = NULL;
+    if (stp_mesh_load(&mesh, path, &err) != STP_OK)
+        fail_msg("%s", err.message);
+    return mesh;
+}
+
+static void expect_refused(const char *path, const char *message)
+{
+    stp_error err = {0};
+    stp_mesh *mesh = NULL;
+    assert_true(stp_mesh_load(&mesh, path, &err) != STP_OK);
+    if (strstr(err.message, message) == NULL)
+        fail_msg("%s: expected \"%s\"", err.message, message);
+}
+
+#define NODE "{\"mesh\":0}"
+#define CORNERS "\"attributes\":{\"POSITION\":0}"
+#define INDEXED CORNERS ",\"indices\":2"
+
+/* The triangle's area vector times two. */
+static stp_dvec3 turn(const stp_mesh *m, size_t t)
+{
+    const stp_dvec3 *p = m->positions;
+    const uint32_t *c = m->triangles[t];
+    return stp_dvec3_cross(stp_dvec3_sub(p[c[1]], p[c[0]]), stp_dvec3_sub(p[c[2]], p[c[0]]));
+}
+
+static void ways_of_storing(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *primitive;
+        size_t triangles;
+    } ways[] = {
+        {INDEXED, 2},
+        {"\"attributes\":{\"POSITION\":1},\"indices\":2", 2}, /* quantised, with a stride */
+        {CORNERS ",\"mode\":6", 2},                           /* a fan */
+        {CORNERS ",\"mode\":5", 2},                           /* a strip: 0 1 2, 2 1 3 */
+        {CORNERS, 1},                                         /* three vertices are one triangle */
+    };
+    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
+        write_square("square.gltf", NODE, ways[i].primitive, "");
+        stp_mesh *mesh = load("square.gltf");
+        assert_int_equal(mesh->triangle_count, ways[i].triangles);
+        assert_int_equal(mesh->vertex_count, ways[i].triangles == 2 ? 4 : 3);
+        for (size_t t = 0; t < mesh->triangle_count; t++)
+            assert_float_equal(fabs(turn(mesh, t).z), 1.0, 1e-6);
+        assert_float_equal(mesh->positions[2].x, 1.0, 1e-6);
+        assert_float_equal(mesh->positions[2].y, 1.0, 1e-6);
+        stp_mesh_destroy(&mesh);
+    }
+}
+
+static void put_word(uint8_t *at, size_t word)
+{
+    for (int i = 0; i < 4; i++)
+        at[i] = (uint8_t)(word >> 8 * i);
+}
+
+/* The same in one file: header, JSON, an unknown chunk, the buffer. */
+static void one_binary_file(void **state)
+{
+    (void)state;
+    static uint8_t file[8192];
+    size_t json_size, at = 20;
+    write_square("square.gltf", NODE, INDEXED, "");
+    char *json = (char *)scan_fixture_load("square.gltf", &json_size);
+    char *uri = strstr(json, "\"uri\":\"the%20square.bin\"");
+    assert_non_null(uri);
+    memset(uri, ' ', strcspn(uri, "}"));
+    memcpy(file, "glTF\2\0\0\0", 8);
+    put_word(file + 12, json_size);
+    memcpy(file + 16, "JSON", 4);
+    memcpy(file + at, json, json_size);
+    at += json_size;
+    put_word(file + at, 4);
+    memcpy(file + at + 4, "????....", 8);
+    at += 12;
+    put_word(file + at, sizeof square);
+    memcpy(file + at + 4, "BIN", 4);
+    memcpy(file + at + 8, &square, sizeof square);
+    at += 8 + sizeof square;
+    put_word(file + 8, at);
+    assert_int_equal(remove("the square.bin"), 0);
+    scan_fixture_bytes("square.bytes", file, at); /* its content tells the format */
+    stp_mesh *mesh = load("square.bytes");
+    assert_int_equal(mesh->triangle_count, 2);
+    assert_float_equal(mesh->positions[2].y, 1.0, 1e-6);
+    stp_mesh_destroy(&mesh);
+    scan_fixture_bytes("cut.glb", file, at - 1);
+    expect_refused("cut.glb", "within a chunk");
+    free(json);
+}
+
+/* Twice as large, turned about x, moved; then mirrored. Faces keep the side that they show. */
+static void nodes_place(void **state)
+{
+    (void)state;
+    write_square("placed.gltf",
+                 "{\"children\":[1],\"translation\":[10,20,30]},{\"children\":[2],\"rotation\":"
+                 "[0.70710678,0,0,0.70710678]},{\"mesh\":0,\"matrix\":[2,0,0,0, 0,2,0,0, 0,0,2,0, "
+                 "1,0,0,1]}",
+                 INDEXED, "");
+    stp_mesh *mesh = load("placed.gltf");
+    const double expected[4][3] = {{11, 20, 30}, {13, 20, 30}, {13, 20, 32}, {11, 20, 32}};
+    for (int i = 0; i < 4; i++) {
+        assert_float_equal(mesh->positions[i].x, expected[i][0], 1e-6);
+        assert_float_equal(mesh->positions[i].y, expected[i][1], 1e-6);
+        assert_float_equal(mesh->positions[i].z, expected[i][2], 1e-6);
+    }
+    assert_float_equal(turn(mesh, 0).y, -4.0, 1e-5);
+    stp_mesh_destroy(&mesh);
+    write_square("mirror.gltf", "{\"mesh\":0,\"scale\":[-1,1,1]}", INDEXED, "");
+    mesh = load("mirror.gltf");
+    assert_float_equal(mesh->positions[1].x, -1.0, 1e-6);
+    assert_float_equal(turn(mesh, 0).z, 1.0, 1e-6);
+    stp_mesh_destroy(&mesh);
+}
+
+static void vertices_have_colours(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    write_square(
+        "colours.gltf", NODE,
+        "\"attributes\":{\"POSITION\":0,\"COLOR_0\":3,\"NORMAL\":0},\"mode\":0,\"material\":0",
+        ",\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0.5,1,1]}}]");
+    stp_point *points = scan_fixture_read("colours.gltf", NULL, &info);
+    assert_int_equal(info.point_count, 4);
+    assert_int_equal(info.attributes, STP_POINT_HAS_NORMAL | STP_POINT_HAS_COLOUR);
+    assert_true(info.y_up && !info.heights);
+    assert_int_equal(points[1].rgb[0], 65535);
+    assert_in_range(points[1].rgb[1], 48190, 48200); /* half of the light: 188 of 255 */
+    assert_in_range(points[2].rgb[0], 32760, 32775); /* 0.214 of the light is half of the number */
+    assert_int_equal(points[3].rgb[0], 0);
+    scan_fixture_normal(&points[1], 1.0, 0.0, 0.0);
+    free(points);
+}
+
+/* An image beside the file: the left half is red, the right half blue, and its top row is green. */
+static void images_give_colours(void **state)
+{
+    (void)state;
+    stp_error err = {0};
+    static uint8_t texels[64 * 64][4];
+    for (int i = 0; i < 64 * 64; i++)
+        memcpy(texels[i],
+               i < 64 * 32   ? (uint8_t[]){0, 255, 0, 255}
+               : i % 64 < 32 ? (uint8_t[]){255, 0, 0, 255}
+                             : (uint8_t[]){0, 0, 255, 255},
+               4);
+    const stp_image image = {64, 64, texels[0]};
+    assert_int_equal(stp_image_save(&image, "colours.png", true, &err), STP_OK);
+    write_square("image.gltf", NODE,
+                 "\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":4},\"indices\":2,\"material\":0",
+                 ",\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}}],"
+                 "\"textures\":[{\"source\":0}],\"images\":[{\"uri\":\"colours.png\"}]");
+    stp_scan_info info;
+    const stp_scan_params params = {.sample_count = 4000};
+    stp_point *points = scan_fixture_read("image.gltf", &params, &info);
+    size_t count = 4000, wrong = 0;
+    assert_int_equal(info.point_count, count);
+    for (size_t i = 0; i < count; i++) {
+        const stp_point *p = &points[i];
+        const int expected = p->position.y > 0.5 ? 1 : p->position.x < 0.5 ? 0 : 2;
+        wrong += p->rgb[expected] != 65535 && fabs(p->position.x - 0.5) > 0.05 &&
+                 fabs(p->position.y - 0.5) > 0.05;
+    }
+    assert_int_equal(wrong, 0);
+    free(points);
+}
+
+static void wrong_files_are_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *nodes, *primitive, *more, *message;
+    } files[] = {
+        {NODE, "\"attributes\":{\"POSITION\":9}", "", "an accessor is missing"},
+        {NODE, CORNERS ",\"indices\":0", "", "another kind"},
+        {NODE, "\"attributes\":{\"POSITION\":4}", "", "another kind"},
+        {NODE, CORNERS ",\"mode\":7", "", "unknown mode"},
+        {NODE, CORNERS ",\"indices\":-1", "", "no whole number"},
+        {"{\"mesh\":3}", CORNERS, "", "names no mesh"},
+        {"{\"children\":[0]}", CORNERS, "", "no tree"},
+        {"{\"matrix\":[1,2]}", CORNERS, "", "16 numbers"},
+        {NODE, CORNERS, ",\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]", "KHR_draco"},
+    };
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        write_square("wrong.gltf", files[i].nodes, files[i].primitive, files[i].more);
+        expect_refused("wrong.gltf", files[i].message);
+    }
+    write_square("cut.gltf", NODE, INDEXED, "");
+    scan_fixture_bytes("the square.bin", &square, 20);
+    expect_refused("cut.gltf", "beyond its buffer");
+    assert_int_equal(remove("the square.bin"), 0);
+    expect_refused("cut.gltf", "the square.bin");
+    scan_fixture_text("short.glb", "glTF");
+    expect_refused("short.glb", "within its header");
+    scan_fixture_text("json.gltf", "{\"asset\":");
+    expect_refused("json.gltf", "cut");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ways_of_storing),     cmocka_unit_test(one_binary_file),
+        cmocka_unit_test(nodes_place),         cmocka_unit_test(vertices_have_colours),
+        cmocka_unit_test(images_give_colours), cmocka_unit_test(wrong_files_are_refused),
+    };
+    return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+}
