@@ -157,13 +157,20 @@ static void fine_images_are_averaged(void **state)
     close_mesh(&mesh);
 }
 
-/* Two faces of one edge keep their own colours, also as triangles; their vertices have the mean. */
+#define TWO_FACES                                                                                  \
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl red one\nf 1 2 3\nusemtl photo\nf 1 3 4\n"
+
+/* Two faces of one edge keep their own colours, also as triangles; their vertices have the mean.
+ * The library's name may stand anywhere. */
 static void materials_colour_faces(void **state)
 {
     (void)state;
     scan_fixture_text("the library.mtl", library);
-    scan_fixture_text("two.obj", "mtllib the library.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
-                                 "usemtl red one\nf 1 2 3\nusemtl photo\nf 1 3 4\n");
+    scan_fixture_text("two.obj", "mtllib the library.mtl\n" TWO_FACES);
+    opened first = open_mesh("two.obj", NULL);
+    assert_int_equal(first.points[1].rgb[0], 65535);
+    close_mesh(&first);
+    scan_fixture_text("two.obj", TWO_FACES "# mtllib none\n  mtllib the library.mtl");
     opened mesh = open_mesh("two.obj", &(stp_scan_params){.sample_coarse = true});
     assert_int_equal(mesh.triangles.triangle_count, 2);
     for (int t = 0; t < 2; t++)

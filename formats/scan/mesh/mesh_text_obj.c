@@ -190,15 +190,24 @@ done:
     return status;
 }
 
-/* `mtllib NAME` and `usemtl NAME`; names may have spaces. */
-static stp_status obj_material(obj_parser *p, bool library, stp_error *err)
+/* Reads the libraries of all `mtllib NAME` lines, wherever they stand; names may have spaces. */
+static stp_status obj_libraries(obj_parser *p, stp_error *err)
 {
-    const char *begin, *end;
-    stp_text_rest(&p->lines, &begin, &end);
-    if (library)
-        return stp_materials_read(&p->mesh->materials, p->lines.text->path, begin, end, err);
-    p->material = stp_materials_find(&p->mesh->materials, begin, end);
-    return STP_OK;
+    stp_status status = STP_OK;
+    stp_text_lines lines = p->lines;
+    for (char *at = lines.at; (at = memmem(at, (size_t)(lines.end - at), "mtllib", 6)) != NULL;) {
+        char *before = memrchr(p->lines.at, '\n', (size_t)(at - p->lines.at));
+        lines.at = before != NULL ? before + 1 : p->lines.at;
+        stp_text_next_line(&lines);
+        const char *end, *begin = stp_text_next_token(&lines, &end);
+        at = lines.at;
+        if (!stp_text_token_is(begin, end, "mtllib"))
+            continue;
+        stp_text_rest(&lines, &begin, &end);
+        STP_TRY(stp_materials_read(&p->mesh->materials, lines.text->path, begin, end, err));
+    }
+done:
+    return status;
 }
 
 static stp_status obj_statement(obj_parser *p, const char *begin, const char *end, stp_error *err)
@@ -213,8 +222,10 @@ static stp_status obj_statement(obj_parser *p, const char *begin, const char *en
         return obj_face(p, err);
     if (stp_text_token_is(begin, end, "l"))
         return obj_line(p, err);
-    if (stp_text_token_is(begin, end, "mtllib") || stp_text_token_is(begin, end, "usemtl"))
-        return obj_material(p, *begin == 'm', err);
+    if (stp_text_token_is(begin, end, "usemtl")) {
+        stp_text_rest(&p->lines, &begin, &end);
+        p->material = stp_materials_find(&p->mesh->materials, begin, end);
+    }
     return STP_OK;
 }
 
@@ -223,6 +234,7 @@ stp_status stp_mesh_text_prepare_obj(stp_mesh_text *text, stp_point_mesh *mesh, 
     stp_status status = STP_OK;
     join_continued_lines(text);
     obj_parser p = {.lines = stp_text_lines_begin(text), .mesh = mesh, .material = STP_NO_MATERIAL};
+    STP_TRY(obj_libraries(&p, err));
     while (stp_text_next_line(&p.lines)) {
         const char *end, *begin = stp_text_next_token(&p.lines, &end);
         if (begin)
