@@ -54,7 +54,7 @@ static inline size_t fuzz_mutate_words(uint8_t *data, size_t size, size_t capaci
     const size_t at = (seed >> 3) % size;
     const size_t replaced = seed & 1 ? (length < size - at ? length : size - at) : 0;
     memmove(data + at + length, data + at + replaced, size - at - replaced);
-    memcpy(data + at, word, length);
+    memcpy(data + at, word, length); /* NOLINT(bugprone-not-null-terminated-result): no string */
     return size + length - replaced;
 }
 

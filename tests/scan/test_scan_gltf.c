@@ -129,16 +129,17 @@ static void one_binary_file(void **state)
     char *uri = strstr(json, "\"uri\":\"the%20square.bin\"");
     assert_non_null(uri);
     memset(uri, ' ', strcspn(uri, "}"));
-    memcpy(file, "glTF\2\0\0\0", 8);
+    put_word(file, 0x46546c67); /* glTF */
+    put_word(file + 4, 2);
     put_word(file + 12, json_size);
-    memcpy(file + 16, "JSON", 4);
+    put_word(file + 16, 0x4e4f534a); /* JSON */
     memcpy(file + at, json, json_size);
     at += json_size;
     put_word(file + at, 4);
-    memcpy(file + at + 4, "????....", 8);
+    put_word(file + at + 4, 0x3f3f3f3f);
     at += 12;
     put_word(file + at, sizeof square);
-    memcpy(file + at + 4, "BIN", 4);
+    put_word(file + at + 4, 0x004e4942); /* BIN */
     memcpy(file + at + 8, &square, sizeof square);
     at += 8 + sizeof square;
     put_word(file + 8, at);

@@ -90,8 +90,9 @@ static stp_status list_items(stp_gltf_file *f, stp_error *err)
                                       "lists of a glTF file", err);
         if (status != STP_OK)
             return status;
-        if (count > 0)
-            cJSON_ArrayForEach(item, list) f->lists[i][f->counts[i]++] = item;
+        item = count > 0 ? list->child : NULL;
+        for (; item != NULL; item = item->next)
+            f->lists[i][f->counts[i]++] = item;
     }
     return STP_OK;
 }
@@ -100,12 +101,12 @@ stp_status stp_gltf_whole(const stp_gltf_file *f, const cJSON *object, const cha
                           uint64_t otherwise, uint64_t *out, stp_error *err)
 {
     const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
-    char what[96];
     *out = otherwise;
     if (item == NULL)
         return STP_OK;
     const double number = cJSON_IsNumber(item) ? item->valuedouble : -1.0;
     if (!(number >= 0.0 && number < 9e15) || (double)(uint64_t)number != number) {
+        char what[96];
         snprintf(what, sizeof what, "\"%s\" is no whole number", key);
         return stp_gltf_corrupt(f, err, what);
     }

@@ -64,8 +64,9 @@ stp_status stp_gltf_index(const stp_gltf_file *file, const cJSON *object, const 
 /* The bytes of a buffer view. Errors: CORRUPT. */
 stp_status stp_gltf_view(const stp_gltf_file *file, uint32_t index, const uint8_t **data,
                          size_t *size, size_t *stride, stp_error *err);
-/* components: those wanted, in bits: 1 << 3 for three. Errors: CORRUPT, UNSUPPORTED. */
-stp_status stp_gltf_numbers_of(const stp_gltf_file *file, uint32_t accessor, unsigned components,
+/* The numbers of an accessor. components: those wanted, in bits: 1 << 3 for three. Errors: CORRUPT,
+ * UNSUPPORTED. */
+stp_status stp_gltf_numbers_of(const stp_gltf_file *file, uint32_t index, unsigned components,
                                stp_gltf_numbers *out, stp_error *err);
 /* A number; of normalized types as a fraction of 1. */
 double stp_gltf_number(const stp_gltf_numbers *numbers, size_t item, unsigned component);

@@ -60,24 +60,21 @@ static placing combine(const placing *a, const placing *b)
     return c;
 }
 
-/* cJSON has no numbers of six or more: a node's matrix has sixteen. */
 static stp_status read_matrix(const stp_gltf_file *f, const cJSON *matrix, placing *out,
                               stp_error *err)
 {
-    const cJSON *item;
-    int i = 0;
-    cJSON_ArrayForEach(item, matrix)
-    {
-        if (i >= 16 || !cJSON_IsNumber(item) || !isfinite(item->valuedouble))
-            break;
-        if (i % 4 < 3 && i < 12)
-            out->linear[3 * (i / 4) + i % 4] = item->valuedouble;
-        else if (i % 4 < 3)
-            out->offset[i - 12] = item->valuedouble;
-        i++;
+    const cJSON *item = matrix->child;
+    double m[16];
+    for (int i = 0; i < 16; i++, item = item->next) {
+        if (!cJSON_IsNumber(item) || !isfinite(item->valuedouble))
+            return stp_gltf_corrupt(f, err, "a node's matrix is not 16 numbers");
+        m[i] = item->valuedouble;
     }
-    return i == 16 && item == NULL ? STP_OK
-                                   : stp_gltf_corrupt(f, err, "a node's matrix is not 16 numbers");
+    for (int i = 0; i < 9; i++)
+        out->linear[i] = m[4 * (i / 3) + i % 3];
+    for (int i = 0; i < 3; i++)
+        out->offset[i] = m[12 + i];
+    return STP_OK;
 }
 
 static stp_status place_of(const stp_gltf_file *f, const cJSON *node, placing *out, stp_error *err)
@@ -178,8 +175,8 @@ static stp_status add_triangle(scene *s, const vertices *v, const uint64_t corne
                                stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t points[3];
-    float places[3][2];
+    uint32_t points[3] = {0};
+    float places[3][2] = {{0.0f}};
     const int second = v->turned < 0.0 ? 2 : 1;
     const int order[3] = {0, second, 3 - second};
     for (int k = 0; k < 3; k++) {
@@ -335,6 +332,7 @@ done:
 static stp_status add_node(scene *s, uint32_t index, const placing *above, int depth,
                            stp_error *err);
 
+// NOLINTNEXTLINE(misc-no-recursion): DEPTH_LIMIT
 static stp_status add_nodes(scene *s, const cJSON *list, const placing *above, int depth,
                             stp_error *err)
 {
@@ -352,6 +350,7 @@ done:
 }
 
 /* A node is reached once, since nodes form trees. */
+// NOLINTNEXTLINE(misc-no-recursion): DEPTH_LIMIT
 static stp_status add_node(scene *s, uint32_t index, const placing *above, int depth,
                            stp_error *err)
 {
