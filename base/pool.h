@@ -20,9 +20,9 @@ stp_status stp_pool_create(stp_pool **out, unsigned thread_count, stp_error *err
 void stp_pool_destroy(stp_pool **pool);
 unsigned stp_pool_thread_count(const stp_pool *pool);
 
-/* Runs task for every index and returns when all tasks have ended. Indices start in increasing
- * order. After a failure no further index starts. Returns the failure of the lowest index that
- * failed. */
+/* Runs task for every index and returns when all tasks have ended. Indices are taken in
+ * increasing order; soon after a failure no further ones. Returns the failure of the lowest index
+ * that failed. */
 stp_status stp_pool_run(stp_pool *pool, size_t count, stp_pool_task *task, void *context,
                         stp_error *err);
 

@@ -316,11 +316,13 @@ static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
     stp_draw_params taken = *asked;
     bool chooses = taken.lod == STP_LOD_AUTO;
     if (chooses) /* another road would begin a settling picture anew */
-        taken.lod = r->settling.phase != STP_SETTLE_NONE ? r->drawn.lod
-                                                         : stp_road_take(&r->road, taken.stream);
+        taken.lod = r->road_chosen && r->settling.phase != STP_SETTLE_NONE
+                        ? r->drawn.lod
+                        : stp_road_take(&r->road, taken.stream);
     d->params = &taken;
     stp_status status = draw_by_road(r, d, err);
     d->params = asked;
+    r->road_chosen = chooses;
     if (chooses)
         stp_road_leave(&r->road, status == STP_OK && d->stats.cut_complete);
     return status;

@@ -56,6 +56,7 @@ struct stp_renderer {
     stp_cut cut, ahead_cut;
     stp_motion motion;
     stp_road road;         /* picks the road if the host asks for STP_LOD_AUTO */
+    bool road_chosen;      /* the last picture was drawn by the road that `road` picked */
     bool moves;            /* the camera moved since the last frame */
     stp_draw_params drawn; /* of the last frame */
     stp_draw_stats last;   /* of the last frame */

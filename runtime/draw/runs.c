@@ -188,9 +188,10 @@ size_t stp_runs_places(const stp_runs *r)
     return RUN_SAMPLES * r->run_count + r->listed_count;
 }
 
-/* Starts as many groups as there are runs. For a GPU as many as there may be: groups without runs
- * cost it nothing, but its driver reads the buffer of an indirect dispatch back, which takes
- * milliseconds, and then says that the buffer still holds what it held then (NVIDIA 580). */
+/* Starts as many groups as there are runs; on a GPU as many as there may be, since groups without
+ * runs cost it nothing. NVIDIA's driver (580) reads the buffer of an indirect dispatch back, which
+ * takes milliseconds; glGetNamedBufferSubData then gave what it had read, without what the groups
+ * counted. */
 static void dispatch(const stp_runs *r)
 {
     const size_t row = (size_t)ROW_GROUPS * GROUP_SAMPLES / RUN_SAMPLES;

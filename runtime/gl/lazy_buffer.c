@@ -74,10 +74,12 @@ void stp_lazy_buffer_fill(stp_lazy_buffer *b, uint64_t begin, uint64_t bytes)
     if (b->has_memory == NULL || bytes == 0)
         return;
     for (uint64_t i = begin / b->page_bytes; i <= (begin + bytes - 1) / b->page_bytes; i++) {
-        if (!b->has_memory[i])
-            glNamedBufferPageCommitmentARB(b->name, (GLintptr)(i * b->page_bytes),
-                                           (GLsizeiptr)b->page_bytes, GL_TRUE);
-        b->has_memory[i] = true;
+        if (b->has_memory[i])
+            continue;
+        glNamedBufferPageCommitmentARB(b->name, (GLintptr)(i * b->page_bytes),
+                                       (GLsizeiptr)b->page_bytes, GL_TRUE);
+        b->has_memory[i] = glGetError() == GL_NO_ERROR;
+        b->lacks_memory |= !b->has_memory[i];
     }
 }
 

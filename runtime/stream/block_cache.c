@@ -329,7 +329,8 @@ stp_status stp_block_cache_update(stp_block_cache *c, uint64_t stamp, stp_error 
         c->ahead_refused = c->ahead_refused || ahead;
         stp_stream_release(c->stream, load);
     }
-    return stp_gl_check("uploading blocks", err);
+    stp_status status = stp_object_texture_check(&c->texture, err);
+    return status == STP_OK ? stp_gl_check("uploading blocks", err) : status;
 }
 
 void stp_block_cache_want(stp_block_cache *c, const stp_want *wants, size_t count, size_t ahead)
@@ -392,7 +393,7 @@ static stp_status take_news(stp_block_cache *c, stp_cache_load *l, stp_error *er
         l->damaged = l->damaged || broken;
     }
     stp_upload_ring_fence(&c->ring);
-    return STP_OK;
+    return stp_object_texture_check(&c->texture, err);
 }
 
 /* Whether a want needs nothing more. */

@@ -102,6 +102,15 @@ bool stp_object_texture_place(stp_object_texture *t, const stp_block *block, int
     return true;
 }
 
+stp_status stp_object_texture_check(const stp_object_texture *t, stp_error *err)
+{
+    if (t->samples.lacks_memory || t->patch_of_sample.lacks_memory || t->patches.lacks_memory ||
+        t->chunks.lacks_memory)
+        return stp_error_set(err, STP_GL,
+                             "the GPU has no memory left for samples: give a smaller --gpu-memory");
+    return STP_OK;
+}
+
 uint64_t stp_placement_bytes(const stp_placement *placement)
 {
     return placement->samples.count * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES +

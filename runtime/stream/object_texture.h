@@ -45,6 +45,8 @@ void stp_object_texture_destroy(stp_object_texture *texture);
  * OUT_OF_MEMORY. */
 bool stp_object_texture_place(stp_object_texture *texture, const stp_block *block, int finest_level,
                               stp_placement *out, stp_status *status, stp_error *err);
+/* Fails if the GPU lacked memory for something that was copied. Errors: GL. */
+stp_status stp_object_texture_check(const stp_object_texture *texture, stp_error *err);
 /* Bytes of the Object Texture that a place takes. */
 uint64_t stp_placement_bytes(const stp_placement *placement);
 void stp_object_texture_release(stp_object_texture *texture, const stp_placement *placement);

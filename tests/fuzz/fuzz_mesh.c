@@ -14,8 +14,15 @@ static const char *const texts[] = {
     "NOFF 3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n4 0 1 2 0\n",
     "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
     "\"nodes\":[{\"mesh\":0,\"children\":[1],\"scale\":[1,2,-1]},{\"rotation\":[0,0,1,1]}],"
-    "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"mode\":5}]}],"
-    "\"accessors\":[{\"bufferView\":0,\"componentType\":5121,\"count\":4,\"type\":\"VEC3\"}],"
+    "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"mode\":5,\"material\":0},"
+    "{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1,\"COLOR_0\":0},\"indices\":2,\"material\":0}]"
+    "}],"
+    "\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0},"
+    "\"baseColorFactor\":[1,0,1,1]}}],"
+    "\"textures\":[{\"source\":0}],\"images\":[{\"bufferView\":0}],"
+    "\"accessors\":[{\"bufferView\":0,\"componentType\":5121,\"count\":4,\"type\":\"VEC3\"},"
+    "{\"bufferView\":0,\"componentType\":5121,\"count\":4,\"type\":\"VEC2\"},"
+    "{\"bufferView\":0,\"componentType\":5121,\"count\":3,\"type\":\"SCALAR\"}],"
     "\"bufferViews\":[{\"buffer\":0,\"byteLength\":12}],"
     "\"buffers\":[{\"uri\":\"data:;base64,AAECAwQFBgcICQoL\",\"byteLength\":12}]}",
     "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"

@@ -50,7 +50,8 @@ static void write_square(const char *path, const char *nodes, const char *primit
              "\"VEC3\"},"
              "{\"bufferView\":2,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"},"
              "{\"bufferView\":3,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
-             "{\"bufferView\":4,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"}]%s}",
+             "{\"bufferView\":4,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"},"
+             "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"SCALAR\"}]%s}",
              nodes, primitive, views[0], views[1], views[2], views[3], views[4], more);
     scan_fixture_text(path, json);
     scan_fixture_bytes("the square.bin", &square, sizeof square);
@@ -213,8 +214,9 @@ static void images_give_colours(void **state)
                4);
     const stp_image image = {64, 64, texels[0]};
     assert_int_equal(stp_image_save(&image, "colours.png", true, &err), STP_OK);
-    write_square("image.gltf", NODE,
-                 "\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":4},\"indices\":2,\"material\":0",
+    write_square("image.gltf", NODE, /* images win over colours of vertices */
+                 "\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":4,\"COLOR_0\":3},\"indices\":2,"
+                 "\"material\":0",
                  ",\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}}],"
                  "\"textures\":[{\"source\":0}],\"images\":[{\"uri\":\"colours.png\"}]");
     stp_scan_info info;
@@ -238,7 +240,7 @@ static void wrong_files_are_refused(void **state)
     static const struct {
         const char *nodes, *primitive, *more, *message;
     } files[] = {
-        {NODE, "\"attributes\":{\"POSITION\":9}", "", "an accessor is missing"},
+        {NODE, "\"attributes\":{\"POSITION\":9}", "", "there is no accessor 9"},
         {NODE, CORNERS ",\"indices\":0", "", "another kind"},
         {NODE, "\"attributes\":{\"POSITION\":4}", "", "another kind"},
         {NODE, CORNERS ",\"mode\":7", "", "unknown mode"},
@@ -246,6 +248,9 @@ static void wrong_files_are_refused(void **state)
         {"{\"mesh\":3}", CORNERS, "", "names no mesh"},
         {"{\"children\":[0]}", CORNERS, "", "no tree"},
         {"{\"matrix\":[1,2]}", CORNERS, "", "16 numbers"},
+        {"{\"mesh\":0,\"children\":[1,1]},{}", CORNERS, "", "no tree"},
+        {"{\"matrix\":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1,0]}", CORNERS, "", "16 numbers"},
+        {NODE, CORNERS ",\"indices\":5", ",\"unused\":0", "no indices"},
         {NODE, CORNERS, ",\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]", "KHR_draco"},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
@@ -261,6 +266,15 @@ static void wrong_files_are_refused(void **state)
     expect_refused("short.glb", "within its header");
     scan_fixture_text("json.gltf", "{\"asset\":");
     expect_refused("json.gltf", "cut");
+    /* version 1 has objects where version 2 has lists */
+    scan_fixture_text("old.gltf",
+                      "{\"asset\":{\"version\":\"1.0\"},\"buffers\":{\"a\":{},\"b\":{}}}");
+    expect_refused("old.gltf", "version 1.0");
+    scan_fixture_text("objects.gltf",
+                      "{\"asset\":{\"version\":\"2.0\"},\"buffers\":{\"a\":{},\"b\":{},\"c\":{}},"
+                      "\"materials\":{\"a\":{},\"b\":{},\"c\":{}},\"nodes\":{\"a\":{}},"
+                      "\"scenes\":[{\"nodes\":[0]}]}");
+    expect_refused("objects.gltf", "no tree");
 }
 
 int main(void)

@@ -5,6 +5,7 @@
 #include "base/json.h"
 #include "base/memory.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,8 +17,13 @@
 #define GLB_JSON 0x4e4f534au
 #define GLB_BINARY 0x004e4942u
 
-stp_status stp_gltf_corrupt(const stp_gltf_file *file, stp_error *err, const char *what)
+stp_status stp_gltf_corrupt(const stp_gltf_file *file, stp_error *err, const char *format, ...)
 {
+    char what[160];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(what, sizeof what, format, arguments);
+    va_end(arguments);
     return stp_error_set(err, STP_CORRUPT, "%s: %s: mend the file or export it again", file->path,
                          what);
 }
@@ -81,8 +87,9 @@ const cJSON *stp_gltf_item(const stp_gltf_file *f, stp_gltf_list list, uint32_t 
 /* cJSON's lists are chains. */
 static stp_status list_items(stp_gltf_file *f, stp_error *err)
 {
-    static const char *const names[STP_GLTF_LIST_COUNT] = {
-        "scenes", "nodes", "meshes", "accessors", "bufferViews", "textures", "images"};
+    static const char *const names[STP_GLTF_LIST_COUNT] = {"scenes",    "nodes",       "meshes",
+                                                           "accessors", "bufferViews", "textures",
+                                                           "images",    "materials",   "buffers"};
     for (int i = 0; i < STP_GLTF_LIST_COUNT; i++) {
         const cJSON *list = cJSON_GetObjectItemCaseSensitive(f->json, names[i]), *item;
         const int count = cJSON_IsArray(list) ? cJSON_GetArraySize(list) : 0;
@@ -105,11 +112,8 @@ stp_status stp_gltf_whole(const stp_gltf_file *f, const cJSON *object, const cha
     if (item == NULL)
         return STP_OK;
     const double number = cJSON_IsNumber(item) ? item->valuedouble : -1.0;
-    if (!(number >= 0.0 && number < 9e15) || (double)(uint64_t)number != number) {
-        char what[96];
-        snprintf(what, sizeof what, "\"%s\" is no whole number", key);
-        return stp_gltf_corrupt(f, err, what);
-    }
+    if (!(number >= 0.0 && number < 9e15) || (double)(uint64_t)number != number)
+        return stp_gltf_corrupt(f, err, "\"%s\" is no whole number", key);
     *out = (uint64_t)number;
     return STP_OK;
 }
@@ -189,14 +193,14 @@ stp_status stp_gltf_fetch(const stp_gltf_file *f, const char *uri, stp_gltf_byte
     stp_status status = STP_OK;
     char *path = NULL;
     size_t size = 0;
-    *out = (stp_gltf_bytes){0};
     if (strncmp(uri, "data:", 5) == 0) {
         const char *text = strstr(uri, ";base64,");
         return text != NULL ? decode_base64(f, text + 8, out, err)
                             : stp_gltf_corrupt(f, err, "a data URI is no base64");
     }
     if (strstr(uri, "://") != NULL)
-        return stp_error_set(err, STP_UNSUPPORTED, "%s names %s: put that file beside it", f->path,
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s names %s: download it and write its file's name there", f->path,
                              uri);
     STP_TRY(path_of(f, uri, &path, err));
     STP_TRY(read_file(path, &out->owned, &size, err));
@@ -211,18 +215,18 @@ done:
 
 static stp_status load_buffers(stp_gltf_file *f, stp_error *err)
 {
+    static const uint8_t nothing = 0;
     stp_status status = STP_OK;
-    const cJSON *list = cJSON_GetObjectItemCaseSensitive(f->json, "buffers"), *item;
-    const int count = cJSON_IsArray(list) ? cJSON_GetArraySize(list) : 0;
+    const uint32_t count = f->counts[STP_GLTF_BUFFERS];
     STP_TRY(stp_alloc(&f->buffers, (size_t)count + 1, sizeof *f->buffers, "buffers", err));
-    cJSON_ArrayForEach(item, list)
-    {
-        const cJSON *uri = cJSON_GetObjectItemCaseSensitive(item, "uri");
-        stp_gltf_bytes *buffer = &f->buffers[f->buffer_count++];
+    while (f->buffer_count < count) {
+        const uint32_t i = f->buffer_count++;
+        const cJSON *uri = cJSON_GetObjectItemCaseSensitive(f->lists[STP_GLTF_BUFFERS][i], "uri");
+        f->buffers[i] = (stp_gltf_bytes){&nothing, 0, NULL};
         if (cJSON_IsString(uri))
-            STP_TRY(stp_gltf_fetch(f, uri->valuestring, buffer, err));
-        else if (f->buffer_count == 1)
-            *buffer = f->binary;
+            STP_TRY(stp_gltf_fetch(f, uri->valuestring, &f->buffers[i], err));
+        else if (i == 0 && f->binary.data != NULL)
+            f->buffers[i] = f->binary;
     }
 done:
     return status;
@@ -236,14 +240,14 @@ stp_status stp_gltf_view(const stp_gltf_file *f, uint32_t index, const uint8_t *
     uint64_t offset, bytes, step;
     uint32_t buffer;
     if (view == NULL)
-        return stp_gltf_corrupt(f, err, "a buffer view is missing");
+        return stp_gltf_corrupt(f, err, "there is no buffer view %u", index);
     STP_TRY(stp_gltf_index(f, view, "buffer", &buffer, err));
     STP_TRY(stp_gltf_whole(f, view, "byteOffset", 0, &offset, err));
     STP_TRY(stp_gltf_whole(f, view, "byteLength", 0, &bytes, err));
     STP_TRY(stp_gltf_whole(f, view, "byteStride", 0, &step, err));
     if (buffer >= f->buffer_count || offset > f->buffers[buffer].size ||
         bytes > f->buffers[buffer].size - offset)
-        return stp_gltf_corrupt(f, err, "a buffer view reaches beyond its buffer");
+        return stp_gltf_corrupt(f, err, "buffer view %u reaches beyond its buffer", index);
     *data = f->buffers[buffer].data + offset;
     *size = (size_t)bytes;
     *stride = (size_t)step;
@@ -278,7 +282,7 @@ stp_status stp_gltf_numbers_of(const stp_gltf_file *f, uint32_t index, unsigned 
     uint32_t view;
     size_t size = 0;
     if (accessor == NULL)
-        return stp_gltf_corrupt(f, err, "an accessor is missing");
+        return stp_gltf_corrupt(f, err, "there is no accessor %u", index);
     if (stp_json_has(accessor, "sparse"))
         return stp_error_set(err, STP_UNSUPPORTED,
                              "%s: sparse accessors are not read: export it without (Blender does)",
@@ -292,18 +296,20 @@ stp_status stp_gltf_numbers_of(const stp_gltf_file *f, uint32_t index, unsigned 
     out->normalized = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(accessor, "normalized"));
     const size_t item = (size_t)bytes_of(out->type) * out->components;
     if (item == 0 || (components >> out->components & 1u) == 0)
-        return stp_gltf_corrupt(f, err,
-                                "an accessor has numbers of another kind than its use needs");
+        return stp_gltf_corrupt(
+            f, err, "accessor %u has numbers of another kind than its use needs", index);
     if (count > UINT32_MAX)
-        return stp_error_set(err, STP_LIMIT, "%s: more than %u items in an accessor", f->path,
-                             UINT32_MAX);
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: accessor %u has more than %u items: part the mesh", f->path,
+                             index, UINT32_MAX);
     if (view == STP_GLTF_NONE)
-        return count > 1 ? stp_gltf_corrupt(f, err, "an accessor has no buffer view") : STP_OK;
+        return count > 1 ? stp_gltf_corrupt(f, err, "accessor %u has no buffer view", index)
+                         : STP_OK;
     STP_TRY(stp_gltf_view(f, view, &out->data, &size, &out->stride, err));
     out->stride = out->stride != 0 ? out->stride : item;
     if (offset > size ||
         (count > 0 && (size - offset < item || (count - 1) > (size - offset - item) / out->stride)))
-        return stp_gltf_corrupt(f, err, "an accessor reaches beyond its buffer view");
+        return stp_gltf_corrupt(f, err, "accessor %u reaches beyond its buffer view", index);
     out->data += offset;
 done:
     return status;
@@ -359,6 +365,19 @@ static stp_status check_extensions(const stp_gltf_file *f, stp_error *err)
     return STP_OK;
 }
 
+static stp_status check_version(const stp_gltf_file *f, stp_error *err)
+{
+    const cJSON *asset = cJSON_GetObjectItemCaseSensitive(f->json, "asset");
+    const cJSON *version = cJSON_GetObjectItemCaseSensitive(asset, "version");
+    if (!cJSON_IsString(version))
+        return stp_gltf_corrupt(f, err, "JSON without an asset's version is no glTF");
+    if (strncmp(version->valuestring, "2.", 2) != 0)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: glTF of version %.20s: convert it to 2.0 (Blender does)", f->path,
+                             version->valuestring);
+    return STP_OK;
+}
+
 stp_status stp_gltf_file_open(stp_gltf_file *out, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -369,11 +388,8 @@ stp_status stp_gltf_file_open(stp_gltf_file *out, const char *path, stp_error *e
     if (f.size >= 4 && memcmp(f.bytes, "glTF", 4) == 0)
         STP_TRY(split_binary(&f, &json, &json_size, err));
     STP_TRY(stp_json_parse(&f.json, (const char *)json, json_size, path,
-                           "glTF: it is no JSON, or is cut", err));
-    if (!cJSON_IsObject(cJSON_GetObjectItemCaseSensitive(f.json, "asset"))) {
-        status = stp_gltf_corrupt(&f, err, "JSON without \"asset\" is no glTF");
-        goto done;
-    }
+                           "glTF: its JSON is damaged or cut: copy or export it again", err));
+    STP_TRY(check_version(&f, err));
     STP_TRY(check_extensions(&f, err));
     STP_TRY(list_items(&f, err));
     STP_TRY(load_buffers(&f, err));

@@ -26,6 +26,8 @@ typedef enum stp_gltf_list {
     STP_GLTF_VIEWS,
     STP_GLTF_TEXTURES,
     STP_GLTF_IMAGES,
+    STP_GLTF_MATERIALS,
+    STP_GLTF_BUFFERS,
     STP_GLTF_LIST_COUNT
 } stp_gltf_list;
 
@@ -71,10 +73,11 @@ stp_status stp_gltf_numbers_of(const stp_gltf_file *file, uint32_t index, unsign
 /* A number; of normalized types as a fraction of 1. */
 double stp_gltf_number(const stp_gltf_numbers *numbers, size_t item, unsigned component);
 /* The bytes that a URI stands for: base64 in itself, or a file beside this one. Free out->owned.
- * Errors: NOT_FOUND, IO, CORRUPT, OUT_OF_MEMORY. */
+ * Errors: NOT_FOUND, IO, CORRUPT, UNSUPPORTED (an address), OUT_OF_MEMORY. */
 stp_status stp_gltf_fetch(const stp_gltf_file *file, const char *uri, stp_gltf_bytes *out,
                           stp_error *err);
-/* Refuses the file. */
-stp_status stp_gltf_corrupt(const stp_gltf_file *file, stp_error *err, const char *what);
+/* Refuses the file. `format` says what is wrong where. */
+__attribute__((format(printf, 3, 4))) stp_status
+stp_gltf_corrupt(const stp_gltf_file *file, stp_error *err, const char *format, ...);
 
 #endif

@@ -16,43 +16,79 @@ uint16_t stp_gltf_srgb(double linear)
                            (x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1.0 / 2.4) - 0.055));
 }
 
-/* Adds the image of a texture, whose bytes lie in the file or beside it. *image: STP_NO_MATERIAL if
- * there is none. */
-static stp_status add_image(const stp_gltf_file *f, const cJSON *info, stp_materials *materials,
-                            uint32_t *image, stp_error *err)
+/* Bytes of images, at most: the file may name the same ones again and again. */
+#define IMAGE_BYTES_LIMIT (UINT64_C(4) << 30)
+
+/* What reading the materials needs. */
+typedef struct reading {
+    const stp_gltf_file *file;
+    stp_materials *materials;
+    uint32_t *images; /* in materials, by image of the file; STP_NO_MATERIAL: not read yet */
+    uint64_t image_bytes;
+} reading;
+
+static void note_missing(const reading *r, const char *what)
+{
+    if (r->materials->missing[0] == '\0')
+        snprintf(r->materials->missing, sizeof r->materials->missing, "%s", what);
+}
+
+/* Adds an image whose bytes lie in the file or beside it. If they cannot be read, says so. */
+static stp_status read_image(reading *r, uint32_t source, uint32_t *image, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t texture, source, view;
-    const uint8_t *data = NULL;
-    size_t size = 0, stride;
-    stp_gltf_bytes fetched = {0};
+    const stp_gltf_file *f = r->file;
+    const cJSON *item = stp_gltf_item(f, STP_GLTF_IMAGES, source);
+    const cJSON *uri = cJSON_GetObjectItemCaseSensitive(item, "uri");
+    stp_gltf_bytes bytes = {0};
+    uint32_t view;
+    size_t stride;
     char name[32];
-    *image = STP_NO_MATERIAL;
+    if (cJSON_IsString(uri)) {
+        stp_error why = {0};
+        const stp_status got = stp_gltf_fetch(f, uri->valuestring, &bytes, &why);
+        if (got == STP_OUT_OF_MEMORY)
+            STP_TRY(stp_error_set(err, got, "%s", why.message));
+        if (got != STP_OK)
+            note_missing(r, why.message);
+    } else {
+        STP_TRY(stp_gltf_index(f, item, "bufferView", &view, err));
+        STP_TRY(stp_gltf_view(f, view, &bytes.data, &bytes.size, &stride, err));
+    }
+    r->image_bytes += bytes.size;
+    if (r->image_bytes > IMAGE_BYTES_LIMIT)
+        STP_TRY(stp_error_set(err, STP_LIMIT,
+                              "%s: images of more than %llu bytes: make them smaller", f->path,
+                              (unsigned long long)IMAGE_BYTES_LIMIT));
+    snprintf(name, sizeof name, "image %u", source);
+    if (bytes.data != NULL)
+        STP_TRY(stp_materials_embed(r->materials, name, bytes.data, bytes.size, image, err));
+done:
+    free(bytes.owned);
+    return status;
+}
+
+/* The image of a texture. *image: STP_NO_MATERIAL if there is none. */
+static stp_status add_image(reading *r, const cJSON *info, uint32_t *image, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_gltf_file *f = r->file;
+    uint32_t texture, source;
+    char what[256];
     STP_TRY(stp_gltf_index(f, info, "index", &texture, err));
     STP_TRY(
         stp_gltf_index(f, stp_gltf_item(f, STP_GLTF_TEXTURES, texture), "source", &source, err));
-    const cJSON *item = stp_gltf_item(f, STP_GLTF_IMAGES, source);
-    const cJSON *uri = cJSON_GetObjectItemCaseSensitive(item, "uri");
-    if (item == NULL)
-        return STP_OK; /* only extensions name an image */
-    snprintf(name, sizeof name, "image %u", source);
-    if (cJSON_IsString(uri)) {
-        stp_error why = {0};
-        const stp_status got = stp_gltf_fetch(f, uri->valuestring, &fetched, &why);
-        if (got == STP_OUT_OF_MEMORY)
-            STP_TRY(stp_error_set(err, got, "%s", why.message));
-        if (got != STP_OK && materials->missing[0] == '\0')
-            snprintf(materials->missing, sizeof materials->missing, "%s", why.message);
-        data = fetched.data;
-        size = fetched.size;
-    } else {
-        STP_TRY(stp_gltf_index(f, item, "bufferView", &view, err));
-        STP_TRY(stp_gltf_view(f, view, &data, &size, &stride, err));
+    if (stp_gltf_item(f, STP_GLTF_IMAGES, source) == NULL) {
+        snprintf(what, sizeof what,
+                 "%.150s: texture %u has no PNG or JPEG image: export it with one", f->path,
+                 texture);
+        note_missing(r, what);
+        return STP_OK;
     }
-    if (data != NULL)
-        STP_TRY(stp_materials_embed(materials, name, data, size, image, err));
+    if (r->images[source] == STP_NO_MATERIAL)
+        STP_TRY(read_image(r, source, &r->images[source], err));
+    *image = r->images[source];
 done:
-    free(fetched.owned);
     return status;
 }
 
@@ -69,10 +105,11 @@ static const cJSON *colours_of(const cJSON *material, const char **factor, const
     return old ? glossy : base;
 }
 
-static stp_status add_material(const stp_gltf_file *f, const cJSON *material,
-                               stp_materials *materials, stp_gltf_place *place, stp_error *err)
+static stp_status add_material(reading *r, const cJSON *material, stp_gltf_place *place,
+                               stp_error *err)
 {
     stp_status status = STP_OK;
+    const stp_gltf_file *f = r->file;
     const char *factor, *texture;
     const cJSON *base = colours_of(material, &factor, &texture);
     const cJSON *info = cJSON_GetObjectItemCaseSensitive(base, texture);
@@ -91,10 +128,10 @@ static stp_status add_material(const stp_gltf_file *f, const cJSON *material,
     STP_TRY(stp_gltf_whole(f, way, "texCoord", set, &set, err));
     place->set = set < 100 ? (uint32_t)set : 100u;
     if (info != NULL)
-        STP_TRY(add_image(f, info, materials, &image, err));
+        STP_TRY(add_image(r, info, &image, err));
     const uint16_t rgb[3] = {stp_gltf_srgb(rgba[0]), stp_gltf_srgb(rgba[1]),
                              stp_gltf_srgb(rgba[2])};
-    STP_TRY(stp_materials_add(materials, rgb, image, err));
+    STP_TRY(stp_materials_add(r->materials, rgb, image, err));
 done:
     return status;
 }
@@ -103,11 +140,15 @@ stp_status stp_gltf_materials(const stp_gltf_file *f, stp_materials *materials,
                               stp_gltf_place **places, stp_error *err)
 {
     stp_status status = STP_OK;
-    const cJSON *list = cJSON_GetObjectItemCaseSensitive(f->json, "materials"), *item;
-    size_t i = 0;
-    STP_TRY(stp_alloc(places, (size_t)(cJSON_IsArray(list) ? cJSON_GetArraySize(list) : 0) + 1,
-                      sizeof **places, "materials", err));
-    cJSON_ArrayForEach(item, list) STP_TRY(add_material(f, item, materials, &(*places)[i++], err));
+    reading r = {.file = f, .materials = materials};
+    const uint32_t images = f->counts[STP_GLTF_IMAGES], count = f->counts[STP_GLTF_MATERIALS];
+    STP_TRY(stp_alloc(places, (size_t)count + 1, sizeof **places, "materials", err));
+    STP_TRY(stp_alloc(&r.images, (size_t)images + 1, sizeof *r.images, "images", err));
+    for (uint32_t i = 0; i < images; i++)
+        r.images[i] = STP_NO_MATERIAL;
+    for (uint32_t i = 0; i < count; i++)
+        STP_TRY(add_material(&r, stp_gltf_item(f, STP_GLTF_MATERIALS, i), &(*places)[i], err));
 done:
+    free(r.images);
     return status;
 }

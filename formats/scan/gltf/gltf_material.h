@@ -14,7 +14,8 @@ typedef struct stp_gltf_place {
 } stp_gltf_place;
 
 /* Adds the file's materials to an empty list, in their order. *places: one for each; free with
- * free(). An image that cannot be read costs its colours alone. Errors: CORRUPT, OUT_OF_MEMORY. */
+ * free(). An image that cannot be read costs its colours alone. Errors: FORMAT, CORRUPT, LIMIT,
+ * OUT_OF_MEMORY. */
 stp_status stp_gltf_materials(const stp_gltf_file *file, stp_materials *materials,
                               stp_gltf_place **places, stp_error *err);
 /* Linear light, 0 to 1, as sRGB, 0 to 65535 (IEC 61966-2-1). */

@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Vertices and primitives of all nodes, at most: a small file can name one mesh many times. */
+#define WALK_LIMIT (UINT64_C(1) << 30)
 /* Nodes below each other, at most. */
 #define DEPTH_LIMIT 256
 
@@ -32,7 +34,8 @@ typedef struct scene {
     uint64_t *used;
     size_t used_capacity;
     uint32_t primitive;
-    bool lacks_normals, has_colours;
+    uint64_t walked; /* vertices and primitives, also those that add nothing */
+    bool lacks_normals, has_colours, has_images;
 } scene;
 
 /* The numbers that a primitive's vertices have; count 0: none. */
@@ -70,6 +73,8 @@ static stp_status read_matrix(const stp_gltf_file *f, const cJSON *matrix, placi
             return stp_gltf_corrupt(f, err, "a node's matrix is not 16 numbers");
         m[i] = item->valuedouble;
     }
+    if (!cJSON_IsArray(matrix) || item != NULL)
+        return stp_gltf_corrupt(f, err, "a node's matrix is not 16 numbers");
     for (int i = 0; i < 9; i++)
         out->linear[i] = m[4 * (i / 3) + i % 3];
     for (int i = 0; i < 3; i++)
@@ -283,6 +288,8 @@ static stp_status read_vertices(scene *s, const cJSON *primitive, vertices *v, s
     }
     s->lacks_normals |= v->position.count > 0 && v->normal.count < v->position.count;
     s->has_colours |= v->colour.count > 0;
+    s->has_images |= v->texture.count > 0 && v->material < materials->count &&
+                     materials->list[v->material].image != STP_NO_MATERIAL;
 done:
     return status;
 }
@@ -302,7 +309,16 @@ static stp_status add_primitive(scene *s, const cJSON *primitive, const placing 
     if (indices != STP_GLTF_NONE)
         STP_TRY(stp_gltf_numbers_of(&s->file, indices, 1u << 1, &o.indices, err));
     o.indexed = indices != STP_GLTF_NONE;
+    if (o.indexed && (o.indices.normalized ||
+                      (o.indices.type != 5121 && o.indices.type != 5123 && o.indices.type != 5125)))
+        return stp_gltf_corrupt(&s->file, err, "accessor %u has no indices", indices);
     o.count = o.indexed ? o.indices.count : v.position.count;
+    s->walked += o.count + 1;
+    if (s->walked > WALK_LIMIT)
+        return stp_error_set(
+            err, STP_LIMIT,
+            "%s: its nodes name more than %llu vertices: export it without copies of meshes",
+            s->file.path, (unsigned long long)WALK_LIMIT);
     size_t had = s->used_capacity;
     STP_TRY(stp_grow(&s->used, &s->used_capacity, v.position.count + 1, sizeof *s->used, "vertices",
                      err));
@@ -341,7 +357,7 @@ static stp_status add_nodes(scene *s, const cJSON *list, const placing *above, i
     cJSON_ArrayForEach(item, list)
     {
         const double number = cJSON_IsNumber(item) ? item->valuedouble : -1.0;
-        if (!(number >= 0.0 && number < UINT32_MAX))
+        if (!(number >= 0.0 && number < UINT32_MAX) || (double)(uint32_t)number != number)
             return stp_gltf_corrupt(&s->file, err, "a list of nodes holds no number of a node");
         STP_TRY(add_node(s, (uint32_t)number, above, depth, err));
     }
@@ -399,7 +415,7 @@ stp_status stp_gltf_read(stp_point_mesh *mesh, const char *path, stp_error *err)
     STP_TRY(add_scene(&s, err));
     if (!s.lacks_normals && mesh->point_count > 0)
         mesh->attributes |= STP_POINT_HAS_NORMAL;
-    if (s.has_colours)
+    if (s.has_colours && !s.has_images) /* a mesh has either */
         mesh->attributes |= STP_POINT_HAS_COLOUR;
 done:
     stp_gltf_file_close(&s.file);
