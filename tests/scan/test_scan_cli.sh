@@ -188,7 +188,7 @@ refused "$FOLDER/cut.ply" "declares 3 vertices"
 ply 3 >"$FOLDER/three.ply" <<<$'0 0 0\n1 0 0\n0 1 0'
 refused "$FOLDER/three.ply" "no faces" --sample 10
 echo hello >"$FOLDER/hello.dat"
-refused "$FOLDER/hello.dat" "PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ"
+refused "$FOLDER/hello.dat" "PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ"
 refused "$FOLDER/missing.ply" "missing.ply: cannot be opened"
 mkdir "$FOLDER/without scans"
 refused "$FOLDER/without scans" "has the name of a scan"

@@ -189,7 +189,7 @@ static void other_formats(void **state)
         {"a.jpg", "\xff\xd8\xff\xe0 JFIF", STP_UNSUPPORTED, "a picture (JPEG)"},
         {"a.vtk", "# vtk DataFile Version 2.0\n", STP_UNSUPPORTED, "a VTK file"},
         {"a.dat", "hello\n", STP_FORMAT,
-         "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, XYZ"},
+         "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ"},
     };
     scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
     scan_fixture_bytes("a.stipple", "STIPPLE", 8);
