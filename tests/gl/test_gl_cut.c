@@ -50,6 +50,7 @@ typedef struct made_scene {
     stp_gpu_frame frame;
     stp_dvec3 eye;
     stp_cut cut;
+    stp_pool *threads; /* several */
     stp_sight sight;
     stp_sight_params looked;
     stp_tiles tiles;
@@ -261,6 +262,39 @@ static int available(const void *context, uint32_t block)
     return ((const made_scene *)context)->available[block];
 }
 
+static const stp_resident *resident(const void *context, uint32_t block)
+{
+    return &((const made_scene *)context)->cache.residents[block];
+}
+
+/* Whatever the number of threads, the cut must be the same: with patches that tell what is needed,
+ * and without. */
+static void check_threads(made_scene *s, stp_cut_params params, stp_pool *pool)
+{
+    static stp_cut cuts[2];
+    for (int told = 0; told < 2; told++) {
+        params.source.resident = told ? resident : NULL;
+        for (int i = 0; i < 2; i++) {
+            params.pool = i == 0 ? NULL : pool;
+            check_ok(stp_cut_select(&cuts[i], &params, err));
+        }
+        assert_int_equal(cuts[0].draw_count, cuts[1].draw_count);
+        assert_int_equal(cuts[0].miss_count, cuts[1].miss_count);
+        assert_int_equal(cuts[0].passed_count, cuts[1].passed_count);
+        assert_int_equal(cuts[0].link_count, cuts[1].link_count);
+        for (size_t i = 0; i < cuts[0].draw_count; i++) {
+            assert_int_equal(cuts[0].draws[i].block, cuts[1].draws[i].block);
+            assert_int_equal(cuts[0].draws[i].finest, cuts[1].draws[i].finest);
+        }
+        for (size_t i = 0; i < cuts[0].miss_count; i++)
+            assert_int_equal(cuts[0].misses[i].block, cuts[1].misses[i].block);
+        for (uint32_t b = 0; b < s->scene.block_count; b++)
+            assert_int_equal(cuts[0].blocks[b].state, cuts[1].blocks[b].state);
+    }
+    stp_cut_destroy(&cuts[0]);
+    stp_cut_destroy(&cuts[1]);
+}
+
 static void select_all(made_scene *s, stp_pool *pool)
 {
     const stp_cut_params params = {
@@ -278,6 +312,8 @@ static void select_all(made_scene *s, stp_pool *pool)
                                    .eye = s->eye,
                                    .pool = pool,
                                    .tiles = &s->tiles};
+    if (s->cut.serial % 4 == 0)
+        check_threads(s, params, s->threads);
     check_ok(stp_cut_select(&s->cut, &params, err));
     check_ok(stp_sight_begin(&s->sight, &s->cut, err));
     check_ok(stp_sight_look(&s->sight, &s->looked, s->cut.draws, s->cut.draw_count, err));
@@ -400,6 +436,7 @@ static void judge(double unlinked, double cuts, uint64_t seed)
     made_scene *s = calloc(1, sizeof *s);
     assert_non_null(s);
     check_ok(stp_pool_create(&pool, 1, err));
+    check_ok(stp_pool_create(&s->threads, 3, err));
     s->seed = seed;
     make_scene(s, unlinked, cuts);
     for (int v = 0; v < VIEWS; v++) {
@@ -427,6 +464,7 @@ static void judge(double unlinked, double cuts, uint64_t seed)
     stp_sight_destroy(&s->sight);
     stp_scene_destroy(&s->scene);
     stp_pool_destroy(&pool);
+    stp_pool_destroy(&s->threads);
     free(s);
 }
 
