@@ -395,6 +395,25 @@ stp_status stp_file_open(const char *path, int *descriptor, uint64_t *size, stp_
     return STP_OK;
 }
 
+stp_status stp_file_load(const char *path, uint8_t **out, size_t *size, stp_error *err)
+{
+    stp_status status = STP_OK;
+    int descriptor = -1;
+    uint64_t bytes = 0;
+    uint8_t *data = NULL;
+    STP_TRY(stp_file_open(path, &descriptor, &bytes, err));
+    STP_TRY(stp_alloc(&data, (size_t)bytes + 1, 1, "a file", err));
+    STP_TRY(stp_file_read_at(descriptor, path, 0, data, (size_t)bytes, err));
+    *out = data;
+    *size = (size_t)bytes;
+    data = NULL;
+done:
+    free(data);
+    if (descriptor >= 0)
+        close(descriptor);
+    return status;
+}
+
 stp_status stp_file_read_at(int descriptor, const char *path, uint64_t offset, void *data,
                             size_t size, stp_error *err)
 {

@@ -58,6 +58,9 @@ stp_status stp_file_read_at(int descriptor, const char *path, uint64_t offset, v
                             size_t size, stp_error *err);
 /* Opens for reading and gives the size. Errors: NOT_FOUND, IO (a folder, no permission). */
 stp_status stp_file_open(const char *path, int *descriptor, uint64_t *size, stp_error *err);
+/* Reads a whole file; a zero byte follows it. Free *out with free(). Errors: as of these two,
+ * OUT_OF_MEMORY. */
+stp_status stp_file_load(const char *path, uint8_t **out, size_t *size, stp_error *err);
 
 /* Makes a folder and its missing parents with these permissions (less the umask). Errors: IO (names
  * the folder that cannot be made; errno holds the reason too), OUT_OF_MEMORY. */

@@ -143,7 +143,7 @@ static stp_status take_child(stp_cut *cut, const stp_cut_params *params, const s
     stp_status status = STP_OK;
     stp_scene_run run = stp_scene_blocks(params->scene, child->chunk);
     size_t draw_count = cut->draw_count;
-    bool complete = cut->tiers[0].visits[child->visit].complete, wanted = false;
+    bool complete = child->complete, wanted = false;
     for (uint32_t b = run.begin; b < run.end && child->all == STP_ANSWER_HIDDEN; b++)
         decide(cut, b, STP_CUT_HIDDEN, 0.0f);
     if (child->all != STP_ANSWER_WANTED)
@@ -215,7 +215,7 @@ static stp_status list_children(stp_cut *cut, const stp_cut_params *params, stp_
         for (uint32_t k = 0; k < e->child_count; k++)
             cut->children[cut->child_count++] = (stp_cut_child){.chunk = e->first_child + k,
                                                                 .parent = visit->chunk,
-                                                                .visit = i,
+                                                                .complete = visit->complete,
                                                                 .exact = visit->exact};
     }
     return STP_OK;

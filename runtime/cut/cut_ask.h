@@ -24,7 +24,7 @@ typedef struct stp_cut_answer {
 /* A child of a chunk that is drawn or missing. */
 typedef struct stp_cut_child {
     uint32_t chunk, parent;
-    size_t visit;            /* the parent's, in its tier */
+    bool complete;           /* of the parent's visit (runtime/cut/cut.c) */
     bool exact;              /* the parent's patches were asked about each block below */
     bool together;           /* several blocks, wanted together or not at all */
     stp_cut_answer_kind all; /* unless WANTED, the answer about all of its blocks */

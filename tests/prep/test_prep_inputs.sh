@@ -41,6 +41,16 @@ prepared 7 4 "$scans/b/c/b?d*.ply"
 printf '# a list\r\n\r\nscäns here/a.ply\r\nscäns here/b\r\n' >"$FOLDER/list.txt"
 prepared 3007 3004 "@$FOLDER/list.txt"
 cmp -s "$FOLDER/m.stipple" "$FOLDER/folder.stipple" || fail "a list's model is not that of its files in order"
+
+# of a mesh in a folder, whatever its format
+mkdir "$FOLDER/scene"
+printf '%s' '{"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{"POSITION":0},"mode":0}]}],' \
+    '"accessors":[{"bufferView":0,"componentType":5121,"count":4,"type":"VEC3"}],"bufferViews":[{"buffer":0,"byteLength":12}],' \
+    '"buffers":[{"uri":"data:;base64,AAECAwQFBgcICQoL"}]}' >"$FOLDER/scene/points.GLTF"
+run "$STIPPLE" prep "$FOLDER/scene" -o "$FOLDER/scene.stipple" --quiet
+expect_code 0
+run "$STIPPLE" info "$FOLDER/scene.stipple"
+expect_text out "points         4"
 "$STIPPLE" info "$FOLDER/m.stipple" --json >"$FOLDER/info.json"
 for name in a.ply b.PLY 'bad, \"q\".ply' bed.ply; do
     grep -qF "\"$name\"" "$FOLDER/info.json" || fail "the metadata has no $name"

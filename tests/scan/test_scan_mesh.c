@@ -1,20 +1,10 @@
 /* Tests meshes: PLY faces and strips, OBJ, OFF, STL; normals of faces; samples spread over the
  * faces. */
-#include "formats/scan/mesh/mesh.h"
 #include "tests/fixtures/scan_fixture.h"
 
 #include <math.h>
 
 #define PLY_XYZ "property double x\nproperty double y\nproperty double z\n"
-
-static stp_mesh *load(const char *path)
-{
-    stp_error err = {0};
-    stp_mesh *mesh = NULL;
-    if (stp_mesh_load(&mesh, path, &err) != STP_OK)
-        fail_msg("%s", err.message);
-    return mesh;
-}
 
 static void expect_triangle(const stp_mesh *mesh, uint64_t index, uint32_t a, uint32_t b,
                             uint32_t c)
@@ -50,7 +40,7 @@ static void ply_polygons(void **state)
     scan_fixture_normal(&points[4], 0.0, 1.0, 0.0);
     scan_fixture_normal(&points[5], 0.0, 0.0, 0.0);
     free(points);
-    stp_mesh *mesh = load("folded.ply");
+    stp_mesh *mesh = scan_fixture_mesh("folded.ply");
     assert_int_equal(mesh->vertex_count, 6);
     assert_int_equal(mesh->triangle_count, 3);
     assert_null(mesh->normals);
@@ -74,7 +64,7 @@ static void ply_strips(void **state)
                       "ply\nformat ascii 1.0\nelement tristrips 1\n"
                       "property list int int vertex_indices\nelement vertex 5\n" PLY_XYZ
                       "end_header\n8 0 1 2 3 -1 2 3 4\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n");
-    stp_mesh *mesh = load("strips.ply");
+    stp_mesh *mesh = scan_fixture_mesh("strips.ply");
     assert_int_equal(mesh->triangle_count, 3);
     expect_triangle(mesh, 0, 0, 1, 2);
     expect_triangle(mesh, 1, 2, 1, 3);
@@ -132,7 +122,7 @@ static void obj(void **state)
     scan_fixture_normal(&points[0], 0.0, sqrt(0.5), sqrt(0.5));
     scan_fixture_normal(&points[2], 0.0, 0.0, 1.0);
     free(points);
-    stp_mesh *mesh = load("scan.obj");
+    stp_mesh *mesh = scan_fixture_mesh("scan.obj");
     assert_int_equal(mesh->triangle_count, 5);
     expect_triangle(mesh, 0, 0, 1, 2);
     expect_triangle(mesh, 3, 0, 1, 2);

@@ -1,4 +1,5 @@
 /* Writes the report's page: one HTML file that contains its charts and pictures. */
+#include "base/file.h"
 #include "base/memory.h"
 #include "tools/tune/tune_report.h"
 
@@ -72,19 +73,14 @@ static stp_status add_picture(tune_folder *folder, const stp_image *image, const
 {
     stp_status status = STP_OK;
     uint8_t *bytes = NULL;
-    uint64_t size = 0;
-    int descriptor = -1;
+    size_t size = 0;
     const char *path = tune_folder_file(folder, "picture.png");
     STP_TRY(stp_image_save(image, path, true, err));
-    STP_TRY(stp_file_open(path, &descriptor, &size, err));
-    STP_TRY(stp_alloc(&bytes, (size_t)size, 1, "a picture", err));
-    STP_TRY(stp_file_read_at(descriptor, path, 0, bytes, (size_t)size, err));
+    STP_TRY(stp_file_load(path, &bytes, &size, err));
     chart_text_add(out, "<figure><img alt=\"%s\" src=\"data:image/png;base64,", caption);
-    add_base64(out, bytes, (size_t)size);
+    add_base64(out, bytes, size);
     chart_text_add(out, "\"/><figcaption>%s</figcaption></figure>\n", caption);
 done:
-    if (descriptor >= 0)
-        close(descriptor);
     (void)unlink(path);
     free(bytes);
     return status;

@@ -9,7 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* The chunks of a .glb, whose words are little-endian (glTF 2.0, 4.4). */
 #define GLB_HEAD_BYTES 12u
@@ -31,25 +30,6 @@ stp_status stp_gltf_corrupt(const stp_gltf_file *file, stp_error *err, const cha
 static uint32_t word_at(const uint8_t *bytes)
 {
     return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
-}
-
-static stp_status read_file(const char *path, uint8_t **out, size_t *size, stp_error *err)
-{
-    stp_status status = STP_OK;
-    int descriptor = -1;
-    uint64_t bytes = 0;
-    uint8_t *data = NULL;
-    STP_TRY(stp_file_open(path, &descriptor, &bytes, err));
-    STP_TRY(stp_alloc(&data, (size_t)bytes + 1, 1, "a file", err));
-    STP_TRY(stp_file_read_at(descriptor, path, 0, data, (size_t)bytes, err));
-    *out = data;
-    *size = (size_t)bytes;
-    data = NULL;
-done:
-    free(data);
-    if (descriptor >= 0)
-        close(descriptor);
-    return status;
 }
 
 /* Finds the JSON and the binary chunk. */
@@ -191,6 +171,7 @@ stp_status stp_gltf_fetch(const stp_gltf_file *f, const char *uri, stp_gltf_byte
                           stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_error why = {0};
     char *path = NULL;
     size_t size = 0;
     if (strncmp(uri, "data:", 5) == 0) {
@@ -203,7 +184,9 @@ stp_status stp_gltf_fetch(const stp_gltf_file *f, const char *uri, stp_gltf_byte
                              "%s names %s: download it and write its file's name there", f->path,
                              uri);
     STP_TRY(path_of(f, uri, &path, err));
-    STP_TRY(read_file(path, &out->owned, &size, err));
+    status = stp_file_load(path, &out->owned, &size, &why);
+    if (status != STP_OK)
+        STP_TRY(stp_error_set(err, status, "%s names a file: %s", f->path, why.message));
     out->data = out->owned;
     out->size = size;
 done:
@@ -382,7 +365,7 @@ stp_status stp_gltf_file_open(stp_gltf_file *out, const char *path, stp_error *e
 {
     stp_status status = STP_OK;
     stp_gltf_file f = {.path = path};
-    STP_TRY(read_file(path, &f.bytes, &f.size, err));
+    STP_TRY(stp_file_load(path, &f.bytes, &f.size, err));
     const uint8_t *json = f.bytes;
     size_t json_size = f.size;
     if (f.size >= 4 && memcmp(f.bytes, "glTF", 4) == 0)
