@@ -1,6 +1,5 @@
 /* Tests meshes to lines, shape by shape: what becomes a ribbon, what becomes a tube, and what
  * stays. Broken meshes must lose nothing. */
-#include "base/clock.h"
 #include "tests/fixtures/plant_fixture.h"
 
 static const double pi = 3.14159265358979323846;
@@ -526,26 +525,20 @@ static void test_sizes(void **state)
     }
 }
 
-/* A tree four times as large must not take much more than four times as long. */
-static void test_time_is_linear(void **state)
+/* A tree of a million triangles takes seconds. If each triangle looked at all others, the test
+ * would run out of time. */
+static void test_large_tree(void **state)
 {
     (void)state;
-    double seconds[2];
-    for (int i = 0; i < 2; i++) {
-        gen_tree tree;
-        check_ok(gen_tree_grow(&tree, i == 0 ? 150000 : 600000, 1, err));
-        plant_mesh m = plant_mesh_of_tree(&tree);
-        stp_plant plant;
-        const double begin = stp_clock_seconds();
-        check_ok(stp_plant_convert(&plant, &m.mesh, NULL, err));
-        seconds[i] = stp_clock_seconds() - begin;
-        print_message("%llu triangles: %.2f s\n", (unsigned long long)m.mesh.triangle_count,
-                      seconds[i]);
-        stp_plant_clear(&plant);
-        plant_mesh_clear(&m);
-        gen_tree_clear(&tree);
-    }
-    assert_true(seconds[1] < 12.0 * seconds[0] + 0.5);
+    gen_tree tree;
+    check_ok(gen_tree_grow(&tree, 600000, 1, err));
+    plant_mesh m = plant_mesh_of_tree(&tree);
+    stp_plant plant;
+    check_ok(stp_plant_convert(&plant, &m.mesh, NULL, err));
+    assert_true(plant.report.ribbons > 0 && plant.report.tubes > 0);
+    stp_plant_clear(&plant);
+    plant_mesh_clear(&m);
+    gen_tree_clear(&tree);
 }
 
 int main(void)
@@ -570,7 +563,7 @@ int main(void)
         cmocka_unit_test(test_tangles),
         cmocka_unit_test(test_random_damage),
         cmocka_unit_test(test_sizes),
-        cmocka_unit_test(test_time_is_linear),
+        cmocka_unit_test(test_large_tree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
