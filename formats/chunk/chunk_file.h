@@ -295,11 +295,12 @@ struct stp_output;
  * writer takes it over, also on failure. New payloads and the rest follow the file's end; bytes
  * behind that end are dropped. Whatever stops the run, the file is as it was, or as it is to be:
  * all is on the disk before finish writes the older copy of the header, and that before the other
- * copy. `file` is borrowed until finish. params: force and check are not used. Errors: IO,
- * OUT_OF_MEMORY, INVALID_ARGUMENT (another version, attributes). */
+ * copy. If finish fails, the header is as it was. `file` is borrowed until finish. params: force
+ * and check are not used. unused_bytes: finish says there how many bytes among the payloads are
+ * unused then. Errors: IO, OUT_OF_MEMORY, INVALID_ARGUMENT (another version, attributes). */
 stp_status stp_chunk_writer_extend(stp_chunk_writer **out, struct stp_output **output,
                                    stp_chunk_file *file, const stp_chunk_writer_params *params,
-                                   stp_error *err);
+                                   uint64_t *unused_bytes, stp_error *err);
 /* Keeps a chunk of the file that is changed: its payload stays where it is. Errors: those of
  * stp_chunk_file_entry, OUT_OF_MEMORY, LIMIT. */
 stp_status stp_chunk_writer_keep(stp_chunk_writer *writer, uint32_t id, uint32_t *handle,

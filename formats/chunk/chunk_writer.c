@@ -31,6 +31,7 @@ struct stp_chunk_writer {
     stp_bytes blocks; /* records; entries say which are theirs */
     written_numbers numbers;
     stp_chunk_file *extended; /* the file that is changed in place, borrowed; NULL: a new one */
+    uint64_t *unused_bytes;   /* borrowed: where to say how many of its bytes are unused then */
     uint64_t first_header;    /* byte of the copy of its header to write first */
 };
 
@@ -77,13 +78,14 @@ done:
 
 stp_status stp_chunk_writer_extend(stp_chunk_writer **out, stp_output **output,
                                    stp_chunk_file *file, const stp_chunk_writer_params *params,
-                                   stp_error *err)
+                                   uint64_t *unused_bytes, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk_writer *writer = NULL;
     STP_TRY(stp_alloc(&writer, 1, sizeof *writer, "chunk writer", err));
     writer->params = *params;
     writer->extended = file;
+    writer->unused_bytes = unused_bytes;
     writer->output = *output;
     *output = NULL;
     if (file->header.version_major < 2 || file->header.header_bytes != STP_HEADER_BYTES_2 ||
@@ -370,6 +372,9 @@ static stp_status write_free(stp_chunk_writer *writer, const numbering *n, stp_h
         return STP_OK;
     STP_TRY(stp_free_ranges_find(n->entries, n->count, stp_header_span(header),
                                  stp_output_size(writer->output), &records, err));
+    *writer->unused_bytes = 0;
+    for (size_t at = 0; at < records.size; at += STP_FREE_BYTES)
+        *writer->unused_bytes += stp_get_u64(records.data + at + 8);
     if (records.size == 0)
         goto done;
     STP_TRY(write_section(writer, header, STP_SECTION_FREE, records.data, records.size, err));
@@ -459,18 +464,36 @@ static stp_header begin_header(const stp_chunk_writer *writer, const numbering *
     };
 }
 
-/* Writes the copies of the header one after the other, when all before it is on the disk. */
-static stp_status replace_header(stp_chunk_writer *writer, const uint8_t *bytes, stp_error *err)
+static stp_status write_copy(stp_chunk_writer *writer, uint64_t at, const uint8_t *bytes,
+                             stp_error *err)
 {
     stp_status status = STP_OK;
+    STP_TRY(stp_output_write_at(writer->output, at, bytes, STP_HEADER_BYTES_2, err));
+    STP_TRY(stp_output_sync(writer->output, err));
+done:
+    return status;
+}
+
+/* Writes the copies of the header one after the other, when all before it is on the disk. If one
+ * cannot be written, the old header is written over what was written, the last copy first: one copy
+ * is whole at any time. */
+static stp_status replace_header(stp_chunk_writer *writer, const uint8_t *bytes, stp_error *err)
+{
     const uint64_t first = writer->first_header;
     const uint64_t places[] = {first, first == 0 ? STP_HEADER_BYTES_2 : 0};
-    STP_TRY(stp_output_sync(writer->output, err));
-    for (int i = 0; i < 2; i++) {
-        STP_TRY(stp_output_write_at(writer->output, places[i], bytes, STP_HEADER_BYTES_2, err));
-        STP_TRY(stp_output_sync(writer->output, err));
-    }
-done:
+    stp_status status = stp_output_sync(writer->output, err);
+    if (status != STP_OK)
+        return status;
+    int i = 0;
+    for (; i < 2 && status == STP_OK; i++)
+        status = write_copy(writer, places[i], bytes, err);
+    if (status == STP_OK)
+        return STP_OK;
+    uint8_t old[STP_HEADER_BYTES_2];
+    stp_error ignored;
+    stp_header_write(&writer->extended->header, old);
+    while (i-- > 0)
+        (void)write_copy(writer, places[i], old, &ignored);
     return status;
 }
 

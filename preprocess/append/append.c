@@ -4,7 +4,6 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "formats/chunk/attribute/attribute_file.h"
-#include "formats/chunk/free_ranges.h"
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/verify/verify_tree.h"
 #include "preprocess/surface/surface.h"
@@ -205,17 +204,6 @@ done:
     return status;
 }
 
-/* What the file holds now besides what it needs. */
-static stp_status count_unused(const char *path, uint64_t *bytes, stp_error *err)
-{
-    stp_chunk_file *file = NULL;
-    stp_status status = stp_chunk_file_open(&file, path, err);
-    if (status == STP_OK)
-        status = stp_free_ranges_sum(file, bytes, err);
-    stp_chunk_file_close(&file);
-    return status;
-}
-
 static void clear(stp_append *a)
 {
     stp_prep_job *job = &a->job;
@@ -262,7 +250,5 @@ stp_status stp_append_run(const char *path, const stp_prep_source *source,
     stp_status status = run(&a, err);
     stats->seconds = a.job.since - start;
     clear(&a);
-    if (status == STP_OK)
-        status = count_unused(path, &result->unused_bytes, err);
     return status;
 }

@@ -80,7 +80,8 @@ static stp_status make_writer(stp_append *a, stp_chunk_writer **out, stp_error *
                                                 a->info->attributes | given | STP_HAS_FITS,
                                             .orientation = a->job.stats->orientation,
                                             .lambda = a->job.tree.lambda};
-    return stp_chunk_writer_extend(out, &a->output, a->file, &params, err);
+    return stp_chunk_writer_extend(out, &a->output, a->file, &params, &a->result->unused_bytes,
+                                   err);
 }
 
 /* Cuts cells that are too wide for a chunk, and notes which leaf each one joins. */

@@ -3,5 +3,5 @@
 
 int main(void)
 {
-    return injection_main(false);
+    return injection_main(false, NULL);
 }

@@ -136,7 +136,7 @@ static void make_inner(made_scene *s, made_model *m, uint32_t id, bool shuffled)
     uint32_t order[PATCHES];
     for (uint32_t p = 0; p < PATCHES; p++)
         order[p] = p;
-    for (uint32_t p = PATCHES; shuffled && p-- > 1;) {
+    for (uint32_t p = PATCHES - 1; shuffled && p > 0; p--) {
         uint32_t other = any_below(s, p + 1), kept = order[p];
         order[p] = order[other];
         order[other] = kept;

@@ -46,6 +46,7 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     stp_prep_source source = {0};
     stp_prep_stats stats = {0};
     stp_append_result appended = {0};
+    bool is_added = false;
     STP_TRY(prep_inputs_survey(in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
     in->params.pool = pool;
@@ -57,6 +58,7 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     cli_progress_end();
     if (status != STP_OK)
         goto done;
+    is_added = o->append;
     STP_TRY(prep_inputs_end_rejects(in, err));
     if (o->stats)
         STP_TRY(stp_json_save(prep_report_json(&stats, in), o->stats, o->force, err));
@@ -65,6 +67,10 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     else if (!o->common.quiet)
         prep_report_print(&stats, in);
 done:
+    if (status != STP_OK && is_added) {
+        const stp_error reason = *err;
+        status = stp_error_set(err, status, "the points were added, but %s", reason.message);
+    }
     stp_pool_destroy(&pool);
     return status;
 }
