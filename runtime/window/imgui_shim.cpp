@@ -495,6 +495,19 @@ bool stp_ui_field(const char *label, char *text, size_t bytes)
     });
 }
 
+bool stp_ui_line(const char *label, char *text, size_t bytes)
+{
+    return ask([&] {
+        ImGui::SetNextItemWidth(-1.0f);
+        return ImGui::InputText(label, text, bytes, ImGuiInputTextFlags_EnterReturnsTrue);
+    });
+}
+
+bool stp_ui_item(const char *text, bool chosen)
+{
+    return ask([&] { return ImGui::Selectable(text, chosen); });
+}
+
 void stp_ui_chart(const char *text, const float *values, int count, int first, float top)
 {
     guard([&] {

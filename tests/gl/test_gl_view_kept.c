@@ -1,12 +1,16 @@
-/* Tests marks and profiles of the viewer without a window: files of marks come back or are refused,
+/* Tests marks, profiles and the dialog for files without a window: files of marks come back or are
+ * refused, what the dialog lists of a folder and of the files opened last is as its headers say,
  * and the profile's thread finds and writes what `stipple profile` does, and ends when told. */
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/scan_fixture.h"
 #include "tests/support/check.h"
 #include "tools/profile/profile_write.h"
+#include "tools/view/dialog/view_folder.h"
+#include "tools/view/dialog/view_recent.h"
 #include "tools/view/kept/view_marked.h"
 #include "tools/view/view_profile.h"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 static void write_text(const char *path, const char *text)
@@ -196,6 +200,75 @@ static void several_models_and_early_ends(void **state)
     stp_chunk_file_close(&files[1]);
 }
 
+static void a_folder_is_listed(void **state)
+{
+    static const char *const files[] = {"b.LAZ", "a.stipple", ".hidden.ply", "notes.md", "h.tif"};
+    static const char *const listed[] = {"sub/", "a.stipple", "b.LAZ", "h.tif"};
+    view_folder folder = {0};
+    stp_error error = {0};
+    char path[64];
+    (void)state;
+    assert_int_equal(mkdir("listed", 0777), 0);
+    assert_int_equal(mkdir("listed/sub", 0777), 0);
+    assert_int_equal(mkdir("listed/.git", 0777), 0);
+    for (int i = 0; i < 5; i++) {
+        snprintf(path, sizeof path, "listed/%s", files[i]);
+        write_text(path, "x");
+    }
+    assert_int_equal(symlink("nowhere", "listed/c.ply"), 0); /* leads to no file */
+    check_ok(view_folder_list(&folder, "listed", err));
+    assert_int_equal(folder.count, 4);
+    for (int i = 0; i < 4; i++)
+        assert_string_equal(folder.names[i], listed[i]);
+    check_ok(view_folder_list(&folder, "listed/sub", err));
+    assert_int_equal(folder.count, 0);
+    assert_int_equal(view_folder_list(&folder, "listed/none", &error), STP_IO);
+    assert_int_equal(folder.count, 0);
+    view_folder_clear(&folder);
+}
+
+/* The newest first, each once, no more than the limit; no address with a password or a key. */
+static void recent_files_are_listed(void **state)
+{
+    char *here = realpath(".", NULL), folder[4096], name[32];
+    view_recent recent;
+    (void)state;
+    assert_non_null(here);
+    snprintf(folder, sizeof folder, "%s/state", here);
+    assert_int_equal(setenv("XDG_STATE_HOME", folder, 1), 0);
+    view_recent_load(&recent);
+    assert_int_equal(recent.count, 0);
+    for (int i = 0; i < VIEW_RECENT_LIMIT + 3; i++) {
+        snprintf(name, sizeof name, "recent%d.ply", i);
+        write_text(name, "x");
+        view_recent_note(name);
+    }
+    view_recent_note("https://user:word@example.org/a.laz");
+    view_recent_note("https://example.org/a.laz?key=1");
+    view_recent_note("none.ply");
+    view_recent_note("recent5.ply");
+    view_recent_note("https://example.org/a.laz");
+    view_recent_note("recent5.ply");
+    view_recent_load(&recent);
+    assert_int_equal(recent.count, VIEW_RECENT_LIMIT);
+    snprintf(folder, sizeof folder, "%s/recent5.ply", here);
+    assert_string_equal(recent.paths[0], folder);
+    assert_string_equal(recent.paths[1], "https://example.org/a.laz");
+    snprintf(folder, sizeof folder, "%s/recent%d.ply", here, VIEW_RECENT_LIMIT + 2);
+    assert_string_equal(recent.paths[2], folder);
+    for (size_t i = 1; i < recent.count; i++)
+        assert_string_not_equal(recent.paths[i], recent.paths[0]);
+    view_recent_clear(&recent);
+    write_text("state/stipple/recent.json", "{\"files\": [3, \"/a\", {}]}");
+    view_recent_load(&recent);
+    assert_int_equal(recent.count, 1);
+    view_recent_clear(&recent);
+    write_text("state/stipple/recent.json", "[");
+    view_recent_load(&recent);
+    assert_int_equal(recent.count, 0);
+    free(here);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -204,6 +277,8 @@ int main(void)
         cmocka_unit_test(wrong_marks_are_refused),
         cmocka_unit_test(a_profile_is_that_of_the_command),
         cmocka_unit_test(several_models_and_early_ends),
+        cmocka_unit_test(a_folder_is_listed),
+        cmocka_unit_test(recent_files_are_listed),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -1,6 +1,9 @@
 /* Tests glTF: a square in all its ways of storing, placed by nodes; colours; files that are wrong.
  */
 #include "formats/image/image.h"
+#include "formats/scan/gltf/gltf.h"
+#include "formats/scan/gltf/gltf_material.h"
+#include "tests/fixtures/draco_square.h"
 #include "tests/fixtures/scan_fixture.h"
 
 #include <math.h>
@@ -232,7 +235,7 @@ static void wrong_files_are_refused(void **state)
         {"{\"mesh\":0,\"children\":[1,1]},{}", CORNERS, "", "no tree"},
         {"{\"matrix\":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1,0]}", CORNERS, "", "16 numbers"},
         {NODE, CORNERS ",\"indices\":5", "", "no indices"},
-        {NODE, CORNERS, ",\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]", "KHR_draco"},
+        {NODE, CORNERS, ",\"extensionsRequired\":[\"EXT_meshopt_compression\"]", "EXT_meshopt"},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         write_square("wrong.gltf", files[i].nodes, files[i].primitive, files[i].more);
@@ -260,12 +263,96 @@ static void wrong_files_are_refused(void **state)
     scan_fixture_fails("objects.gltf", NULL, STP_CORRUPT, "no tree");
 }
 
+/* Writes a file whose primitive is a Draco stream. ids: its attributes, JSON. */
+static void write_packed(const uint8_t *stream, size_t size, const char *ids)
+{
+    char json[1024];
+    snprintf(
+        json, sizeof json,
+        "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"mesh\":0}],\"scenes\":[{\"nodes\":[0]}],"
+        "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"meshes\":[{\"primitives\":[{"
+        "\"attributes\":{\"POSITION\":0,\"NORMAL\":0,\"COLOR_0\":1},\"indices\":2,\"extensions\":{"
+        "\"KHR_draco_mesh_compression\":{\"bufferView\":0,\"attributes\":{%s}}}}]}],"
+        "\"accessors\":[{\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+        "{\"componentType\":5121,\"normalized\":true,\"count\":4,\"type\":\"VEC4\"},"
+        "{\"componentType\":5125,\"count\":6,\"type\":\"SCALAR\"}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteLength\":%zu}],\"buffers\":[{\"uri\":\"packed.bin\"}]"
+        "}",
+        ids, size);
+    scan_fixture_text("packed.gltf", json);
+    scan_fixture_bytes("packed.bin", stream, size);
+}
+
+#define PACKED_IDS "\"POSITION\":0,\"NORMAL\":1,\"COLOR_0\":2"
+
+static void meshes_by_draco(void **state)
+{
+    (void)state;
+    static const struct {
+        const uint8_t *stream;
+        size_t size;
+    } streams[] = {{draco_square_edgebreaker, sizeof draco_square_edgebreaker},
+                   {draco_square_sequential, sizeof draco_square_sequential}};
+    for (int i = 0; i < 2; i++) {
+        write_packed(streams[i].stream, streams[i].size, PACKED_IDS);
+        stp_mesh *mesh = scan_fixture_mesh("packed.gltf");
+        assert_int_equal(mesh->triangle_count, 2);
+        assert_int_equal(mesh->vertex_count, 4);
+        for (size_t t = 0; t < 2; t++)
+            assert_float_equal(turn(mesh, t).z, 1.0, 1e-3);
+        stp_mesh_destroy(&mesh);
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read("packed.gltf", NULL, &info);
+        assert_int_equal(info.point_count, 4);
+        for (int p = 0; p < 4; p++) {
+            int corner = 0; /* they may come in any order */
+            while (corner < 4 &&
+                   stp_dvec3_length(stp_dvec3_sub(
+                       points[p].position, (stp_dvec3){square.corners[corner][0],
+                                                       square.corners[corner][1], 0.0})) > 1e-3)
+                corner++;
+            assert_in_range(corner, 0, 3);
+            assert_float_equal(points[p].normal.z, 1.0, 1e-2);
+            const uint8_t red[] = {0, 255, 55, 0};
+            assert_int_equal(points[p].rgb[0], stp_gltf_srgb(red[corner] / 255.0));
+        }
+        free(points);
+    }
+}
+
+/* Of a stream that is cut, or whose bytes are wrong, either a mesh is read or a sentence says that
+ * it cannot be. */
+static void wrong_draco_streams(void **state)
+{
+    (void)state;
+    uint8_t wrong[sizeof draco_square_edgebreaker];
+    stp_error error = {0};
+    for (size_t size = 0; size < sizeof wrong; size++) {
+        write_packed(draco_square_edgebreaker, size, PACKED_IDS);
+        scan_fixture_fails("packed.gltf", NULL, STP_CORRUPT, "a compressed mesh cannot be read");
+    }
+    for (size_t at = 0; at < sizeof wrong; at++) {
+        stp_point_mesh mesh = {0};
+        memcpy(wrong, draco_square_edgebreaker, sizeof wrong);
+        wrong[at] ^= (uint8_t)(1u << at % 8);
+        write_packed(wrong, sizeof wrong, PACKED_IDS);
+        const stp_status status = stp_gltf_read(&mesh, "packed.gltf", &error);
+        assert_true(status == STP_OK || status == STP_CORRUPT || status == STP_UNSUPPORTED);
+        stp_point_mesh_free(&mesh);
+    }
+    write_packed(draco_square_sequential, sizeof draco_square_sequential, "\"POSITION\":7");
+    scan_fixture_fails("packed.gltf", NULL, STP_CORRUPT, "lacks attribute 7");
+    write_packed(draco_square_sequential, sizeof draco_square_sequential, "\"POSITION\":2");
+    scan_fixture_fails("packed.gltf", NULL, STP_CORRUPT, "has 4 numbers");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ways_of_storing),     cmocka_unit_test(one_binary_file),
         cmocka_unit_test(nodes_place),         cmocka_unit_test(vertices_have_colours),
         cmocka_unit_test(images_give_colours), cmocka_unit_test(wrong_files_are_refused),
+        cmocka_unit_test(meshes_by_draco),     cmocka_unit_test(wrong_draco_streams),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -101,6 +101,19 @@ static void take_dropped(viewer *v)
     view_add_models(v, paths, count);
 }
 
+/* Opens what was chosen in the dialog. */
+static void take_chosen(viewer *v)
+{
+    const char *path = v->dialog.field;
+    if (v->dialog.choice == VIEW_OPEN_BESIDE) {
+        view_add_models(v, &path, 1);
+    } else if (v->dialog.choice == VIEW_OPEN_INSTEAD) {
+        memcpy(v->next, path, sizeof v->next);
+        v->quits = true;
+    }
+    v->dialog.choice = VIEW_OPEN_NOTHING;
+}
+
 /* Passes an event to the panels. True if only they use it. */
 static bool panels_take(viewer *v, const stp_window_event *e)
 {
@@ -220,6 +233,7 @@ static stp_status turn(viewer *v, stp_error *err)
     if (scale != stp_ui_scale(v->ui))
         stp_ui_set_scale(v->ui, scale);
     take_events(v);
+    take_chosen(v);
     reload_shaders(v);
     view_prepare_turn(v);
     STP_TRY(view_fulfil(v, err));
@@ -275,6 +289,8 @@ static stp_status open_viewer(viewer *v, const char *const *paths, size_t count,
         view_note(v, "%s", why.message);
     if (v->marks_file == NULL && view_marked_load(&v->marked, NULL, paths[0], &why) != STP_OK)
         view_note(v, "%s", why.message);
+    for (size_t i = count < VIEW_RECENT_LIMIT ? count : VIEW_RECENT_LIMIT; i-- > 0;)
+        view_recent_note(paths[i]);
 done:
     return status;
 }
@@ -285,21 +301,37 @@ typedef struct own_options {
     const char *marks;
 } own_options;
 
-static stp_status view(const draw_options *o, const own_options *own, const cli_common *common,
-                       const char *const *paths, size_t count, stp_error *err)
+/* What is shown: the command line's files, or one that the user opened. */
+typedef struct shown {
+    draw_options options;
+    own_options own;
+    const char *const *paths; /* of the command line; NULL: `path` */
+    size_t count;
+    char path[VIEW_PATH_BYTES];
+    char note[VIEW_NOTE_BYTES]; /* said at first; "": nothing */
+} shown;
+
+/* Shows files until the user quits or opens another file, whose path is in `next` then. *opened:
+ * whether they could be shown at all. The window's size goes to the options. */
+static stp_status view(shown *s, const cli_common *common, char next[VIEW_PATH_BYTES], bool *opened,
+                       stp_error *err)
 {
     stp_status status = STP_OK;
-    viewer v = {.options = o,
+    viewer v = {.options = &s->options,
                 .common = common,
-                .fps = own->fps,
-                .marks_file = own->marks,
+                .fps = s->own.fps,
+                .marks_file = s->own.marks,
                 .clip = {.face = -1},
                 .removing = -1,
                 .control = {.depth = depth_under, .ground = ground_under, .x = -1.0, .y = -1.0}};
     v.control.context = &v;
     view_settings_load(&v);
-    STP_TRY(open_viewer(&v, paths, count, err));
+    const char *path = s->path;
+    STP_TRY(open_viewer(&v, s->paths ? s->paths : &path, s->paths ? s->count : 1, err));
+    *opened = true;
     v.ui_turns = VIEW_TURNS_TO_SETTLE;
+    if (s->note[0] != '\0')
+        view_note(&v, "%s", s->note);
     while (!v.quits && !cli_interrupted())
         STP_TRY(turn(&v, err));
     if (v.record.on)
@@ -308,6 +340,12 @@ static stp_status view(const draw_options *o, const own_options *own, const cli_
     for (size_t i = 0; i < v.scene.count; i++)
         source_options_warn(&cli_view, common, v.scene.models[i].model->file);
 done:
+    memcpy(next, v.next, sizeof v.next);
+    if (v.window && next[0] != '\0') {
+        stp_window_size(v.window, &s->options.camera.size[0], &s->options.camera.size[1]);
+        s->options.camera.has_size = true;
+    }
+    view_open_clear(&v.dialog);
     view_prepare_end(&v.prepare);
     view_shot_end(&v.shot);
     view_record_destroy(&v.record);
@@ -320,40 +358,69 @@ done:
     return status;
 }
 
+/* Shows the file in `next`. If it cannot be shown, what was shown before comes back, and a note
+ * says why. */
+static stp_status view_another(shown *s, const cli_common *common, char next[VIEW_PATH_BYTES],
+                               stp_error *err)
+{
+    bool opened = false;
+    const shown before = *s;
+    s->options.camera = camera_options_default();
+    s->options.camera.has_size = true;
+    memcpy(s->options.camera.size, before.options.camera.size, sizeof before.options.camera.size);
+    s->own.marks = NULL;
+    s->paths = NULL;
+    s->note[0] = '\0';
+    memcpy(s->path, next, sizeof s->path);
+    stp_status status = view(s, common, next, &opened, err);
+    if (status == STP_OK || opened)
+        return status;
+    *s = before;
+    snprintf(s->note, sizeof s->note, "%s", err->message);
+    return view(s, common, next, &opened, err);
+}
+
 static int run(int argc, char **argv)
 {
-    draw_options o = draw_options_default();
+    shown s = {.options = draw_options_default()};
+    draw_options *o = &s.options;
+    own_options *own = &s.own;
     cli_common common = {0};
     static const char *paths[PREP_PATHS_LIMIT];
     size_t count = 0;
     stp_error err = {0};
-    own_options own = {0};
+    bool opened = false;
+    char next[VIEW_PATH_BYTES];
     cli_option list[DRAW_OPTION_COUNT + 2] = {
         [DRAW_OPTION_COUNT] =
-            {"--fps", 0, CLI_NUMBER, &own.fps, "N",
+            {"--fps", 0, CLI_NUMBER, &own->fps, "N",
              "hold N frames a second while the camera moves, by a coarser threshold "
              "and fewer pixels; finer at rest",
              NULL},
-        [DRAW_OPTION_COUNT + 1] = {"--marks", 0, CLI_STRING, &own.marks, "F.json",
+        [DRAW_OPTION_COUNT + 1] = {"--marks", 0, CLI_STRING, &own->marks, "F.json",
                                    "file of marks, made with the first one (M.stipple.marks.json)",
                                    NULL},
     };
-    draw_options_fill(&o, list);
-    o.camera.size[0] = o.camera.size[1] = 0; /* by the screen */
-    o.timeout_s = INFINITY;                  /* the viewer waits until the server answers again */
+    draw_options_fill(o, list);
+    o->camera.size[0] = o->camera.size[1] = 0; /* by the screen */
+    o->timeout_s = INFINITY;                   /* the viewer waits until the server answers again */
     int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 2, argc, argv, paths, 1,
                          PREP_PATHS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
-    code = draw_options_check(&o, &cli_view);
+    code = draw_options_check(o, &cli_view);
     if (code != CLI_CONTINUE)
         return code;
-    if (draw_aa_times(o.aa) > 1)
+    if (draw_aa_times(o->aa) > 1)
         return cli_usage(&cli_view,
                          "--aa is none or edges here: render and fly draw finer pictures");
-    if (own.fps < 0.0 || own.fps > FPS_MOST)
+    if (own->fps < 0.0 || own->fps > FPS_MOST)
         return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
     cli_progress(&common); /* from here on, Ctrl-C is checked between frames */
-    return view(&o, &own, &common, paths, count, &err) == STP_OK ? CLI_DONE
-                                                                 : cli_fail(&cli_view, &err);
+    s.paths = paths;
+    s.count = count;
+    stp_status status = view(&s, &common, next, &opened, &err);
+    while (status == STP_OK && next[0] != '\0')
+        status = view_another(&s, &common, next, &err);
+    return status == STP_OK ? CLI_DONE : cli_fail(&cli_view, &err);
 }

@@ -10,6 +10,7 @@
 #include "runtime/window/imgui_marks_shim.h"
 #include "runtime/window/window.h"
 #include "tools/draw/draw_options.h"
+#include "tools/view/dialog/view_open.h"
 #include "tools/view/kept/view_bookmarks.h"
 #include "tools/view/kept/view_marked.h"
 #include "tools/view/kept/view_record.h"
@@ -119,6 +120,8 @@ typedef struct viewer {
     bool said_damage, quits;
     uint64_t shader_state;
     view_prepare prepare; /* of scans */
+    view_open dialog;
+    char next[VIEW_PATH_BYTES]; /* what to show instead, after this viewer quits; "": nothing */
 } viewer;
 
 #define VIEW_SHOT_SIZE_COUNT 6

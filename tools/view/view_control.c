@@ -255,6 +255,8 @@ static void handle_key(view_control *c, const stp_window_event *event)
         c->wants |= VIEW_WANTS_FULL_SCREEN;
     if (event->key == 'R' && event->control)
         c->wants |= VIEW_WANTS_RECORD;
+    if (event->key == 'O' && event->control)
+        c->wants |= VIEW_WANTS_OPEN;
 }
 
 void view_control_handle(view_control *c, const stp_window_event *event)

@@ -32,10 +32,11 @@ enum {
     VIEW_WANTS_HELP = 1u << 8,
     VIEW_WANTS_FULL_SCREEN = 1u << 9,
     VIEW_WANTS_CLIP = 1u << 10,
-    VIEW_WANTS_ESCAPE = 1u << 11, /* end what is going on, or the program */
-    VIEW_WANTS_PICK = 1u << 12,   /* pick what was clicked, at `click` */
-    VIEW_WANTS_MARK = 1u << 13,   /* what is under the cursor */
-    VIEW_WANTS_PROFILE = 1u << 14 /* of the last measured line */
+    VIEW_WANTS_ESCAPE = 1u << 11,  /* end what is going on, or the program */
+    VIEW_WANTS_PICK = 1u << 12,    /* pick what was clicked, at `click` */
+    VIEW_WANTS_MARK = 1u << 13,    /* what is under the cursor */
+    VIEW_WANTS_PROFILE = 1u << 14, /* of the last measured line */
+    VIEW_WANTS_OPEN = 1u << 15     /* another file */
 };
 
 typedef struct view_control {

@@ -30,6 +30,7 @@
     X("F            ", "mark what is under the cursor")                                            \
     X("B            ", "keep this view; 1 to 9 go to the kept views")                              \
     X("P            ", "screenshot in the size set in the panel")                                  \
+    X("Ctrl+O       ", "open another model or scan, or add one; lists those opened last")          \
     X("Ctrl+R       ", "start or end recording the camera's path; stipple fly films the path")     \
     X("Tab          ", "panels on, off")                                                           \
     X("F1           ", "this list")                                                                \

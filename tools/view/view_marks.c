@@ -322,4 +322,6 @@ void view_marks_draw(viewer *v)
     view_profile_draw(v);
     stp_ui_clip_pop();
     draw_help(v);
+    view_open_draw(&v->dialog, v->layout.picture_width, v->layout.picture_height,
+                   stp_ui_scale(v->ui));
 }

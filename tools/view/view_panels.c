@@ -86,7 +86,9 @@ void view_panel_models(viewer *v)
             v->model_open = (int)i;
         stp_ui_pop_id();
     }
-    stp_ui_note("Drop a file here to add a model.");
+    if (stp_ui_button("open..."))
+        v->control.wants |= VIEW_WANTS_OPEN;
+    stp_ui_note("Or drop a file here: it is added to the scene.");
 }
 
 /* ---- camera ---- */

@@ -164,6 +164,8 @@ void view_add_models(viewer *v, const char *const *paths, size_t count)
             if (status != STP_OK)
                 view_scene_remove(&v->scene, v->scene.count - 1);
         }
+        if (status == STP_OK)
+            view_recent_note(paths[i]);
         if (status == STP_OK && view_scene_find(&v->scene, paths[i]) == v->scene.count)
             continue; /* it is being prepared */
         if (status == STP_OK)

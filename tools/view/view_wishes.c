@@ -268,6 +268,8 @@ static void escape(viewer *v)
         view_shot_end(&v->shot);
     else if (v->help)
         v->help = false;
+    else if (v->dialog.shown)
+        v->dialog.shown = false;
     else if (view_profile_close(v))
         ; /* its chart is gone */
     else if (c->measuring && v->measure.begun)
@@ -341,6 +343,8 @@ stp_status view_fulfil(viewer *v, stp_error *err)
         v->help = !v->help;
     if (wants & VIEW_WANTS_FULL_SCREEN)
         stp_window_set_full_screen(v->window, !stp_window_is_full_screen(v->window));
+    if (wants & VIEW_WANTS_OPEN)
+        view_open_begin(&v->dialog, v->scene.models[0].path);
     if (wants & VIEW_WANTS_CLIP)
         view_clip_toggle(v);
     if (wants != 0)

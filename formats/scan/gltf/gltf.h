@@ -5,10 +5,10 @@
  * and points, and lines as edges; numbers of any type (KHR_mesh_quantization); colours of vertices
  * and base colours, which glTF has in linear light, as sRGB; base-colour images, in the file or
  * beside it (KHR_texture_transform). If faces have images, colours of vertices and factors of
- * images are left out. Skins, morphs and animations are left at rest. Compressed meshes
- * (KHR_draco_mesh_compression, EXT_meshopt_compression) and sparse accessors are refused. Source:
- * glTF 2.0 Specification (Khronos). Memory: the file and its buffers, beside the mesh. Threads:
- * any, one file each. */
+ * images are left out. Skins, morphs and animations are left at rest. Meshes compressed by
+ * Draco are read (KHR_draco_mesh_compression); those by meshopt (EXT_meshopt_compression) and
+ * sparse accessors are refused. Source: glTF 2.0 Specification (Khronos). Memory: the file and its
+ * buffers, beside the mesh. Threads: any, one file each. */
 #ifndef STP_FORMATS_SCAN_GLTF_GLTF_H
 #define STP_FORMATS_SCAN_GLTF_GLTF_H
 

@@ -238,7 +238,7 @@ done:
     return status;
 }
 
-static unsigned bytes_of(unsigned type)
+unsigned stp_gltf_type_bytes(unsigned type)
 {
     return type == 5120 || type == 5121   ? 1u
            : type == 5122 || type == 5123 ? 2u
@@ -277,7 +277,7 @@ stp_status stp_gltf_numbers_of(const stp_gltf_file *f, uint32_t index, unsigned 
     *out = (stp_gltf_numbers){.count = (size_t)count, .components = components_of(accessor)};
     out->type = type <= 5126 ? (unsigned)type : 0;
     out->normalized = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(accessor, "normalized"));
-    const size_t item = (size_t)bytes_of(out->type) * out->components;
+    const size_t item = (size_t)stp_gltf_type_bytes(out->type) * out->components;
     if (item == 0 || (components >> out->components & 1u) == 0)
         return stp_gltf_corrupt(
             f, err, "accessor %u has numbers of another kind than its use needs", index);
@@ -302,9 +302,10 @@ double stp_gltf_number(const stp_gltf_numbers *n, size_t item, unsigned componen
 {
     if (n->data == NULL)
         return 0.0;
-    const uint8_t *at = n->data + item * n->stride + (size_t)bytes_of(n->type) * component;
-    const unsigned half = at[0] | (bytes_of(n->type) > 1 ? (unsigned)at[1] << 8 : 0u);
-    const uint32_t word = bytes_of(n->type) > 2 ? word_at(at) : half;
+    const uint8_t *at =
+        n->data + item * n->stride + (size_t)stp_gltf_type_bytes(n->type) * component;
+    const unsigned half = at[0] | (stp_gltf_type_bytes(n->type) > 1 ? (unsigned)at[1] << 8 : 0u);
+    const uint32_t word = stp_gltf_type_bytes(n->type) > 2 ? word_at(at) : half;
     float real;
     switch (n->type) {
     case 5120:
@@ -325,11 +326,11 @@ double stp_gltf_number(const stp_gltf_numbers *n, size_t item, unsigned componen
 
 /* ---- the file ---- */
 
-/* Extensions without which the file may be read as it is: those of materials. */
+/* Extensions that are read, or without which the file may be read as it is: those of materials. */
 static stp_status check_extensions(const stp_gltf_file *f, stp_error *err)
 {
     static const char *const known[] = {"KHR_mesh_quantization", "KHR_materials", "KHR_texture",
-                                        "EXT_texture", "KHR_lights"};
+                                        "EXT_texture",           "KHR_lights",    "KHR_draco"};
     const cJSON *item;
     cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(f->json, "extensionsRequired"))
     {

@@ -3,6 +3,7 @@
 
 #include "base/json.h"
 #include "base/memory.h"
+#include "formats/scan/gltf/gltf_draco.h"
 #include "formats/scan/gltf/gltf_file.h"
 #include "formats/scan/gltf/gltf_material.h"
 
@@ -259,31 +260,35 @@ done:
 }
 
 /* Reads an attribute if the primitive has it. */
-static stp_status attribute(const scene *s, const cJSON *attributes, const char *name,
+static stp_status attribute(stp_gltf_draco *draco, const cJSON *attributes, const char *name,
                             unsigned components, stp_gltf_numbers *out, stp_error *err)
 {
     uint32_t accessor;
-    stp_status status = stp_gltf_index(&s->file, attributes, name, &accessor, err);
-    if (status != STP_OK || accessor == STP_GLTF_NONE)
+    bool found = false;
+    stp_status status = stp_gltf_index(draco->file, attributes, name, &accessor, err);
+    if (status == STP_OK && accessor != STP_GLTF_NONE)
+        status = stp_gltf_draco_numbers(draco, name, accessor, components, out, &found, err);
+    if (status != STP_OK || accessor == STP_GLTF_NONE || found)
         return status;
-    return stp_gltf_numbers_of(&s->file, accessor, components, out, err);
+    return stp_gltf_numbers_of(draco->file, accessor, components, out, err);
 }
 
-static stp_status read_vertices(scene *s, const cJSON *primitive, vertices *v, stp_error *err)
+static stp_status read_vertices(scene *s, const cJSON *primitive, stp_gltf_draco *draco,
+                                vertices *v, stp_error *err)
 {
     stp_status status = STP_OK;
     const cJSON *attributes = cJSON_GetObjectItemCaseSensitive(primitive, "attributes");
     const stp_materials *materials = &s->mesh->materials;
     char name[24];
-    STP_TRY(attribute(s, attributes, "POSITION", 1u << 3, &v->position, err));
-    STP_TRY(attribute(s, attributes, "NORMAL", 1u << 3, &v->normal, err));
-    STP_TRY(attribute(s, attributes, "COLOR_0", 1u << 3 | 1u << 4, &v->colour, err));
+    STP_TRY(attribute(draco, attributes, "POSITION", 1u << 3, &v->position, err));
+    STP_TRY(attribute(draco, attributes, "NORMAL", 1u << 3, &v->normal, err));
+    STP_TRY(attribute(draco, attributes, "COLOR_0", 1u << 3 | 1u << 4, &v->colour, err));
     STP_TRY(stp_gltf_index(&s->file, primitive, "material", &v->material, err));
     for (int k = 0; k < 3; k++)
         v->factor[k] = 1.0;
     if (v->material < materials->count) {
         snprintf(name, sizeof name, "TEXCOORD_%u", s->places[v->material].set);
-        STP_TRY(attribute(s, attributes, name, 1u << 2, &v->texture, err));
+        STP_TRY(attribute(draco, attributes, name, 1u << 2, &v->texture, err));
         memcpy(v->factor, s->places[v->material].factor, sizeof v->factor);
     }
     s->lacks_normals |= v->position.count > 0 && v->normal.count < v->position.count;
@@ -294,40 +299,65 @@ done:
     return status;
 }
 
-static stp_status add_primitive(scene *s, const cJSON *primitive, const placing *at, stp_error *err)
+static stp_status read_order(const scene *s, const cJSON *primitive, stp_gltf_draco *draco,
+                             const vertices *v, order *o, stp_error *err)
 {
     stp_status status = STP_OK;
-    vertices v = {.at = *at, .turned = determinant(at) < 0.0 ? -1.0 : 1.0};
-    order o = {0};
-    uint64_t mode;
     uint32_t indices;
-    STP_TRY(stp_gltf_whole(&s->file, primitive, "mode", TRIANGLES, &mode, err));
     STP_TRY(stp_gltf_index(&s->file, primitive, "indices", &indices, err));
-    STP_TRY(read_vertices(s, primitive, &v, err));
-    if (mode > TRIANGLE_FAN)
-        return stp_gltf_corrupt(&s->file, err, "a primitive has an unknown mode");
-    if (indices != STP_GLTF_NONE)
-        STP_TRY(stp_gltf_numbers_of(&s->file, indices, 1u << 1, &o.indices, err));
-    o.indexed = indices != STP_GLTF_NONE;
-    if (o.indexed && (o.indices.normalized ||
-                      (o.indices.type != 5121 && o.indices.type != 5123 && o.indices.type != 5125)))
+    if (draco->mesh != NULL)
+        STP_TRY(stp_gltf_draco_indices(draco, &o->indices, err));
+    else if (indices != STP_GLTF_NONE)
+        STP_TRY(stp_gltf_numbers_of(&s->file, indices, 1u << 1, &o->indices, err));
+    o->indexed = draco->mesh != NULL || indices != STP_GLTF_NONE;
+    if (o->indexed &&
+        (o->indices.normalized ||
+         (o->indices.type != 5121 && o->indices.type != 5123 && o->indices.type != 5125)))
         return stp_gltf_corrupt(&s->file, err, "accessor %u has no indices", indices);
-    o.count = o.indexed ? o.indices.count : v.position.count;
-    s->walked += o.count + 1;
+    o->count = o->indexed ? o->indices.count : v->position.count;
+done:
+    return status;
+}
+
+/* Makes room for what the primitive's vertices become. */
+static stp_status begin_primitive(scene *s, const vertices *v, const order *o, stp_error *err)
+{
+    stp_status status = STP_OK;
+    s->walked += o->count + 1;
     if (s->walked > WALK_LIMIT)
         return stp_error_set(
             err, STP_LIMIT,
             "%s: its nodes name more than %llu vertices: export it without copies of meshes",
             s->file.path, (unsigned long long)WALK_LIMIT);
     size_t had = s->used_capacity;
-    STP_TRY(stp_grow(&s->used, &s->used_capacity, v.position.count + 1, sizeof *s->used, "vertices",
-                     err));
+    STP_TRY(stp_grow(&s->used, &s->used_capacity, v->position.count + 1, sizeof *s->used,
+                     "vertices", err));
     memset(s->used + had, 0, (s->used_capacity - had) * sizeof *s->used);
     if (++s->primitive == 0)
         return stp_error_set(err, STP_LIMIT, "%s: more than %u primitives", s->file.path,
                              UINT32_MAX);
+done:
+    return status;
+}
+
+static stp_status add_primitive(scene *s, const cJSON *primitive, const placing *at, stp_error *err)
+{
+    stp_status status = STP_OK;
+    vertices v = {.at = *at, .turned = determinant(at) < 0.0 ? -1.0 : 1.0};
+    stp_gltf_draco draco;
+    order o = {0};
+    uint64_t mode = TRIANGLES;
+    STP_TRY(stp_gltf_draco_open(&draco, &s->file, primitive, err));
+    if (draco.mesh == NULL) /* else a list of triangles, also in place of a strip */
+        STP_TRY(stp_gltf_whole(&s->file, primitive, "mode", TRIANGLES, &mode, err));
+    STP_TRY(read_vertices(s, primitive, &draco, &v, err));
+    if (mode > TRIANGLE_FAN)
+        STP_TRY(stp_gltf_corrupt(&s->file, err, "a primitive has an unknown mode"));
+    STP_TRY(read_order(s, primitive, &draco, &v, &o, err));
+    STP_TRY(begin_primitive(s, &v, &o, err));
     STP_TRY(add_items(s, &v, &o, mode, err));
 done:
+    stp_gltf_draco_close(&draco);
     return status;
 }
 

@@ -1,0 +1,87 @@
+/* Lists a folder for the viewer's dialog. */
+#include "tools/view/dialog/view_folder.h"
+
+#include "base/memory.h"
+#include "tools/prep/prep_paths.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+static bool is_model_or_grid(const char *name)
+{
+    static const char *const endings[] = {"stipple", "tif", "tiff", "png", "exr",
+                                          "pfm",     "pgm", "ppm",  "al3d"};
+    const char *dot = strrchr(name, '.');
+    for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
+        if (strcasecmp(dot + 1, endings[i]) == 0)
+            return true;
+    return false;
+}
+
+static bool is_folder(const char *name)
+{
+    return name[strlen(name) - 1] == '/';
+}
+
+static int compare_names(const void *a, const void *b)
+{
+    const char *x = *(char *const *)a, *y = *(char *const *)b;
+    if (is_folder(x) != is_folder(y))
+        return is_folder(x) ? -1 : 1;
+    return strcoll(x, y);
+}
+
+/* Adds a name if the dialog offers it. */
+static stp_status add(view_folder *folder, const char *path, const char *name, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char *whole = NULL, *added = NULL;
+    struct stat is;
+    const size_t size = strlen(path) + strlen(name) + 2, name_size = strlen(name) + 2;
+    STP_TRY(stp_alloc(&whole, size, 1, "a path", err));
+    snprintf(whole, size, "%s/%s", path, name);
+    const bool there = stat(whole, &is) == 0, sub_folder = there && S_ISDIR(is.st_mode);
+    if (!sub_folder &&
+        !(there && S_ISREG(is.st_mode) && (prep_paths_is_scan(name) || is_model_or_grid(name))))
+        goto done;
+    STP_TRY(stp_alloc(&added, name_size, 1, "a name", err));
+    snprintf(added, name_size, "%s%s", name, sub_folder ? "/" : "");
+    folder->names[folder->count++] = added;
+done:
+    free(whole);
+    return status;
+}
+
+stp_status view_folder_list(view_folder *folder, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    view_folder_clear(folder);
+    DIR *open = opendir(path);
+    const struct dirent *entry = NULL;
+    if (!open)
+        return stp_error_set(err, STP_IO, "%s: cannot be read: %s", path, strerror(errno));
+    STP_TRY(stp_alloc(&folder->names, VIEW_FOLDER_LIMIT, sizeof *folder->names, "names", err));
+    while (folder->count < VIEW_FOLDER_LIMIT && (entry = readdir(open)) != NULL)
+        if (entry->d_name[0] != '.')
+            STP_TRY(add(folder, path, entry->d_name, err));
+    qsort(folder->names, folder->count, sizeof *folder->names, compare_names);
+done:
+    closedir(open);
+    if (status != STP_OK)
+        view_folder_clear(folder);
+    return status;
+}
+
+void view_folder_clear(view_folder *folder)
+{
+    for (size_t i = 0; i < folder->count; i++)
+        free(folder->names[i]);
+    free(folder->names);
+    *folder = (view_folder){0};
+}

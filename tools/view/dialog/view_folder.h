@@ -1,0 +1,24 @@
+/* What of a folder the viewer's dialog offers: sub-folders, then chunk files, scans and grids of
+ * heights, by their names' endings; each group by name, hidden ones left out. Threads: any. */
+#ifndef STP_TOOLS_VIEW_DIALOG_VIEW_FOLDER_H
+#define STP_TOOLS_VIEW_DIALOG_VIEW_FOLDER_H
+
+#include "base/error.h"
+
+#include <stddef.h>
+
+/* More names are left out. */
+#define VIEW_FOLDER_LIMIT 5000
+
+/* Zero is empty. */
+typedef struct view_folder {
+    char **names; /* owned; sub-folders end with "/" */
+    size_t count;
+} view_folder;
+
+/* Replaces *folder. Errors: IO (the folder cannot be read), OUT_OF_MEMORY; *folder is empty then.
+ */
+stp_status view_folder_list(view_folder *folder, const char *path, stp_error *err);
+void view_folder_clear(view_folder *folder);
+
+#endif

@@ -1,0 +1,79 @@
+/* Remembers the files that were opened. */
+#include "tools/view/dialog/view_recent.h"
+
+#include "formats/chunk/byte_source.h"
+#include "tools/view/kept/view_files.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+void view_recent_load(view_recent *out)
+{
+    char file[VIEW_PATH_BYTES];
+    cJSON *json = NULL;
+    const cJSON *path = NULL;
+    *out = (view_recent){0};
+    if (view_files_state(file, "recent.json", NULL) != STP_OK ||
+        stp_json_load(&json, file, "recent files", NULL) != STP_OK)
+        return;
+    cJSON_ArrayForEach(path, cJSON_GetObjectItemCaseSensitive(json, "files"))
+    {
+        if (!cJSON_IsString(path) || strlen(path->valuestring) >= VIEW_PATH_BYTES ||
+            out->count == VIEW_RECENT_LIMIT)
+            continue;
+        out->paths[out->count] = strdup(path->valuestring);
+        out->count += out->paths[out->count] != NULL;
+    }
+    cJSON_Delete(json);
+}
+
+static void save(const view_recent *recent)
+{
+    char file[VIEW_PATH_BYTES];
+    if (view_files_state(file, "recent.json", NULL) != STP_OK ||
+        view_files_make_folders(file, NULL) != STP_OK)
+        return;
+    cJSON *json = cJSON_CreateObject(), *files = cJSON_AddArrayToObject(json, "files");
+    for (size_t i = 0; i < recent->count; i++)
+        cJSON_AddItemToArray(files, cJSON_CreateString(recent->paths[i]));
+    stp_json_save(json, file, true, NULL);
+}
+
+static bool may_hold_secrets(const char *path)
+{
+    return stp_is_address(path) && strpbrk(path, "?@#") != NULL;
+}
+
+void view_recent_note(const char *path)
+{
+    char *whole = may_hold_secrets(path) ? NULL
+                  : stp_is_address(path) ? strdup(path)
+                                         : realpath(path, NULL);
+    view_recent recent;
+    if (whole == NULL || strlen(whole) >= VIEW_PATH_BYTES) {
+        free(whole);
+        return;
+    }
+    view_recent_load(&recent);
+    size_t at = 0;
+    while (at < recent.count && strcmp(recent.paths[at], whole) != 0)
+        at++;
+    if (at == VIEW_RECENT_LIMIT)
+        at--;
+    if (at < recent.count)
+        free(recent.paths[at]);
+    else
+        recent.count++;
+    memmove(recent.paths + 1, recent.paths, at * sizeof *recent.paths);
+    recent.paths[0] = whole;
+    save(&recent);
+    view_recent_clear(&recent);
+}
+
+void view_recent_clear(view_recent *recent)
+{
+    for (size_t i = 0; i < recent->count; i++)
+        free(recent->paths[i]);
+    *recent = (view_recent){0};
+}
