@@ -295,9 +295,9 @@ struct stp_output;
  * writer takes it over, also on failure. New payloads and the rest follow the file's end; bytes
  * behind that end are dropped. Whatever stops the run, the file is as it was, or as it is to be:
  * all is on the disk before finish writes the older copy of the header, and that before the other
- * copy. If finish fails, the header is as it was. `file` is borrowed until finish. params: force
- * and check are not used. unused_bytes: finish says there how many bytes among the payloads are
- * unused then. Errors: IO, OUT_OF_MEMORY, INVALID_ARGUMENT (another version, attributes). */
+ * copy. `file` and `unused_bytes` are borrowed until finish. params: force and check are not used.
+ * *unused_bytes: if finish succeeds, the bytes among the payloads that the changed file does not
+ * use. Errors: IO, OUT_OF_MEMORY, INVALID_ARGUMENT (another version, attributes). */
 stp_status stp_chunk_writer_extend(stp_chunk_writer **out, struct stp_output **output,
                                    stp_chunk_file *file, const stp_chunk_writer_params *params,
                                    uint64_t *unused_bytes, stp_error *err);

@@ -31,7 +31,8 @@ struct stp_chunk_writer {
     stp_bytes blocks; /* records; entries say which are theirs */
     written_numbers numbers;
     stp_chunk_file *extended; /* the file that is changed in place, borrowed; NULL: a new one */
-    uint64_t *unused_bytes;   /* borrowed: where to say how many of its bytes are unused then */
+    uint64_t unused_bytes;    /* of the changed file, among the payloads */
+    uint64_t *unused_out;     /* borrowed: finish says it there */
     uint64_t first_header;    /* byte of the copy of its header to write first */
 };
 
@@ -85,7 +86,7 @@ stp_status stp_chunk_writer_extend(stp_chunk_writer **out, stp_output **output,
     STP_TRY(stp_alloc(&writer, 1, sizeof *writer, "chunk writer", err));
     writer->params = *params;
     writer->extended = file;
-    writer->unused_bytes = unused_bytes;
+    writer->unused_out = unused_bytes;
     writer->output = *output;
     *output = NULL;
     if (file->header.version_major < 2 || file->header.header_bytes != STP_HEADER_BYTES_2 ||
@@ -372,9 +373,8 @@ static stp_status write_free(stp_chunk_writer *writer, const numbering *n, stp_h
         return STP_OK;
     STP_TRY(stp_free_ranges_find(n->entries, n->count, stp_header_span(header),
                                  stp_output_size(writer->output), &records, err));
-    *writer->unused_bytes = 0;
     for (size_t at = 0; at < records.size; at += STP_FREE_BYTES)
-        *writer->unused_bytes += stp_get_u64(records.data + at + 8);
+        writer->unused_bytes += stp_get_u64(records.data + at + 8);
     if (records.size == 0)
         goto done;
     STP_TRY(write_section(writer, header, STP_SECTION_FREE, records.data, records.size, err));
@@ -474,26 +474,25 @@ done:
     return status;
 }
 
-/* Writes the copies of the header one after the other, when all before it is on the disk. If one
- * cannot be written, the old header is written over what was written, the last copy first: one copy
- * is whole at any time. */
+/* Writes the copies of the header one after the other, when all before it is on the disk. With the
+ * first one the file is changed: if the second cannot be written, readers take the first, and the
+ * next change writes both. If the first cannot be written, the old header goes back to its place,
+ * as far as the disk lets it; the second copy is whole. */
 static stp_status replace_header(stp_chunk_writer *writer, const uint8_t *bytes, stp_error *err)
 {
-    const uint64_t first = writer->first_header;
-    const uint64_t places[] = {first, first == 0 ? STP_HEADER_BYTES_2 : 0};
+    const uint64_t first = writer->first_header, second = first == 0 ? STP_HEADER_BYTES_2 : 0;
+    uint8_t old[STP_HEADER_BYTES_2];
     stp_status status = stp_output_sync(writer->output, err);
     if (status != STP_OK)
         return status;
-    int i = 0;
-    for (; i < 2 && status == STP_OK; i++)
-        status = write_copy(writer, places[i], bytes, err);
-    if (status == STP_OK)
+    status = write_copy(writer, first, bytes, err);
+    if (status == STP_OK) {
+        (void)write_copy(writer, second, bytes, NULL);
         return STP_OK;
-    uint8_t old[STP_HEADER_BYTES_2];
-    stp_error ignored;
+    }
     stp_header_write(&writer->extended->header, old);
-    while (i-- > 0)
-        (void)write_copy(writer, places[i], old, &ignored);
+    if (write_copy(writer, first, old, NULL) == STP_OK)
+        (void)stp_output_keep(writer->output, writer->extended->header.file_bytes, NULL);
     return status;
 }
 
@@ -540,6 +539,7 @@ static stp_status write_end(stp_chunk_writer *writer, const numbering *n, const 
     STP_TRY(write_header(writer, &header, err));
     if (writer->extended) {
         *file_bytes = header.file_bytes;
+        *writer->unused_out = writer->unused_bytes;
         return STP_OK;
     }
     if (writer->params.check)

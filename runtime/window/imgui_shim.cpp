@@ -495,6 +495,11 @@ bool stp_ui_field(const char *label, char *text, size_t bytes)
     });
 }
 
+void stp_ui_focus_next(void)
+{
+    guard([] { ImGui::SetKeyboardFocusHere(); });
+}
+
 bool stp_ui_line(const char *label, char *text, size_t bytes)
 {
     return ask([&] {
@@ -505,7 +510,14 @@ bool stp_ui_line(const char *label, char *text, size_t bytes)
 
 bool stp_ui_item(const char *text, bool chosen)
 {
-    return ask([&] { return ImGui::Selectable(text, chosen); });
+    return ask([&] { /* a name may have ## in it */
+                     ImGui::PushID(text);
+                     const bool pressed = ImGui::Selectable("##item", chosen);
+                     ImGui::PopID();
+                     ImGui::SameLine(0.0f, 0.0f);
+                     ImGui::TextUnformatted(text);
+                     return pressed;
+    });
 }
 
 void stp_ui_chart(const char *text, const float *values, int count, int first, float top)

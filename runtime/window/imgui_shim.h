@@ -115,6 +115,8 @@ bool stp_ui_slider(const char *label, double *value, double low, double high, co
 bool stp_ui_number(const char *label, double *value, const char *format);
 bool stp_ui_numbers(const char *label, double values[3], const char *format);
 bool stp_ui_field(const char *label, char *text, size_t bytes);
+/* The next widget gets the keyboard. */
+void stp_ui_focus_next(void);
 /* A text as wide as the panel. True if the user pressed Enter in it. */
 bool stp_ui_line(const char *label, char *text, size_t bytes);
 /* A line of a list. True if the user pressed on it. */

@@ -412,6 +412,36 @@ static void colours_and_alpha(void **state)
     free(points);
 }
 
+/* Black of the mask is no sample, whatever the mask's channels; nor are pixels without alpha. */
+static void masks(void **state)
+{
+    static const png_uint_32 formats[] = {PNG_FORMAT_GRAY, PNG_FORMAT_RGB, PNG_FORMAT_GA};
+    static const int channel_counts[] = {1, 3, 2};
+    (void)state;
+    write_png("grid.png", PNG_INTERLACE_NONE);
+    for (int f = 0; f < 3; f++) {
+        const int channels = channel_counts[f];
+        unsigned char pixels[3 * COUNT] = {0};
+        for (int i = 0; i < COUNT; i++) {
+            pixels[channels * i + (channels == 3 ? i % 3 : 0)] =
+                (unsigned char)(i % 4 == 1 ? 0 : i + 1);
+            if (channels == 2)
+                pixels[2 * i + 1] = i == 6 ? 0 : 255;
+        }
+        png_image png = {
+            .version = PNG_IMAGE_VERSION, .width = WIDTH, .height = HEIGHT, .format = formats[f]};
+        assert_true(png_image_write_to_file(&png, "mask.png", 0, pixels, 0, NULL));
+        const stp_grid_params grid = {.mask = "mask.png"};
+        const stp_scan_params params = {.grid = &grid};
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read("grid.png", &params, &info);
+        for (int i = 0; i < COUNT; i++)
+            assert_int_equal(points[i].reject == STP_REJECT_INVALID,
+                             i % 4 == 1 || (channels == 2 && i == 6));
+        free(points);
+    }
+}
+
 /* ---- what is refused ---- */
 
 static void refusals(void **state)
@@ -440,6 +470,10 @@ static void refusals(void **state)
     const stp_scan_params params = {.grid = &grid};
     scan_fixture_fails("grid.png", &params, STP_INVALID_ARGUMENT, "small.png is 3 x 3");
     scan_fixture_fails("small.png", NULL, STP_UNSUPPORTED, "a picture of colours (3 channels)");
+    grid.mask = "small.png";
+    grid.colour = NULL;
+    scan_fixture_fails("grid.png", &params, STP_INVALID_ARGUMENT, "--mask small.png is 3 x 3");
+    grid.mask = NULL;
     grid.colour = "none.png";
     stp_scan *scan = NULL;
     stp_error err = {0};
@@ -534,6 +568,7 @@ int main(void)
         cmocka_unit_test(normals_are_the_grids),
         cmocka_unit_test(cameras),
         cmocka_unit_test(colours_and_alpha),
+        cmocka_unit_test(masks),
         cmocka_unit_test(refusals),
         cmocka_unit_test(degrees),
         cmocka_unit_test(cut_files),

@@ -73,6 +73,8 @@ void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
     const cli_option options[PREP_GRID_OPTIONS] = {
         {"--colour", 0, CLI_STRING, &grid->colour, "C.png",
          "colours of a grid of heights or depths: an image of the same size", NULL},
+        {"--mask", 0, CLI_STRING, &grid->mask, "M.png",
+         "where a grid has no samples: an image of the same size, black there", NULL},
         {"--invalid", 0, CLI_STRING, &grid->invalid, "V",
          "number of a grid that means: no sample here (what the file says)", NULL},
         {"--spacing", 0, CLI_STRING, &grid->spacing, "DX[,DY]",
@@ -91,8 +93,8 @@ void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
 
 bool prep_grid_is_given(const prep_grid *g)
 {
-    return g->colour || g->invalid || g->spacing || g->pinhole || g->disparity || g->scale != 0.0 ||
-           g->depth != 0;
+    return g->colour || g->mask || g->invalid || g->spacing || g->pinhole || g->disparity ||
+           g->scale != 0.0 || g->depth != 0;
 }
 
 /* Parses `count` numbers with commas between. False if the text is anything else. */
@@ -188,6 +190,7 @@ stp_status prep_parse_grid(const prep_grid *grid, stp_grid_params *out, stp_erro
 {
     double n[2];
     out->colour = grid->colour;
+    out->mask = grid->mask;
     out->scale = grid->scale;
     out->has_invalid = grid->invalid != NULL;
     if (grid->invalid &&

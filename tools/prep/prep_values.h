@@ -30,12 +30,12 @@ stp_status prep_parse_region(const prep_region *given, stp_scan_region *region,
 
 /* How grids of heights or depths are read. */
 typedef struct prep_grid {
-    const char *colour, *invalid, *spacing, *pinhole, *disparity; /* NULL: not given */
-    double scale;                                                 /* 0: not given */
-    int depth;                                                    /* 1: along the ray */
+    const char *colour, *mask, *invalid, *spacing, *pinhole, *disparity; /* NULL: not given */
+    double scale;                                                        /* 0: not given */
+    int depth;                                                           /* 1: along the ray */
 } prep_grid;
 
-#define PREP_GRID_OPTIONS 7
+#define PREP_GRID_OPTIONS 8
 
 void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS]);
 bool prep_grid_is_given(const prep_grid *grid);

@@ -101,15 +101,20 @@ static void take_dropped(viewer *v)
     view_add_models(v, paths, count);
 }
 
-/* Opens what was chosen in the dialog. */
+/* Opens what was chosen in the dialog. What cannot be opened leaves the scene as it is. */
 static void take_chosen(viewer *v)
 {
     const char *path = v->dialog.field;
+    stp_error err = {0};
     if (v->dialog.choice == VIEW_OPEN_BESIDE) {
         view_add_models(v, &path, 1);
     } else if (v->dialog.choice == VIEW_OPEN_INSTEAD) {
-        memcpy(v->next, path, sizeof v->next);
-        v->quits = true;
+        if (view_prepare_check(v, path, &err) == STP_OK) {
+            snprintf(v->next, sizeof v->next, "%s", path);
+            v->quits = true;
+        } else {
+            view_note(v, "%s", err.message);
+        }
     }
     v->dialog.choice = VIEW_OPEN_NOTHING;
 }
@@ -147,7 +152,8 @@ static bool panels_take(viewer *v, const stp_window_event *e)
         for (int i = 0; i < STP_UI_KEY_COUNT; i++)
             if (keys[i] == e->key)
                 stp_ui_key_down(v->ui, (stp_ui_key)i, e->down, e->shift, e->control);
-        return typing && e->down && e->key != STP_KEY_F1 && e->key != STP_KEY_F11;
+        return typing && e->down && e->key != STP_KEY_F1 && e->key != STP_KEY_F11 &&
+               !(v->dialog.shown && e->key == STP_KEY_ESCAPE);
     case STP_WINDOW_PRESS:
         if (over)
             stp_ui_button_down(v->ui, e->button, true);
@@ -191,7 +197,8 @@ static void take_events(viewer *v)
         again = !view_control_ends_turn(&event);
         if (event.kind == STP_WINDOW_DROP)
             take_dropped(v);
-        if (panels_take(v, &event))
+        if (panels_take(v, &event) ||
+            (v->dialog.shown && event.kind == STP_WINDOW_CHARACTER)) /* a path is typed */
             continue;
         follow(v, &event);
         if (!view_clip_handle(v, &event))
@@ -330,10 +337,13 @@ static stp_status view(shown *s, const cli_common *common, char next[VIEW_PATH_B
     STP_TRY(open_viewer(&v, s->paths ? s->paths : &path, s->paths ? s->count : 1, err));
     *opened = true;
     v.ui_turns = VIEW_TURNS_TO_SETTLE;
+    v.now_s = stp_window_seconds(v.window);
     if (s->note[0] != '\0')
         view_note(&v, "%s", s->note);
     while (!v.quits && !cli_interrupted())
         STP_TRY(turn(&v, err));
+    if (cli_interrupted())
+        v.next[0] = '\0';
     if (v.record.on)
         view_toggle_record(&v);
     view_settings_save(&v);
@@ -341,8 +351,9 @@ static stp_status view(shown *s, const cli_common *common, char next[VIEW_PATH_B
         source_options_warn(&cli_view, common, v.scene.models[i].model->file);
 done:
     memcpy(next, v.next, sizeof v.next);
-    if (v.window && next[0] != '\0') {
-        stp_window_size(v.window, &s->options.camera.size[0], &s->options.camera.size[1]);
+    if (v.layout.width > 0 && next[0] != '\0' && !stp_window_is_full_screen(v.window)) {
+        s->options.camera.size[0] = v.layout.width;
+        s->options.camera.size[1] = v.layout.height;
         s->options.camera.has_size = true;
     }
     view_open_clear(&v.dialog);
@@ -358,23 +369,24 @@ done:
     return status;
 }
 
-/* Shows the file in `next`. If it cannot be shown, what was shown before comes back, and a note
- * says why. */
+/* Shows the file in `next`. If that fails although it could be opened, the files of before come
+ * back, and a note says why. */
 static stp_status view_another(shown *s, const cli_common *common, char next[VIEW_PATH_BYTES],
                                stp_error *err)
 {
     bool opened = false;
     const shown before = *s;
     s->options.camera = camera_options_default();
-    s->options.camera.has_size = true;
+    s->options.camera.has_size = before.options.camera.has_size;
     memcpy(s->options.camera.size, before.options.camera.size, sizeof before.options.camera.size);
     s->own.marks = NULL;
     s->paths = NULL;
     s->note[0] = '\0';
     memcpy(s->path, next, sizeof s->path);
     stp_status status = view(s, common, next, &opened, err);
-    if (status == STP_OK || opened)
+    if (status == STP_OK || opened || cli_interrupted())
         return status;
+    fprintf(stderr, "stipple view: %s\n", err->message);
     *s = before;
     snprintf(s->note, sizeof s->note, "%s", err->message);
     return view(s, common, next, &opened, err);

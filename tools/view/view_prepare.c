@@ -3,7 +3,10 @@
 
 #include "base/memory.h"
 #include "formats/attribute/where.h"
+#include "formats/chunk/byte_source.h"
+#include "formats/scan/scan.h"
 #include "tools/open/open_draft.h"
+#include "tools/prep/prep_paths.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -147,6 +150,28 @@ stp_status view_prepare_add(viewer *v, const char *const *paths, size_t count, s
         STP_TRY(open_scans(v, scans, scan_count, err));
 done:
     free(scans);
+    return status;
+}
+
+stp_status view_prepare_check(const viewer *v, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_model *model = NULL;
+    stp_scan *scan = NULL;
+    prep_paths paths = {0};
+    bool is_scan = false;
+    STP_TRY(open_scan_is(&is_scan, path, err));
+    if (!is_scan) {
+        STP_TRY(draw_options_open_model(v->options, path, &model, err));
+        goto done;
+    }
+    STP_TRY(prep_paths_add(&paths, path, err));
+    if (!stp_is_address(paths.list[0]))
+        STP_TRY(stp_scan_open(&scan, paths.list[0], NULL, err));
+done:
+    stp_scan_close(&scan);
+    stp_model_close(&model);
+    prep_paths_clear(&paths);
     return status;
 }
 

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <memory>
 #include <new>
+#include <utility>
 
 struct stp_draco_mesh {
     std::unique_ptr<draco::Mesh> mesh;
@@ -16,8 +17,10 @@ struct stp_draco_mesh {
 namespace
 {
 
-// No mesh takes less: a byte holds at most so many faces, and a face has at most three vertices.
-constexpr uint64_t faces_a_byte = 100;
+// A plane of 2048 x 2048 squares takes a byte for 687 faces.
+constexpr uint64_t faces_a_byte = 4096, faces_most = UINT64_C(1) << 28;
+// Of an edgebreaker mesh: sets of attributes with seams of their own. Each takes memory by faces.
+constexpr uint8_t sets_most = 8;
 constexpr size_t header_bytes = 11;
 
 stp_status corrupt(stp_error *err)
@@ -36,11 +39,16 @@ stp_status check(const uint8_t *bytes, size_t size, stp_error *err)
                              "its Draco stream is no mesh of version 2.2 without metadata");
     draco::DecoderBuffer buffer;
     uint32_t first = 0, second = 0;
+    uint8_t sets = 0;
     const size_t at = header_bytes + (edgebreaker ? 1 : 0); // the kind of traversal
     buffer.Init(reinterpret_cast<const char *>(bytes) + at, size - at, 2 << 8 | 2);
-    if (!draco::DecodeVarint(&first, &buffer) || !draco::DecodeVarint(&second, &buffer))
+    if (!draco::DecodeVarint(&first, &buffer) || !draco::DecodeVarint(&second, &buffer) ||
+        (edgebreaker && !buffer.Decode(&sets)))
         return corrupt(err);
     const uint64_t faces = edgebreaker ? second : first, vertices = edgebreaker ? first : second;
+    if (faces > faces_most || sets > sets_most)
+        return stp_error_set(err, STP_LIMIT, "it has %llu faces and %u sets of attributes",
+                             static_cast<unsigned long long>(faces), sets);
     return faces > faces_a_byte * size || vertices > 3 * faces ? corrupt(err) : STP_OK;
 }
 
@@ -122,13 +130,17 @@ void stp_draco_mesh_face(const stp_draco_mesh *mesh, uint32_t face, uint32_t cor
 
 stp_status stp_draco_mesh_numbers(const stp_draco_mesh *mesh, uint32_t id, stp_draco_numbers *out,
                                   stp_error *err)
-{
+try {
     const draco::PointAttribute *a = mesh->mesh->GetAttributeByUniqueId(id);
     const unsigned type = a != nullptr ? type_of(a->data_type()) : 0;
     const uint32_t count = mesh->mesh->num_points();
     *out = {};
     if (type == 0 || a->num_components() < 1 || a->num_components() > 4)
-        return stp_error_set(err, STP_CORRUPT, "its Draco stream lacks attribute %u", id);
+        return stp_error_set(
+            err, STP_CORRUPT,
+            "its Draco stream lacks attribute %u, or has it in numbers that glTF has "
+            "not",
+            id);
     const auto item = static_cast<size_t>(draco::DataTypeLength(a->data_type())) *
                       static_cast<size_t>(a->num_components());
     if (static_cast<size_t>(a->byte_stride()) != item)
@@ -146,4 +158,6 @@ stp_status stp_draco_mesh_numbers(const stp_draco_mesh *mesh, uint32_t id, stp_d
     }
     *out = {data, type, static_cast<unsigned>(a->num_components())};
     return STP_OK;
+} catch (...) {
+    return corrupt(err);
 }

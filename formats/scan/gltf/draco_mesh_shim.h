@@ -1,8 +1,8 @@
 /* A C interface to Draco's decoder of meshes, for glTF (KHR_draco_mesh_compression).
  *
- * Reads bitstream 2.2 without metadata, which is what glTF's writers make. Draco allocates by the
- * counts of faces and vertices before it reads more; they are compared with the stream's size
- * first. Threads: any. */
+ * Reads bitstream 2.2 without metadata, which is what glTF's writers make. Memory: some 100 bytes a
+ * face, and more for each attribute. A stream may claim a few thousand faces a byte, since flat
+ * meshes need no more, but 2^28 at most. Threads: any. */
 #ifndef STP_FORMATS_SCAN_GLTF_DRACO_MESH_SHIM_H
 #define STP_FORMATS_SCAN_GLTF_DRACO_MESH_SHIM_H
 
@@ -24,7 +24,7 @@ typedef struct stp_draco_numbers {
     unsigned components;
 } stp_draco_numbers;
 
-/* Errors: CORRUPT, UNSUPPORTED (another version, metadata, no mesh), OUT_OF_MEMORY. */
+/* Errors: CORRUPT, UNSUPPORTED (another version, metadata, no mesh), LIMIT, OUT_OF_MEMORY. */
 stp_status stp_draco_mesh_decode(stp_draco_mesh **out, const uint8_t *bytes, size_t size,
                                  stp_error *err);
 void stp_draco_mesh_destroy(stp_draco_mesh **mesh);

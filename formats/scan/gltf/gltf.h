@@ -7,8 +7,8 @@
  * beside it (KHR_texture_transform). If faces have images, colours of vertices and factors of
  * images are left out. Skins, morphs and animations are left at rest. Meshes compressed by
  * Draco are read (KHR_draco_mesh_compression); those by meshopt (EXT_meshopt_compression) and
- * sparse accessors are refused. Source: glTF 2.0 Specification (Khronos). Memory: the file and its
- * buffers, beside the mesh. Threads: any, one file each. */
+ * sparse accessors are refused. Source: glTF 2.0 Specification (Khronos). Memory: the file, its
+ * buffers and one decoded primitive, beside the mesh. Threads: any, one file each. */
 #ifndef STP_FORMATS_SCAN_GLTF_GLTF_H
 #define STP_FORMATS_SCAN_GLTF_GLTF_H
 

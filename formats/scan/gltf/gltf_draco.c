@@ -41,6 +41,9 @@ stp_status stp_gltf_draco_open(stp_gltf_draco *out, const stp_gltf_file *file,
     STP_TRY(stp_gltf_index(file, extension, "bufferView", &view, err));
     STP_TRY(stp_gltf_view(file, view, &bytes, &size, &stride, err));
     status = stp_draco_mesh_decode(&out->mesh, bytes, size, &why);
+    if (status != STP_OK && status != STP_OUT_OF_MEMORY &&
+        !stp_gltf_requires(file, "KHR_draco_mesh_compression"))
+        return STP_OK; /* the file has the mesh once more, not compressed */
     if (status != STP_OK)
         return say(out, status, &why, err);
 done:

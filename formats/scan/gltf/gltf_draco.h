@@ -12,11 +12,12 @@ typedef struct stp_gltf_draco {
     const stp_gltf_file *file; /* borrowed */
     struct stp_draco_mesh *mesh;
     const cJSON *ids;                       /* by attribute: its id in the stream */
-    uint8_t *arrays[STP_GLTF_DRACO_ARRAYS]; /* owned; of numbers that were asked for */
+    uint8_t *arrays[STP_GLTF_DRACO_ARRAYS]; /* owned: what the numbers point into */
     unsigned array_count;
 } stp_gltf_draco;
 
-/* Decodes the primitive if it is compressed. Errors: CORRUPT, UNSUPPORTED, OUT_OF_MEMORY. */
+/* Decodes the primitive if it is compressed. If it cannot be decoded and the file does not require
+ * it, its numbers lie in the file, too. Errors: CORRUPT, UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_gltf_draco_open(stp_gltf_draco *out, const stp_gltf_file *file,
                                const cJSON *primitive, stp_error *err);
 void stp_gltf_draco_close(stp_gltf_draco *draco);

@@ -326,6 +326,17 @@ double stp_gltf_number(const stp_gltf_numbers *n, size_t item, unsigned componen
 
 /* ---- the file ---- */
 
+bool stp_gltf_requires(const stp_gltf_file *f, const char *extension)
+{
+    const cJSON *item;
+    cJSON_ArrayForEach(item,
+                       cJSON_GetObjectItemCaseSensitive(
+                           f->json, "extensionsRequired")) if (cJSON_IsString(item) &&
+                                                               strcmp(item->valuestring,
+                                                                      extension) == 0) return true;
+    return false;
+}
+
 /* Extensions that are read, or without which the file may be read as it is: those of materials. */
 static stp_status check_extensions(const stp_gltf_file *f, stp_error *err)
 {

@@ -66,6 +66,8 @@ stp_status stp_gltf_index(const stp_gltf_file *file, const cJSON *object, const 
 /* The bytes of a buffer view. Errors: CORRUPT. */
 stp_status stp_gltf_view(const stp_gltf_file *file, uint32_t index, const uint8_t **data,
                          size_t *size, size_t *stride, stp_error *err);
+/* Whether the file cannot be read without an extension. */
+bool stp_gltf_requires(const stp_gltf_file *file, const char *extension);
 /* Bytes of a number of a type, 5120 to 5126; 0: no such type. */
 unsigned stp_gltf_type_bytes(unsigned type);
 /* The numbers of an accessor. components: those wanted, in bits: 1 << 3 for three. Errors: CORRUPT,

@@ -17,10 +17,10 @@ enum { ROWS_HELD = 3 };
 
 typedef struct grid_reader {
     stp_grid_params params;
-    stp_raster *heights, *colours;
-    const stp_raster_info *info, *colour_info;
-    double *row, *colour_row; /* as the files have them */
-    double *z[ROWS_HELD];     /* heights of row r at r % ROWS_HELD; NaN: no sample */
+    stp_raster *heights, *colours, *mask;
+    const stp_raster_info *info, *colour_info, *mask_info;
+    double *row, *colour_row, *mask_row; /* as the files have them */
+    double *z[ROWS_HELD];                /* heights of row r at r % ROWS_HELD; NaN: no sample */
     uint16_t (*rgb[ROWS_HELD])[3];
     uint32_t rows_read, next_row, next_column;
     stp_scan_raster place; /* of heights */
@@ -53,6 +53,31 @@ static stp_status check_heights(const grid_reader *g, const char *path, stp_erro
     return STP_OK;
 }
 
+/* Makes room for a row of an image that lies beside the heights, and checks its size. */
+static stp_status begin_image(const grid_reader *g, const char *option, const char *file,
+                              const char *path, const stp_raster_info *image, double **row,
+                              stp_error *err)
+{
+    if (image->width != g->info->width || image->height != g->info->height)
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "%s %s is %u x %u, but %s is %u x %u: give an image of the same size",
+                             option, file, image->width, image->height, path, g->info->width,
+                             g->info->height);
+    return stp_alloc(row, g->info->width, image->channels * sizeof **row, "a row of an image", err);
+}
+
+static stp_status open_mask(grid_reader *g, const char *path, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (g->params.mask == NULL)
+        return STP_OK;
+    STP_TRY(stp_raster_open(&g->mask, g->params.mask, STP_RASTER_COLOURS, err));
+    g->mask_info = stp_raster_get_info(g->mask);
+    STP_TRY(begin_image(g, "--mask", g->params.mask, path, g->mask_info, &g->mask_row, err));
+done:
+    return status;
+}
+
 static stp_status open_colours(grid_reader *g, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -64,14 +89,8 @@ static stp_status open_colours(grid_reader *g, const char *path, stp_error *err)
     if (status != STP_OK) /* an AL3D file may come without colours */
         return own && status == STP_UNSUPPORTED ? STP_OK : status;
     g->colour_info = stp_raster_get_info(g->colours);
-    if (g->colour_info->width != g->info->width || g->colour_info->height != g->info->height)
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "--colour %s is %u x %u, but %s is %u x %u: give colours of the same "
-                             "size",
-                             g->params.colour, g->colour_info->width, g->colour_info->height, path,
-                             g->info->width, g->info->height);
-    STP_TRY(stp_alloc(&g->colour_row, g->info->width,
-                      g->colour_info->channels * sizeof *g->colour_row, "a row of colours", err));
+    STP_TRY(begin_image(g, "--colour", own ? path : g->params.colour, path, g->colour_info,
+                        &g->colour_row, err));
     for (int i = 0; i < ROWS_HELD; i++)
         STP_TRY(stp_alloc(&g->rgb[i], g->info->width, sizeof *g->rgb[i], "a row of colours", err));
 done:
@@ -146,6 +165,7 @@ static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
     for (int i = 0; i < ROWS_HELD; i++)
         STP_TRY(stp_alloc(&g->z[i], g->info->width, sizeof *g->z[i], "a row of heights", err));
     STP_TRY(open_colours(g, path, err));
+    STP_TRY(open_mask(g, path, err));
     const bool degrees = g->info->degrees && !(g->params.dx > 0.0);
     g->normals = !is_pinhole(g) && !degrees && !params->recompute_normals;
     choose_place(g);
@@ -197,6 +217,19 @@ static void keep_colours(const grid_reader *g, double *z, uint16_t (*rgb)[3])
     }
 }
 
+static void keep_mask(const grid_reader *g, double *z)
+{
+    const uint32_t channels = g->mask_info->channels, colours = channels - g->mask_info->alpha;
+    for (uint32_t i = 0; i < g->info->width; i++) {
+        const double *pixel = g->mask_row + (size_t)i * channels;
+        bool black = true;
+        for (uint32_t k = 0; k < colours; k++)
+            black &= !(pixel[k] > 0.0);
+        if (black || (g->mask_info->alpha && pixel[channels - 1] == 0.0))
+            z[i] = NAN;
+    }
+}
+
 static stp_status read_row(grid_reader *g, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -206,6 +239,10 @@ static stp_status read_row(grid_reader *g, stp_error *err)
     if (g->colours != NULL) {
         STP_TRY(stp_raster_read(g->colours, g->colour_row, err));
         keep_colours(g, z, g->rgb[g->rows_read % ROWS_HELD]);
+    }
+    if (g->mask != NULL) {
+        STP_TRY(stp_raster_read(g->mask, g->mask_row, err));
+        keep_mask(g, z);
     }
     g->rows_read++;
 done:
@@ -289,8 +326,10 @@ static void close_grid(void *state)
     grid_reader *g = state;
     stp_raster_close(&g->heights);
     stp_raster_close(&g->colours);
+    stp_raster_close(&g->mask);
     free(g->row);
     free(g->colour_row);
+    free(g->mask_row);
     for (int i = 0; i < ROWS_HELD; i++) {
         free(g->z[i]);
         free(g->rgb[i]);

@@ -14,14 +14,14 @@
  * If columns and rows are degrees, there are no normals, and the note "geokeys" names the system.
  *
  * No samples are numbers that are not finite, equal the file's no-data or `invalid`, or where alpha
- * is 0, of the heights or of the colours: STP_REJECT_INVALID. */
+ * is 0, of the heights or of the colours, or where the mask is black: STP_REJECT_INVALID. */
 #ifndef STP_FORMATS_SCAN_GRID_GRID_H
 #define STP_FORMATS_SCAN_GRID_GRID_H
 
 #include "formats/scan/scan_reader.h"
 
-/* Errors: as raster.h; UNSUPPORTED (an image of colours), INVALID_ARGUMENT (colours of
- * another size). */
+/* Errors: as raster.h; UNSUPPORTED (an image of colours), INVALID_ARGUMENT (colours or
+ * a mask of another size). */
 extern const stp_scan_reader stp_grid_reader;
 
 #endif

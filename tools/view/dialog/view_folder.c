@@ -13,7 +13,7 @@
 #include <strings.h>
 #include <sys/stat.h>
 
-static bool is_model_or_grid(const char *name)
+static bool is_offered(const char *name)
 {
     static const char *const endings[] = {"stipple", "tif", "tiff", "png", "exr",
                                           "pfm",     "pgm", "ppm",  "al3d"};
@@ -21,7 +21,7 @@ static bool is_model_or_grid(const char *name)
     for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
         if (strcasecmp(dot + 1, endings[i]) == 0)
             return true;
-    return false;
+    return prep_paths_is_scan(name) || strcmp(name, "ept.json") == 0;
 }
 
 static bool is_folder(const char *name)
@@ -47,9 +47,12 @@ static stp_status add(view_folder *folder, const char *path, const char *name, s
     STP_TRY(stp_alloc(&whole, size, 1, "a path", err));
     snprintf(whole, size, "%s/%s", path, name);
     const bool there = stat(whole, &is) == 0, sub_folder = there && S_ISDIR(is.st_mode);
-    if (!sub_folder &&
-        !(there && S_ISREG(is.st_mode) && (prep_paths_is_scan(name) || is_model_or_grid(name))))
+    if (!sub_folder && !(there && S_ISREG(is.st_mode) && is_offered(name)))
         goto done;
+    if (folder->count == VIEW_FOLDER_LIMIT) {
+        folder->is_cut = true;
+        goto done;
+    }
     STP_TRY(stp_alloc(&added, name_size, 1, "a name", err));
     snprintf(added, name_size, "%s%s", name, sub_folder ? "/" : "");
     folder->names[folder->count++] = added;
@@ -67,9 +70,11 @@ stp_status view_folder_list(view_folder *folder, const char *path, stp_error *er
     if (!open)
         return stp_error_set(err, STP_IO, "%s: cannot be read: %s", path, strerror(errno));
     STP_TRY(stp_alloc(&folder->names, VIEW_FOLDER_LIMIT, sizeof *folder->names, "names", err));
-    while (folder->count < VIEW_FOLDER_LIMIT && (entry = readdir(open)) != NULL)
+    while (!folder->is_cut && (errno = 0, entry = readdir(open)) != NULL)
         if (entry->d_name[0] != '.')
             STP_TRY(add(folder, path, entry->d_name, err));
+    if (!entry && errno != 0)
+        STP_TRY(stp_error_set(err, STP_IO, "%s: cannot be read: %s", path, strerror(errno)));
     qsort(folder->names, folder->count, sizeof *folder->names, compare_names);
 done:
     closedir(open);

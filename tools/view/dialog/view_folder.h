@@ -1,10 +1,12 @@
-/* What of a folder the viewer's dialog offers: sub-folders, then chunk files, scans and grids of
- * heights, by their names' endings; each group by name, hidden ones left out. Threads: any. */
+/* Lists a folder for the viewer's dialog: sub-folders, then chunk files, scans and grids of
+ * heights, which it knows by the endings of their names. Both groups are sorted by name; hidden
+ * files are left out. Threads: any. */
 #ifndef STP_TOOLS_VIEW_DIALOG_VIEW_FOLDER_H
 #define STP_TOOLS_VIEW_DIALOG_VIEW_FOLDER_H
 
 #include "base/error.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* More names are left out. */
@@ -14,6 +16,7 @@
 typedef struct view_folder {
     char **names; /* owned; sub-folders end with "/" */
     size_t count;
+    bool is_cut; /* there are more */
 } view_folder;
 
 /* Replaces *folder. Errors: IO (the folder cannot be read), OUT_OF_MEMORY; *folder is empty then.

@@ -4,6 +4,7 @@
 #include "formats/chunk/byte_source.h"
 #include "runtime/window/imgui_shim.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -25,11 +26,18 @@ static void enter(view_open *o, const char *path)
 {
     stp_error err = {0};
     char *whole = realpath(path, NULL);
-    snprintf(o->path, sizeof o->path, "%s", whole != NULL ? whole : "/");
-    free(whole);
     o->why[0] = '\0';
-    if (view_folder_list(&o->folder, o->path, &err) != STP_OK)
+    if (whole == NULL)
+        snprintf(o->why, sizeof o->why, "%.4000s: %s", path, strerror(errno));
+    else
+        snprintf(o->path, sizeof o->path, "%s", whole);
+    if (whole != NULL && view_folder_list(&o->folder, o->path, &err) != STP_OK)
         snprintf(o->why, sizeof o->why, "%s", err.message);
+    else if (o->folder.is_cut)
+        snprintf(o->why, sizeof o->why, "Only %u names are shown.", VIEW_FOLDER_LIMIT);
+    else if (o->folder.count == 0)
+        snprintf(o->why, sizeof o->why, "No scan, no model and no folder is here.");
+    free(whole);
     o->field[0] = '\0';
 }
 
@@ -40,6 +48,7 @@ void view_open_begin(view_open *o, const char *model)
     if (slash != NULL && !stp_is_address(model))
         snprintf(folder, sizeof folder, "%.*s", (int)(slash - model) + 1, model);
     view_open_clear(o);
+    snprintf(o->path, sizeof o->path, "/");
     enter(o, folder);
     view_recent_load(&o->recent);
     o->shown = true;
@@ -54,7 +63,7 @@ static bool press(view_open *o, const char *folder, const char *name)
     if (length >= (int)sizeof whole)
         return false;
     const bool twice = strcmp(o->field, whole) == 0;
-    memcpy(o->field, whole, sizeof whole);
+    memcpy(o->field, whole, (size_t)length + 1);
     return twice;
 }
 
@@ -94,8 +103,8 @@ static bool list_folder(view_open *o)
         }
         stp_ui_pop_id();
     }
-    if (o->why[0] != '\0' || o->folder.count == 0)
-        stp_ui_note(o->why[0] != '\0' ? o->why : "No scan, no model and no folder is here.");
+    if (o->why[0] != '\0')
+        stp_ui_note(o->why);
     if (to[0] != '\0')
         enter(o, to);
     return chosen;
@@ -126,11 +135,15 @@ static view_open_choice ask(view_open *o, bool entered)
 void view_open_draw(view_open *o, double width, double height, double scale)
 {
     const double margin = MARGIN_PX * scale;
-    const stp_ui_rect rect = {margin, margin, fmin(WIDTH_PX * scale, width - 2.0 * margin),
+    const stp_ui_rect rect = {margin, margin,
+                              fmax(fmin(WIDTH_PX * scale, width - 2.0 * margin), 1.0),
                               fmax(height - 4.0 * margin, 1.0)};
     if (!o->shown)
         return;
     if (stp_ui_dialog_begin("Open a model, a scan or an address", &rect, &o->shown)) {
+        if (!o->begun)
+            stp_ui_focus_next();
+        o->begun = true;
         o->choice = ask(o, stp_ui_line("##path", o->field, sizeof o->field));
         const bool recent = list_recent(o), listed = list_folder(o);
         if (recent || listed)

@@ -18,7 +18,7 @@ typedef enum view_open_choice {
 
 /* Zero is closed. */
 typedef struct view_open {
-    bool shown;
+    bool shown, begun;       /* begun: the field has the keyboard, and keys go nowhere else */
     view_open_choice choice; /* what the user chose to do with `field`; the caller resets it */
     char field[VIEW_PATH_BYTES];
     char path[VIEW_PATH_BYTES]; /* of the folder */

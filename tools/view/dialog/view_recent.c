@@ -34,10 +34,12 @@ static void save(const view_recent *recent)
     if (view_files_state(file, "recent.json", NULL) != STP_OK ||
         view_files_make_folders(file, NULL) != STP_OK)
         return;
-    cJSON *json = cJSON_CreateObject(), *files = cJSON_AddArrayToObject(json, "files");
-    for (size_t i = 0; i < recent->count; i++)
-        cJSON_AddItemToArray(files, cJSON_CreateString(recent->paths[i]));
-    stp_json_save(json, file, true, NULL);
+    cJSON *json = cJSON_CreateObject();
+    cJSON *files = cJSON_CreateStringArray((const char *const *)recent->paths, (int)recent->count);
+    if (files != NULL && cJSON_AddItemToObject(json, "files", files))
+        stp_json_save(json, file, true, NULL);
+    else
+        cJSON_Delete(json);
 }
 
 static bool may_hold_secrets(const char *path)
