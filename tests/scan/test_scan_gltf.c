@@ -341,6 +341,21 @@ static void wrong_draco_streams(void **state)
                     status == STP_LIMIT);
         stp_point_mesh_free(&mesh);
     }
+    static const struct {
+        size_t at;
+        uint8_t byte;
+        stp_status status;
+        const char *message;
+    } heads[] = {{5, 1, STP_UNSUPPORTED, "no mesh of version 2.2"},
+                 {7, 0, STP_UNSUPPORTED, "no mesh of version 2.2"}, /* a point cloud */
+                 {10, 0x80, STP_UNSUPPORTED, "without metadata"},
+                 {14, 255, STP_LIMIT, "255 sets of attributes"}};
+    for (int i = 0; i < 4; i++) {
+        memcpy(wrong, draco_square_edgebreaker, sizeof wrong);
+        wrong[heads[i].at] = heads[i].byte;
+        write_packed(wrong, sizeof wrong, PACKED_IDS);
+        scan_fixture_fails("packed.gltf", NULL, heads[i].status, heads[i].message);
+    }
     write_packed(draco_square_sequential, sizeof draco_square_sequential, "\"POSITION\":7");
     scan_fixture_fails("packed.gltf", NULL, STP_CORRUPT, "lacks attribute 7");
     write_packed(draco_square_sequential, sizeof draco_square_sequential, "\"POSITION\":2");
