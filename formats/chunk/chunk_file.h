@@ -141,7 +141,7 @@ typedef struct stp_chunk_entry {
  * dy), relative to the chunk's origin. */
 typedef struct stp_raster {
     double x, y, dx, dy; /* dx 0: the samples are on no grid */
-    unsigned reach;      /* normals are of planes through (2 reach + 1)^2 samples; 1 to 4 */
+    unsigned reach;      /* normals are of planes through (2 reach + 1)^2 samples; 0 to 4 */
 } stp_raster;
 
 /* A patch whose level-0 samples are those of a square of 8 x 8 of a grid, in Morton order. */

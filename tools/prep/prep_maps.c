@@ -3,6 +3,7 @@
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -17,18 +18,20 @@ void prep_maps_fill(prep_maps *maps, cli_option out[PREP_MAPS_OPTIONS])
          "of --maps: points farther than this from their map stay points (by the spacing)", NULL},
     };
     memcpy(out, options, sizeof options);
+    maps->cone = maps->error = NAN; /* not given */
 }
 
 const char *prep_maps_check(prep_maps *maps)
 {
-    if (!maps->wanted && (maps->cone != 0.0 || maps->error != 0.0))
+    const bool has_cone = !isnan(maps->cone), has_error = !isnan(maps->error);
+    if (!maps->wanted && (has_cone || has_error))
         return "--cone and --map-error are of maps: give --maps, too";
-    if (maps->cone != 0.0 && !(maps->cone >= 10.0 && maps->cone <= 80.0))
+    if (has_cone && !(maps->cone >= 10.0 && maps->cone <= 80.0))
         return "--cone: give 10 to 80";
-    if (!(maps->error >= 0.0))
+    if (has_error && !(maps->error > 0.0))
         return "--map-error: give a positive length";
-    maps->params = (stp_maps_params){.cone_deg = maps->cone > 0.0 ? maps->cone : PREP_MAPS_CONE,
-                                     .error = maps->error};
+    maps->params = (stp_maps_params){.cone_deg = has_cone ? maps->cone : PREP_MAPS_CONE,
+                                     .error = has_error ? maps->error : 0.0};
     return NULL;
 }
 
