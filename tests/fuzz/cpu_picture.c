@@ -197,7 +197,9 @@ static void project(picture *p)
             reference_project(&p->pyramid, &p->discs.items[i], 1);
 }
 
-static void require_finite(const reference_pixel *pixels, int count)
+/* Samples of an unsound file may lie farther away than floats can square. Their colours mean
+ * nothing then. */
+static void require_finite(const reference_pixel *pixels, int count, bool sound)
 {
     for (int i = 0; i < count; i++) {
         const reference_pixel *pixel = &pixels[i];
@@ -208,12 +210,12 @@ static void require_finite(const reference_pixel *pixels, int count)
                 "a pixel's place and radius are finite");
         require(stp_dvec3_finite(pixel->normal), "a pixel's normal is finite");
         for (int k = 0; k < 3; k++)
-            require(pixel->rgb[k] >= -1e-9 && pixel->rgb[k] <= 1.0 + 1e-9,
+            require(!sound || (pixel->rgb[k] >= -1e-9 && pixel->rgb[k] <= 1.0 + 1e-9),
                     "a pixel's colour is within 0 to 1");
     }
 }
 
-static void reconstruct(picture *p, reference_filter filter)
+static void reconstruct(picture *p, reference_filter filter, bool sound)
 {
     int levels = reference_level_count(p->sight.radius_px, SIZE_PX, SIZE_PX);
     require(reference_create(&p->pyramid, &p->view, filter, levels, NULL) == STP_OK,
@@ -228,17 +230,17 @@ static void reconstruct(picture *p, reference_filter filter)
     }
     for (int l = 0; l <= (filter == REFERENCE_SPLAT ? 0 : levels); l++) {
         const reference_level *level = &p->pyramid.levels[l];
-        require_finite(level->pulled, level->width * level->height);
-        require_finite(level->finished, level->width * level->height);
+        require_finite(level->pulled, level->width * level->height, sound);
+        require_finite(level->finished, level->width * level->height, sound);
     }
 }
 
-static void require_finite_picture(const picture *p, reference_shade shade)
+static void require_finite_picture(const picture *p, reference_shade shade, bool sound)
 {
     static double rgba[4 * SIZE_PX * SIZE_PX];
     reference_shade_picture(&p->pyramid, shade, rgba);
     for (int i = 0; i < 4 * SIZE_PX * SIZE_PX; i++)
-        require(rgba[i] >= 0.0 && rgba[i] <= 1.0, "a colour is within 0 to 1");
+        require(!sound || (rgba[i] >= 0.0 && rgba[i] <= 1.0), "a colour is within 0 to 1");
 }
 
 static bool has_root(const picture *p)
@@ -267,8 +269,9 @@ void cpu_picture_draw(const char *path, uint64_t choice, bool sound, stp_pool *p
         const reference_filter filter = filters[choice >> 8 & 3u];
         describe_frame(&p, choice);
         select_discs(&p, pool, filter == REFERENCE_SPLAT);
-        reconstruct(&p, filter);
-        require_finite_picture(&p, (reference_shade)((choice >> 10) % (REFERENCE_DEPTH + 1)));
+        reconstruct(&p, filter, sound);
+        require_finite_picture(&p, (reference_shade)((choice >> 10) % (REFERENCE_DEPTH + 1)),
+                               sound);
     }
     reference_destroy(&p.pyramid);
     reference_disc_list_clear(&p.discs);
