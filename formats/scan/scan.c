@@ -327,10 +327,11 @@ static stp_status check_params(const stp_scan *scan, stp_scan_format format, stp
 {
     const stp_scan_region *region = scan->params.region;
     if (scan->params.grid != NULL && format != STP_SCAN_GRID)
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "%s is no grid of heights or depths: --colour, --invalid, --spacing, "
-                             "--height-scale, --pinhole, --depth and --disparity are for grids",
-                             scan->name);
+        return stp_error_set(
+            err, STP_INVALID_ARGUMENT,
+            "%s is no grid of heights or depths: --colour, --mask, --invalid, "
+            "--spacing, --height-scale, --pinhole, --depth and --disparity are for grids",
+            scan->name);
     if (region && region->resolution > 0.0 && format != STP_SCAN_LAS && format != STP_SCAN_EPT)
         return stp_octree_missing(scan->name, err);
     if (!scan->params.columns || format == STP_SCAN_XYZ || format == STP_SCAN_PTS)

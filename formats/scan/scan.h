@@ -68,7 +68,7 @@ enum {
  */
 typedef struct stp_grid_params {
     const char *colour; /* an image of the same size; NULL: none */
-    const char *mask;   /* likewise; black means that there is no sample */
+    const char *mask;   /* likewise; black, or alpha 0, means that there is no sample */
     bool has_invalid;
     double invalid;        /* the number that stands for no sample, beside the file's own */
     double dx, dy;         /* between columns and rows; 0: the file's, else 1 */

@@ -362,6 +362,24 @@ static void wrong_draco_streams(void **state)
     scan_fixture_fails("packed.gltf", NULL, STP_CORRUPT, "has 4 numbers");
 }
 
+#define NO_STREAM                                                                                  \
+    INDEXED ",\"extensions\":{\"KHR_draco_mesh_compression\":{\"bufferView\":0,"                   \
+            "\"attributes\":{\"POSITION\":0}}}"
+
+/* A file that does not require Draco has its numbers once more: they are read if a stream is bad.
+ */
+static void numbers_once_more(void **state)
+{
+    (void)state;
+    write_square("twice.gltf", NODE, NO_STREAM, "");
+    stp_mesh *mesh = scan_fixture_mesh("twice.gltf");
+    assert_int_equal(mesh->triangle_count, 2);
+    stp_mesh_destroy(&mesh);
+    write_square("once.gltf", NODE, NO_STREAM,
+                 ",\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]");
+    scan_fixture_fails("once.gltf", NULL, STP_CORRUPT, "it has no Draco stream");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -369,6 +387,7 @@ int main(void)
         cmocka_unit_test(nodes_place),         cmocka_unit_test(vertices_have_colours),
         cmocka_unit_test(images_give_colours), cmocka_unit_test(wrong_files_are_refused),
         cmocka_unit_test(meshes_by_draco),     cmocka_unit_test(wrong_draco_streams),
+        cmocka_unit_test(numbers_once_more),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

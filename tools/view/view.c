@@ -187,6 +187,14 @@ static void follow(viewer *v, const stp_window_event *e)
     }
 }
 
+/* Whether a key may be part of a path. */
+static bool is_typing(const stp_window_event *e)
+{
+    return e->kind == STP_WINDOW_CHARACTER ||
+           (e->kind == STP_WINDOW_KEY && e->down && !e->control && e->key != STP_KEY_ESCAPE &&
+            e->key != STP_KEY_F1 && e->key != STP_KEY_F11);
+}
+
 /* Events up to one that ends the turn. */
 static void take_events(viewer *v)
 {
@@ -197,8 +205,7 @@ static void take_events(viewer *v)
         again = !view_control_ends_turn(&event);
         if (event.kind == STP_WINDOW_DROP)
             take_dropped(v);
-        if (panels_take(v, &event) ||
-            (v->dialog.shown && event.kind == STP_WINDOW_CHARACTER)) /* a path is typed */
+        if (panels_take(v, &event) || (v->dialog.shown && is_typing(&event)))
             continue;
         follow(v, &event);
         if (!view_clip_handle(v, &event))

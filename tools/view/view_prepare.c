@@ -3,7 +3,6 @@
 
 #include "base/memory.h"
 #include "formats/attribute/where.h"
-#include "formats/chunk/byte_source.h"
 #include "formats/scan/scan.h"
 #include "tools/open/open_draft.h"
 #include "tools/prep/prep_paths.h"
@@ -11,7 +10,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
+
+/* A larger scan is not read before the window closes. */
+#define CHECKED_BYTES (64 << 20)
+/* What a server may take to show that a model is there. */
+#define CHECK_TIMEOUT_S 10.0
 
 /* Puts an open model into the scene and gives the scene to the renderer, if there is one yet. The
  * model is the scene's from here on. */
@@ -159,14 +164,17 @@ stp_status view_prepare_check(const viewer *v, const char *path, stp_error *err)
     stp_model *model = NULL;
     stp_scan *scan = NULL;
     prep_paths paths = {0};
+    draw_options options = *v->options;
+    struct stat is;
     bool is_scan = false;
+    options.timeout_s = CHECK_TIMEOUT_S; /* the window waits */
     STP_TRY(open_scan_is(&is_scan, path, err));
     if (!is_scan) {
-        STP_TRY(draw_options_open_model(v->options, path, &model, err));
+        STP_TRY(draw_options_open_model(&options, path, &model, err));
         goto done;
     }
     STP_TRY(prep_paths_add(&paths, path, err));
-    if (!stp_is_address(paths.list[0]))
+    if (stat(paths.list[0], &is) == 0 && is.st_size <= CHECKED_BYTES)
         STP_TRY(stp_scan_open(&scan, paths.list[0], NULL, err));
 done:
     stp_scan_close(&scan);

@@ -14,8 +14,9 @@
  * coarse model is shown; without one, the model is added when it is done. Errors: those of
  * open_scan.h, open_draft.h and view_scene_add; LIMIT (another model is being prepared). */
 stp_status view_prepare_add(viewer *v, const char *const *paths, size_t count, stp_error *err);
-/* Whether a file or an address can be opened: a model, or a scan or a folder of scans, of which the
- * first one's header is read. Errors: those of open_scan_is, stp_model_open and stp_scan_open. */
+/* Whether a file or an address can be opened, as far as can be told at once: a model; a scan of up
+ * to 64 MiB, since meshes are read whole; of a folder, the first scan. Errors: those of
+ * open_scan_is, draw_options_open_model, prep_paths_add and stp_scan_open. */
 stp_status view_prepare_check(const viewer *v, const char *path, stp_error *err);
 /* Adds models and scans by name to a viewer that is open. Shows a note for each that cannot be
  * added. */

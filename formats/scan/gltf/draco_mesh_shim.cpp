@@ -18,9 +18,10 @@ namespace
 {
 
 // A plane of 2048 x 2048 squares takes a byte for 687 faces.
-constexpr uint64_t faces_a_byte = 4096, faces_most = UINT64_C(1) << 28;
+constexpr uint64_t faces_free = UINT64_C(1) << 22, faces_a_byte = 1024,
+                   faces_most = UINT64_C(1) << 28;
 // Of an edgebreaker mesh: sets of attributes with seams of their own. Each takes memory by faces.
-constexpr uint8_t sets_most = 8;
+constexpr uint8_t sets_most = 16;
 constexpr size_t header_bytes = 11;
 
 stp_status corrupt(stp_error *err)
@@ -47,9 +48,12 @@ stp_status check(const uint8_t *bytes, size_t size, stp_error *err)
         return corrupt(err);
     const uint64_t faces = edgebreaker ? second : first, vertices = edgebreaker ? first : second;
     if (faces > faces_most || sets > sets_most)
-        return stp_error_set(err, STP_LIMIT, "it has %llu faces and %u sets of attributes",
-                             static_cast<unsigned long long>(faces), sets);
-    return faces > faces_a_byte * size || vertices > 3 * faces ? corrupt(err) : STP_OK;
+        return stp_error_set(err, STP_LIMIT,
+                             "it has %llu faces and %u sets of attributes, at most %llu and %u are "
+                             "read: part it",
+                             static_cast<unsigned long long>(faces), sets,
+                             static_cast<unsigned long long>(faces_most), sets_most);
+    return faces > faces_free + faces_a_byte * size || vertices > 3 * faces ? corrupt(err) : STP_OK;
 }
 
 stp_status decode(stp_draco_mesh **out, const uint8_t *bytes, size_t size, stp_error *err)
@@ -136,11 +140,9 @@ try {
     const uint32_t count = mesh->mesh->num_points();
     *out = {};
     if (type == 0 || a->num_components() < 1 || a->num_components() > 4)
-        return stp_error_set(
-            err, STP_CORRUPT,
-            "its Draco stream lacks attribute %u, or has it in numbers that glTF has "
-            "not",
-            id);
+        return stp_error_set(err, STP_CORRUPT,
+                             "its Draco stream lacks attribute %u, or its type is none of glTF's",
+                             id);
     const auto item = static_cast<size_t>(draco::DataTypeLength(a->data_type())) *
                       static_cast<size_t>(a->num_components());
     if (static_cast<size_t>(a->byte_stride()) != item)
@@ -158,6 +160,8 @@ try {
     }
     *out = {data, type, static_cast<unsigned>(a->num_components())};
     return STP_OK;
+} catch (const std::bad_alloc &) {
+    return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for a Draco mesh");
 } catch (...) {
     return corrupt(err);
 }

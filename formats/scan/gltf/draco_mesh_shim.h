@@ -1,8 +1,8 @@
 /* A C interface to Draco's decoder of meshes, for glTF (KHR_draco_mesh_compression).
  *
  * Reads bitstream 2.2 without metadata, which is what glTF's writers make. Memory: some 100 bytes a
- * face, and more for each attribute. A stream may claim a few thousand faces a byte, since flat
- * meshes need no more, but 2^28 at most. Threads: any. */
+ * face, and more for each attribute. A stream may claim 2^22 faces and 1024 a byte more, since flat
+ * meshes need little, but 2^28 at most. Threads: any. */
 #ifndef STP_FORMATS_SCAN_GLTF_DRACO_MESH_SHIM_H
 #define STP_FORMATS_SCAN_GLTF_DRACO_MESH_SHIM_H
 

@@ -24,6 +24,17 @@ static stp_status keep(stp_gltf_draco *d, uint8_t *array, stp_error *err)
     return STP_OK;
 }
 
+/* Whether the file has the primitive's positions once more, not compressed. */
+static bool is_twice(const stp_gltf_file *file, const cJSON *primitive)
+{
+    uint32_t accessor;
+    const cJSON *attributes = cJSON_GetObjectItemCaseSensitive(primitive, "attributes");
+    return !stp_gltf_requires(file, "KHR_draco_mesh_compression") &&
+           stp_gltf_index(file, attributes, "POSITION", &accessor, NULL) == STP_OK &&
+           cJSON_GetObjectItemCaseSensitive(stp_gltf_item(file, STP_GLTF_ACCESSORS, accessor),
+                                            "bufferView") != NULL;
+}
+
 stp_status stp_gltf_draco_open(stp_gltf_draco *out, const stp_gltf_file *file,
                                const cJSON *primitive, stp_error *err)
 {
@@ -41,9 +52,8 @@ stp_status stp_gltf_draco_open(stp_gltf_draco *out, const stp_gltf_file *file,
     STP_TRY(stp_gltf_index(file, extension, "bufferView", &view, err));
     STP_TRY(stp_gltf_view(file, view, &bytes, &size, &stride, err));
     status = stp_draco_mesh_decode(&out->mesh, bytes, size, &why);
-    if (status != STP_OK && status != STP_OUT_OF_MEMORY &&
-        !stp_gltf_requires(file, "KHR_draco_mesh_compression"))
-        return STP_OK; /* the file has the mesh once more, not compressed */
+    if (status != STP_OK && status != STP_OUT_OF_MEMORY && is_twice(file, primitive))
+        return STP_OK;
     if (status != STP_OK)
         return say(out, status, &why, err);
 done:

@@ -16,8 +16,9 @@ typedef struct stp_gltf_draco {
     unsigned array_count;
 } stp_gltf_draco;
 
-/* Decodes the primitive if it is compressed. If it cannot be decoded and the file does not require
- * it, its numbers lie in the file, too. Errors: CORRUPT, UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
+/* Decodes the primitive if it is compressed. If its stream cannot be decoded and the file has its
+ * numbers once more, these are left to be read. Errors: CORRUPT, UNSUPPORTED, LIMIT, OUT_OF_MEMORY.
+ */
 stp_status stp_gltf_draco_open(stp_gltf_draco *out, const stp_gltf_file *file,
                                const cJSON *primitive, stp_error *err);
 void stp_gltf_draco_close(stp_gltf_draco *draco);

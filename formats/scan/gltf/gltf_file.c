@@ -329,11 +329,11 @@ double stp_gltf_number(const stp_gltf_numbers *n, size_t item, unsigned componen
 bool stp_gltf_requires(const stp_gltf_file *f, const char *extension)
 {
     const cJSON *item;
-    cJSON_ArrayForEach(item,
-                       cJSON_GetObjectItemCaseSensitive(
-                           f->json, "extensionsRequired")) if (cJSON_IsString(item) &&
-                                                               strcmp(item->valuestring,
-                                                                      extension) == 0) return true;
+    cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(f->json, "extensionsRequired"))
+    {
+        if (cJSON_IsString(item) && strcmp(item->valuestring, extension) == 0)
+            return true;
+    }
     return false;
 }
 

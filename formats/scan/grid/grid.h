@@ -14,7 +14,8 @@
  * If columns and rows are degrees, there are no normals, and the note "geokeys" names the system.
  *
  * No samples are numbers that are not finite, equal the file's no-data or `invalid`, or where alpha
- * is 0, of the heights or of the colours, or where the mask is black: STP_REJECT_INVALID. */
+ * is 0, of the heights or of the colours, or where the mask has no channel above 0, or its alpha is
+ * 0: STP_REJECT_INVALID. */
 #ifndef STP_FORMATS_SCAN_GRID_GRID_H
 #define STP_FORMATS_SCAN_GRID_GRID_H
 

@@ -21,23 +21,24 @@ static bool is_folder(const char *path)
     return stat(path, &is) == 0 && S_ISDIR(is.st_mode);
 }
 
-/* Goes to a folder. *path may be part of *o. */
+/* Goes to a folder; if it is gone, says so and stays. *path may be part of *o. */
 static void enter(view_open *o, const char *path)
 {
     stp_error err = {0};
     char *whole = realpath(path, NULL);
     o->why[0] = '\0';
-    if (whole == NULL)
+    if (whole == NULL) {
         snprintf(o->why, sizeof o->why, "%.4000s: %s", path, strerror(errno));
-    else
-        snprintf(o->path, sizeof o->path, "%s", whole);
-    if (whole != NULL && view_folder_list(&o->folder, o->path, &err) != STP_OK)
+        return;
+    }
+    snprintf(o->path, sizeof o->path, "%s", whole);
+    free(whole);
+    if (view_folder_list(&o->folder, o->path, &err) != STP_OK)
         snprintf(o->why, sizeof o->why, "%s", err.message);
     else if (o->folder.is_cut)
         snprintf(o->why, sizeof o->why, "Only %u names are shown.", VIEW_FOLDER_LIMIT);
     else if (o->folder.count == 0)
         snprintf(o->why, sizeof o->why, "No scan, no model and no folder is here.");
-    free(whole);
     o->field[0] = '\0';
 }
 
@@ -48,7 +49,7 @@ void view_open_begin(view_open *o, const char *model)
     if (slash != NULL && !stp_is_address(model))
         snprintf(folder, sizeof folder, "%.*s", (int)(slash - model) + 1, model);
     view_open_clear(o);
-    snprintf(o->path, sizeof o->path, "/");
+    enter(o, "/"); /* if the model's folder is gone */
     enter(o, folder);
     view_recent_load(&o->recent);
     o->shown = true;

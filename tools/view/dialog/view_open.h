@@ -18,13 +18,13 @@ typedef enum view_open_choice {
 
 /* Zero is closed. */
 typedef struct view_open {
-    bool shown, begun;       /* begun: the field has the keyboard, and keys go nowhere else */
+    bool shown, begun;       /* begun: the field got the keyboard at first */
     view_open_choice choice; /* what the user chose to do with `field`; the caller resets it */
     char field[VIEW_PATH_BYTES];
     char path[VIEW_PATH_BYTES]; /* of the folder */
     view_folder folder;
     view_recent recent;
-    char why[VIEW_PATH_BYTES + 200]; /* why the folder is empty; "": it was read */
+    char why[VIEW_PATH_BYTES + 200]; /* what is to be said of the folder; "": nothing */
 } view_open;
 
 /* Shows the dialog with the folder that `model`, a path or an address, lies in. */

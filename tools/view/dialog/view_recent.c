@@ -38,8 +38,10 @@ static void save(const view_recent *recent)
     cJSON *files = cJSON_CreateStringArray((const char *const *)recent->paths, (int)recent->count);
     if (files != NULL && cJSON_AddItemToObject(json, "files", files))
         stp_json_save(json, file, true, NULL);
-    else
+    else {
+        cJSON_Delete(files);
         cJSON_Delete(json);
+    }
 }
 
 static bool may_hold_secrets(const char *path)
@@ -52,25 +54,18 @@ void view_recent_note(const char *path)
     char *whole = may_hold_secrets(path) ? NULL
                   : stp_is_address(path) ? strdup(path)
                                          : realpath(path, NULL);
-    view_recent recent;
+    view_recent before, now = {.paths = {whole}, .count = 1};
     if (whole == NULL || strlen(whole) >= VIEW_PATH_BYTES) {
         free(whole);
         return;
     }
-    view_recent_load(&recent);
-    size_t at = 0;
-    while (at < recent.count && strcmp(recent.paths[at], whole) != 0)
-        at++;
-    if (at == VIEW_RECENT_LIMIT)
-        at--;
-    if (at < recent.count)
-        free(recent.paths[at]);
-    else
-        recent.count++;
-    memmove(recent.paths + 1, recent.paths, at * sizeof *recent.paths);
-    recent.paths[0] = whole;
-    save(&recent);
-    view_recent_clear(&recent);
+    view_recent_load(&before);
+    for (size_t i = 0; i < before.count && now.count < VIEW_RECENT_LIMIT; i++)
+        if (strcmp(before.paths[i], whole) != 0)
+            now.paths[now.count++] = before.paths[i];
+    save(&now);
+    free(whole);
+    view_recent_clear(&before);
 }
 
 void view_recent_clear(view_recent *recent)
