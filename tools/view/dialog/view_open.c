@@ -36,7 +36,7 @@ static void enter(view_open *o, const char *path)
     if (view_folder_list(&o->folder, o->path, &err) != STP_OK)
         snprintf(o->why, sizeof o->why, "%s", err.message);
     else if (o->folder.is_cut)
-        snprintf(o->why, sizeof o->why, "Only %u names are shown.", VIEW_FOLDER_LIMIT);
+        snprintf(o->why, sizeof o->why, "Only %d names are shown.", VIEW_FOLDER_LIMIT);
     else if (o->folder.count == 0)
         snprintf(o->why, sizeof o->why, "No scan, no model and no folder is here.");
     o->field[0] = '\0';
