@@ -3,6 +3,7 @@
 #include "base/memory.h"
 #include "tools/tune/tune_report.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -81,7 +82,8 @@ static stp_status add_picture(tune_folder *folder, const stp_image *image, const
     add_base64(out, bytes, size);
     chart_text_add(out, "\"/><figcaption>%s</figcaption></figure>\n", caption);
 done:
-    (void)unlink(path);
+    if (unlink(path) != 0 && status == STP_OK) /* else it would stay in the report */
+        status = stp_error_set(err, STP_IO, "%s: cannot be removed: %s", path, strerror(errno));
     free(bytes);
     return status;
 }
