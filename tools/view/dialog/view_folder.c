@@ -24,41 +24,32 @@ static bool is_offered(const char *name)
     return prep_paths_is_scan(name) || strcmp(name, "ept.json") == 0;
 }
 
-static bool is_folder(const char *name)
-{
-    return name[strlen(name) - 1] == '/';
-}
-
 static int compare_names(const void *a, const void *b)
 {
     const char *x = *(char *const *)a, *y = *(char *const *)b;
-    if (is_folder(x) != is_folder(y))
-        return is_folder(x) ? -1 : 1;
+    if (view_folder_is_sub(x) != view_folder_is_sub(y))
+        return view_folder_is_sub(x) ? -1 : 1;
     return strcoll(x, y);
 }
 
-/* Adds a name if the dialog offers it. */
-static stp_status add(view_folder *folder, const char *path, const char *name, stp_error *err)
+/* Adds a name of the open folder if the dialog offers it. */
+static stp_status add(view_folder *folder, DIR *open, const char *name, stp_error *err)
 {
-    stp_status status = STP_OK;
-    char *whole = NULL, *added = NULL;
     struct stat is;
-    const size_t size = strlen(path) + strlen(name) + 2, name_size = strlen(name) + 2;
-    STP_TRY(stp_alloc(&whole, size, 1, "a path", err));
-    snprintf(whole, size, "%s/%s", path, name);
-    const bool there = stat(whole, &is) == 0, sub_folder = there && S_ISDIR(is.st_mode);
-    if (!sub_folder && !(there && S_ISREG(is.st_mode) && is_offered(name)))
-        goto done;
-    if (folder->count == VIEW_FOLDER_LIMIT) {
-        folder->is_cut = true;
-        goto done;
-    }
-    STP_TRY(stp_alloc(&added, name_size, 1, "a name", err));
-    snprintf(added, name_size, "%s%s", name, sub_folder ? "/" : "");
-    folder->names[folder->count++] = added;
-done:
-    free(whole);
-    return status;
+    const size_t size = strlen(name) + 2;
+    if (fstatat(dirfd(open), name, &is, 0) != 0 ||
+        !(S_ISDIR(is.st_mode) || (S_ISREG(is.st_mode) && is_offered(name))))
+        return STP_OK;
+    folder->is_cut = folder->count == VIEW_FOLDER_LIMIT;
+    if (folder->is_cut)
+        return STP_OK;
+    char **added = &folder->names[folder->count];
+    const stp_status status = stp_alloc(added, size, 1, "a name", err);
+    if (status != STP_OK)
+        return status;
+    snprintf(*added, size, "%s%s", name, S_ISDIR(is.st_mode) ? "/" : "");
+    folder->count++;
+    return STP_OK;
 }
 
 stp_status view_folder_list(view_folder *folder, const char *path, stp_error *err)
@@ -72,7 +63,7 @@ stp_status view_folder_list(view_folder *folder, const char *path, stp_error *er
     STP_TRY(stp_alloc(&folder->names, VIEW_FOLDER_LIMIT, sizeof *folder->names, "names", err));
     while (!folder->is_cut && (errno = 0, entry = readdir(open)) != NULL)
         if (entry->d_name[0] != '.')
-            STP_TRY(add(folder, path, entry->d_name, err));
+            STP_TRY(add(folder, open, entry->d_name, err));
     if (!entry && errno != 0)
         STP_TRY(stp_error_set(err, STP_IO, "%s: cannot be read: %s", path, strerror(errno)));
     qsort(folder->names, folder->count, sizeof *folder->names, compare_names);

@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <string.h>
 
 /* More names are left out. */
 #define VIEW_FOLDER_LIMIT 5000
@@ -18,6 +19,11 @@ typedef struct view_folder {
     size_t count;
     bool is_cut; /* there are more */
 } view_folder;
+
+static inline bool view_folder_is_sub(const char *name)
+{
+    return name[strlen(name) - 1] == '/';
+}
 
 /* Replaces *folder. Errors: IO (the folder cannot be read), OUT_OF_MEMORY; *folder is empty then.
  */

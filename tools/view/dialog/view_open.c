@@ -97,7 +97,7 @@ static bool list_folder(view_open *o)
         stp_ui_push_id(1000 + (int)i);
         if (stp_ui_item(name, false)) {
             const bool twice = press(o, o->path, name);
-            if (name[strlen(name) - 1] == '/')
+            if (view_folder_is_sub(name))
                 snprintf(to, sizeof to, "%s", o->field);
             else
                 chosen = twice;
