@@ -1,5 +1,5 @@
-/* Lets every call of every command fail once: long_injection [COMMAND...], as `long_injection
- * tune`. */
+/* Lets every call of every command fail once: long_injection [EVERY] [WORD...]. `long_injection 5
+ * tune` lets each fifth call of the commands fail that have the word `tune`. */
 #include "tests/fixtures/injection_commands.h"
 
 int main(int argc, char **argv)

@@ -245,9 +245,16 @@ void *realloc(void *old, size_t size)
 
 void free(void *old)
 {
-    static void (*real)(void *) = next<void (*)(void *)>("free");
-    if (!is_early(old))
-        real(old);
+    static void (*real)(void *);
+    static thread_local bool asking;
+    if (is_early(old) || asking) // asking: dlsym's own words, which stay
+        return;
+    if (!real) {
+        asking = true;
+        real = next<void (*)(void *)>("free");
+        asking = false;
+    }
+    real(old);
 }
 
 int open(const char *path, int flags, ...)
