@@ -243,8 +243,8 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
     return stp_prep_end_stage(job, STP_STAGE_CLOSED, err);
 }
 
-/* Makes elevation maps of the surface. Their samples lie near points, not at them, so no proof that
- * a point's back is hidden holds for them. */
+/* Makes elevation maps of the surface. A sample's back counts as hidden if that of the nearest
+ * point is. */
 static stp_status make_maps(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -252,10 +252,6 @@ static stp_status make_maps(stp_prep_job *job, stp_error *err)
     stp_cloud *cloud = &job->cloud;
     if (!stats->makes_maps)
         return STP_OK;
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        cloud->marks[i] &= (uint8_t)~STP_MARK_CLOSED;
-    stp_outside_clear(&job->outside);
-    stats->closed_count = 0;
     STP_TRY(stp_maps_make(&job->maps, cloud, job->params->maps, job->pool, job->progress, err));
     stats->maps = job->maps.counts;
     if (job->maps.count > 0) {

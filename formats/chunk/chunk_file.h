@@ -137,17 +137,19 @@ typedef struct stp_chunk_entry {
     uint64_t blocks_hash;
 } stp_chunk_entry;
 
-/* Where the samples of a grid of heights lie: the one of (column, row) at (x + column dx, y + row
- * dy), relative to the chunk's origin. */
+/* Where the samples of a grid over a plane lie. Heights go along an axis of the chunk. Along axis
+ * (axis + 1 + k) % 3, the sample of (column, row) is at across[k][0] + column across[k][1] + row
+ * across[k][2] + height across[k][3]. Lengths are relative to the chunk's origin. */
 typedef struct stp_raster {
-    double x, y, dx, dy; /* dx 0: the samples are on no grid */
-    unsigned reach;      /* normals are of planes through (2 reach + 1)^2 samples; 0 to 4 */
+    unsigned axis; /* 0 x, 1 y, 2 z */
+    double across[2][4];
 } stp_raster;
 
 /* A patch whose level-0 samples are those of a square of 8 x 8 of a grid, in Morton order. */
 typedef struct stp_square {
     uint64_t samples;     /* bit i: the square has sample i in Morton order; none: not a square */
     uint32_t column, row; /* of the square, in squares */
+    uint32_t raster;      /* which of the chunk's */
 } stp_square;
 
 /* A decoded chunk, or a prefix of one: levels >= finest_level are present. The samples of a level
@@ -164,8 +166,10 @@ typedef struct stp_chunk {
     uint32_t *block_ends; /* patches at which blocks end; NULL: not cut. Belongs to the chunk */
     uint32_t block_count;
     bool is_block; /* a block of a chunk, coded by itself */
-    /* Of a grid of heights. Encoding looks at the raster alone; decoding sets both. */
-    stp_raster raster;
+    /* Of grids of heights. Encoding finds the squares by the rasters; decoding sets both. */
+    stp_raster *rasters; /* belongs to the chunk */
+    uint32_t raster_count;
+    unsigned reach;      /* normals are of planes through (2 reach + 1)^2 samples; 0 to 4 */
     stp_square *squares; /* by patch; NULL: none. Belongs to the chunk */
     void *memory;        /* owns all other arrays */
     size_t memory_bytes;

@@ -101,6 +101,7 @@ void stp_chunk_destroy(stp_chunk **chunk)
         return;
     free((*chunk)->memory);
     free((*chunk)->block_ends);
+    free((*chunk)->rasters);
     free((*chunk)->squares);
     free(*chunk);
     *chunk = NULL;

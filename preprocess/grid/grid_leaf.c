@@ -236,7 +236,8 @@ static void add_squares(tile *t)
 static stp_raster raster_of(const stp_height_grid *grid, stp_dvec3 origin)
 {
     const stp_scan_raster *r = &grid->raster;
-    return (stp_raster){r->x - origin.x, r->y - origin.y, r->dx, -r->dy, grid->reach};
+    return (stp_raster){.axis = 2,
+                        .across = {{r->x - origin.x, r->dx}, {r->y - origin.y, 0.0, -r->dy}}};
 }
 
 static uint32_t least(uint32_t a, uint32_t b)
@@ -255,6 +256,8 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
               .row = index / grid->tile_columns * STP_TILE_SIDE};
     t.columns = least(grid->raster.columns - t.column, STP_TILE_SIDE);
     t.rows = least(grid->raster.rows - t.row, STP_TILE_SIDE);
+    stp_raster *raster = NULL;
+    STP_TRY(stp_alloc(&raster, 1, sizeof *raster, "rasters", err));
     STP_TRY(
         stp_alloc(&t.z, (size_t)SIDE_WITH_REACH * SIDE_WITH_REACH, sizeof *t.z, "heights", err));
     STP_TRY(stp_alloc(&t.items, grid->tile_samples[index], sizeof *t.items, "samples", err));
@@ -269,8 +272,13 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
                                   .run_count = t.squares,
                                   .together_count = t.together_count};
     STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
-    out->chunk->raster = raster_of(grid, out->origin);
+    *raster = raster_of(grid, out->origin);
+    out->chunk->rasters = raster;
+    out->chunk->raster_count = 1;
+    out->chunk->reach = grid->reach;
+    raster = NULL;
 done:
+    free(raster);
     free(t.z);
     free(t.items);
     free(t.ends);

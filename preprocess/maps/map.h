@@ -18,6 +18,7 @@
 
 #define STP_MAP_SUPPORTED 1u
 #define STP_MAP_ORIENTED 2u /* the side that the normal points to is known */
+#define STP_MAP_CLOSED 4u   /* the back of the nearest point is hidden (closed/enclosure.h) */
 
 typedef struct stp_map_sample {
     int32_t height; /* in steps, 0 or more */

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/square.h"
 #include "preprocess/cloud/morton.h"
+#include "preprocess/maps/map_raster.h"
 
 #include <limits.h>
 #include <math.h>
@@ -19,6 +20,9 @@
 #define BORDER_RADIUS 0.75
 /* Least spacing of a disc, in spacings of the grid: discs of the default size then meet. */
 #define LEAST_SPACING 0.85
+
+/* So many squares may lie together rather than that a map is cut. */
+#define TOGETHER_LEAST 32u
 
 /* The box and the number of a square's samples. */
 static uint32_t measure_square(const stp_map *map, const stp_map_square *square, stp_dbox *box)
@@ -133,41 +137,195 @@ static double spacing_of(const stp_map *map, uint32_t column, uint32_t row, doub
     return map->frame.spacing * exp2(nearbyint(STRETCH_STEPS * log2(wide)) / STRETCH_STEPS);
 }
 
-static stp_item make_item(const stp_map *map, uint32_t column, uint32_t row,
-                          const stp_point_item_params *params)
+/* What a leaf is made of. */
+typedef struct making {
+    const stp_point_item_params *params;
+    const stp_map *map;
+    stp_raster raster; /* of the map */
+    stp_item *items;
+    uint32_t *ends;     /* of the squares' items */
+    uint32_t *together; /* ends, among the squares, of those that lie together */
+    uint32_t count, squares, together_count;
+    double moved, moved_most; /* how far samples were moved to places that the codec knows */
+} making;
+
+/* A square and the samples around it, as far as normals reach. */
+#define WINDOW_SIDE (STP_SQUARE_SIDE + 2 * STP_MAP_NORMAL_REACH)
+typedef struct window {
+    stp_dvec3 at[WINDOW_SIDE][WINDOW_SIDE];  /* by row: where the samples are stored */
+    double height[WINDOW_SIDE][WINDOW_SIDE]; /* along the raster's axis; NaN: no sample */
+} window;
+
+static double spacing_at(const making *m, uint32_t column, uint32_t row)
 {
-    const stp_map_sample *sample = stp_map_at(map, column, row);
-    const vec3s normal = stp_normal_decode(sample->normal);
-    const double upwards = stp_dvec3_dot(stp_dvec3_from_float(normal), map->frame.axes[2]);
-    const bool oriented = sample->flags & STP_MAP_ORIENTED;
-    stp_point_facts facts = {
-        .position = stp_map_world(map, column, row),
-        .spacing = spacing_of(map, column, row, upwards, params->lambda),
-        .normal = normal,
-        .normal_bits = params->normal_bits,
-        .sheet = map->sheet,
-        .source = STP_SOURCE_NONE,
-        .intensity = stp_point_intensity(sample->intensity, params->intensity_max),
-        .class_id = sample->class_id,
-        .flags = (uint8_t)(STP_SAMPLE_HAS_NORMAL | (oriented ? STP_SAMPLE_ORIENTED : 0))};
-    for (int c = 0; c < 3; c++)
-        facts.rgb[c] = (uint16_t)(sample->rgb[c] * 257u);
-    return stp_point_item_make(&facts, params);
+    const vec3s normal = stp_normal_decode(stp_map_at(m->map, column, row)->normal);
+    const double upwards = stp_dvec3_dot(stp_dvec3_from_float(normal), m->map->frame.axes[2]);
+    return spacing_of(m->map, column, row, upwards, m->params->lambda);
 }
 
-/* Appends a square's samples in Morton order. Returns how many there are. */
-static uint32_t add_square(const stp_map *map, const stp_map_square *square,
-                           const stp_point_item_params *params, stp_item *items)
+static void load(const making *m, const stp_map_square *square, window *w)
 {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < SQUARE_SAMPLES; i++) {
-        const uint32_t column = square->column + stp_square_column(i);
-        const uint32_t row = square->row + stp_square_row(i);
-        if (column < map->columns && row < map->rows &&
-            stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED)
-            items[count++] = make_item(map, column, row, params);
+    const stp_map *map = m->map;
+    for (uint32_t j = 0; j < WINDOW_SIDE; j++)
+        for (uint32_t i = 0; i < WINDOW_SIDE; i++) {
+            /* beyond 0 they are the greatest numbers */
+            const uint32_t column = square->column + i - STP_MAP_NORMAL_REACH;
+            const uint32_t row = square->row + j - STP_MAP_NORMAL_REACH;
+            w->height[j][i] = NAN;
+            if (column >= map->columns || row >= map->rows ||
+                !(stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED))
+                continue;
+            const double step =
+                ldexp(1.0, stp_point_exponent(stp_map_world(map, column, row),
+                                              spacing_at(m, column, row), m->params));
+            const stp_dvec3 at = stp_map_snapped(map, &m->raster, column, row, step);
+            w->at[j][i] = at;
+            w->height[j][i] = (const double[3]){at.x, at.y, at.z}[m->raster.axis];
+        }
+}
+
+/* i, j: column and row in the square. */
+static stp_item make_item(making *m, const stp_map_square *square, const window *w, uint32_t i,
+                          uint32_t j)
+{
+    const uint32_t column = square->column + i, row = square->row + j;
+    const stp_map_sample *sample = stp_map_at(m->map, column, row);
+    double heights[STP_MAP_WINDOW * STP_MAP_WINDOW];
+    for (uint32_t k = 0; k < STP_MAP_WINDOW * STP_MAP_WINDOW; k++)
+        heights[k] = w->height[j + k / STP_MAP_WINDOW][i + k % STP_MAP_WINDOW];
+    stp_point_facts facts = {
+        .position = w->at[j + STP_MAP_NORMAL_REACH][i + STP_MAP_NORMAL_REACH],
+        .spacing = spacing_at(m, column, row),
+        .normal = stp_map_normal(&m->raster, heights, stp_normal_decode(sample->normal),
+                                 m->params->normal_bits),
+        .normal_bits = m->params->normal_bits,
+        .sheet = m->map->sheet,
+        .source = STP_SOURCE_NONE,
+        .intensity = stp_point_intensity(sample->intensity, m->params->intensity_max),
+        .class_id = sample->class_id,
+        .flags = (uint8_t)(STP_SAMPLE_HAS_NORMAL |
+                           (sample->flags & STP_MAP_ORIENTED ? STP_SAMPLE_ORIENTED : 0) |
+                           (sample->flags & STP_MAP_CLOSED ? STP_SAMPLE_CLOSED : 0))};
+    for (int c = 0; c < 3; c++)
+        facts.rgb[c] = (uint16_t)(sample->rgb[c] * 257u);
+    const double moved =
+        stp_dvec3_length(stp_dvec3_sub(facts.position, stp_map_world(m->map, column, row)));
+    m->moved += moved;
+    m->moved_most = stp_max(m->moved_most, moved);
+    return stp_point_item_make(&facts, m->params);
+}
+
+/* Appends a square's samples in Morton order. */
+static void add_square(making *m, const stp_map_square *square)
+{
+    window w;
+    load(m, square, &w);
+    for (uint32_t k = 0; k < SQUARE_SAMPLES; k++) {
+        const uint32_t i = stp_square_column(k), j = stp_square_row(k);
+        if (!isnan(w.height[j + STP_MAP_NORMAL_REACH][i + STP_MAP_NORMAL_REACH]))
+            m->items[m->count++] = make_item(m, square, &w, i, j);
     }
-    return count;
+    m->ends[m->squares++] = m->count;
+}
+
+/* The maps of a leaf, in the order in which its squares come to them, and their squares. */
+typedef struct leaf_maps {
+    uint32_t *maps;
+    uint32_t *places; /* squares, map by map */
+    uint32_t *ends;   /* of a map's places */
+    uint32_t count;
+} leaf_maps;
+
+static int compare(const void *a, const void *b)
+{
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Sorts the squares of a leaf by map, but for that as they were. */
+static stp_status sort_by_map(const stp_map_square *squares, uint32_t count, leaf_maps *out,
+                              stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t *keys = NULL,
+             *firsts = NULL; /* map, then square; first square, then its key's place */
+    STP_TRY(stp_alloc(&keys, count, sizeof *keys, "patches", err));
+    STP_TRY(stp_alloc(&firsts, count, sizeof *firsts, "patches", err));
+    STP_TRY(stp_alloc(&out->maps, count, sizeof *out->maps, "patches", err));
+    STP_TRY(stp_alloc(&out->places, count, sizeof *out->places, "patches", err));
+    STP_TRY(stp_alloc(&out->ends, count, sizeof *out->ends, "patches", err));
+    for (uint32_t i = 0; i < count; i++)
+        keys[i] = (uint64_t)squares[i].map << 32 | i;
+    qsort(keys, count, sizeof *keys, compare);
+    for (uint32_t i = 0; i < count; i++)
+        if (i == 0 || keys[i] >> 32 != keys[i - 1] >> 32)
+            firsts[out->count++] = keys[i] << 32 | i;
+    qsort(firsts, out->count, sizeof *firsts, compare);
+    uint32_t end = 0;
+    for (uint32_t m = 0; m < out->count; m++) {
+        const uint64_t map = keys[(uint32_t)firsts[m]] >> 32;
+        out->maps[m] = (uint32_t)map;
+        for (uint32_t i = (uint32_t)firsts[m]; i < count && keys[i] >> 32 == map; i++)
+            out->places[end++] = (uint32_t)keys[i];
+        out->ends[m] = end;
+    }
+done:
+    free(keys);
+    free(firsts);
+    return status;
+}
+
+static void leaf_maps_clear(leaf_maps *l)
+{
+    free(l->maps);
+    free(l->places);
+    free(l->ends);
+}
+
+/* Squares since the last ones that lie together. */
+static uint32_t open_squares(const making *m)
+{
+    return m->squares - (m->together_count ? m->together[m->together_count - 1] : 0);
+}
+
+static void end_together(making *m)
+{
+    if (open_squares(m) > 0)
+        m->together[m->together_count++] = m->squares;
+}
+
+/* Squares of one map lie together, or of maps that follow each other. Blocks end where they end: a
+ * map in two blocks costs a raster, and normals at the cut. */
+static void add_maps(making *m, const stp_maps *maps, const leaf_maps *leaf,
+                     const stp_map_square *squares)
+{
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < leaf->count; i++) {
+        const uint32_t more = leaf->ends[i] - next, before = open_squares(m);
+        m->map = &maps->maps[leaf->maps[i]];
+        m->raster = stp_map_raster(&m->map->frame, m->map->frame.origin);
+        if (before >= TOGETHER_LEAST && before + more > STP_PATCH_SAMPLES)
+            end_together(m);
+        for (; next < leaf->ends[i]; next++) {
+            add_square(m, &squares[leaf->places[next]]);
+            if (open_squares(m) == STP_PATCH_SAMPLES)
+                end_together(m);
+        }
+    }
+    end_together(m);
+}
+
+/* Gives the chunk the rasters of its maps, and adds what its samples were moved by. */
+static void finish(stp_built_chunk *out, const making *m, const stp_maps *maps,
+                   const leaf_maps *leaf, stp_raster *rasters)
+{
+    for (uint32_t i = 0; i < leaf->count; i++)
+        rasters[i] = stp_map_raster(&maps->maps[leaf->maps[i]].frame, out->origin);
+    out->chunk->rasters = rasters;
+    out->chunk->raster_count = leaf->count;
+    out->chunk->reach = STP_MAP_NORMAL_REACH;
+    out->displacement.sum += m->moved;
+    out->displacement.greatest += m->moved_most;
 }
 
 stp_status stp_map_leaf_build(const stp_map_leaves *leaves, uint32_t leaf,
@@ -177,22 +335,30 @@ stp_status stp_map_leaf_build(const stp_map_leaves *leaves, uint32_t leaf,
     stp_status status = STP_OK;
     const stp_leaf_run *run = &leaves->leaves[leaf];
     const uint32_t squares = run->end - run->begin;
-    stp_item *items = NULL;
-    uint32_t *ends = NULL, count = 0;
-    STP_TRY(stp_alloc(&items, (size_t)squares * SQUARE_SAMPLES, sizeof *items, "samples", err));
-    STP_TRY(stp_alloc(&ends, squares, sizeof *ends, "patches", err));
-    for (uint32_t i = 0; i < squares; i++) {
-        const stp_map_square *square = &leaves->squares[run->begin + i];
-        const stp_map *map = &leaves->maps->maps[square->map];
-        count += add_square(map, square, params, items + count);
-        ends[i] = count;
-    }
-    const stp_item_group group = {
-        .items = items, .count = count, .run_ends = ends, .run_count = squares};
+    making m = {.params = params};
+    leaf_maps own = {0};
+    stp_raster *rasters = NULL;
+    STP_TRY(sort_by_map(leaves->squares + run->begin, squares, &own, err));
+    STP_TRY(stp_alloc(&rasters, own.count, sizeof *rasters, "rasters", err));
+    STP_TRY(stp_alloc(&m.items, (size_t)squares * SQUARE_SAMPLES, sizeof *m.items, "samples", err));
+    STP_TRY(stp_alloc(&m.ends, squares, sizeof *m.ends, "patches", err));
+    STP_TRY(stp_alloc(&m.together, squares, sizeof *m.together, "patches", err));
+    add_maps(&m, leaves->maps, &own, leaves->squares + run->begin);
+    const stp_item_group group = {.items = m.items,
+                                  .run_ends = m.ends,
+                                  .together_ends = m.together,
+                                  .count = m.count,
+                                  .run_count = m.squares,
+                                  .together_count = m.together_count};
     STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
+    finish(out, &m, leaves->maps, &own, rasters);
+    rasters = NULL;
 done:
-    free(items);
-    free(ends);
+    leaf_maps_clear(&own);
+    free(rasters);
+    free(m.items);
+    free(m.ends);
+    free(m.together);
     return status;
 }
 

@@ -19,6 +19,10 @@
 #define JUMP_LEAST 1.0
 /* Places within so many squares on all four sides support a place. */
 #define CLOSED_SQUARES 2
+/* A point whose spacing is this many times that of the grid supports all places within so many of
+ * its own spacings, as its disc would cover them. */
+#define SPARSE_SPACINGS 1.4f
+#define SPARSE_REACH 1.2f
 
 typedef struct making {
     const stp_cloud *cloud;
@@ -27,7 +31,8 @@ typedef struct making {
     double cone_rad;
     stp_map map;
     stp_map_points points;
-    float *heights; /* in spacings of the grid; NaN: no support */
+    uint8_t *covered; /* by place of the grid: sparse points support it */
+    float *heights;   /* in spacings of the grid; NaN: no support */
 } making;
 
 /* Turns the axes in the plane so that the first follows the points' longer side. */
@@ -93,6 +98,28 @@ static bool is_supported(const stp_map_points *p, uint32_t column, uint32_t row)
     return near == 4;
 }
 
+/* Marks the places that a sparse point supports. x, y: where it is. */
+static void cover(making *m, float x, float y, float reach)
+{
+    const int64_t columns = m->map.columns, rows = m->map.rows;
+    for (int64_t r = (int64_t)ceilf(y - reach); r <= (int64_t)floorf(y + reach); r++)
+        for (int64_t c = (int64_t)ceilf(x - reach); c <= (int64_t)floorf(x + reach); c++) {
+            const float dx = (float)c - x, dy = (float)r - y;
+            if (c >= 0 && r >= 0 && c < columns && r < rows && dx * dx + dy * dy <= reach * reach)
+                m->covered[r * columns + c] = 1;
+        }
+}
+
+static void cover_all(making *m)
+{
+    for (uint32_t i = 0; i < m->points.count; i++) {
+        const stp_map_point *p = &m->points.points[i];
+        const float wide = m->cloud->points[p->place].spacing / (float)m->map.frame.spacing;
+        if (p->own && wide >= SPARSE_SPACINGS)
+            cover(m, p->x, p->y, fminf(SPARSE_REACH * wide, (float)STP_MAP_RINGS));
+    }
+}
+
 static uint16_t rounded(float value, float most)
 {
     return (uint16_t)(fminf(fmaxf(value, 0.0f), most) + 0.5f);
@@ -114,6 +141,8 @@ static void take_spot(making *m, stp_map_sample *out, const stp_map_spot *spot)
     out->flags = STP_MAP_SUPPORTED;
     if (m->cloud->marks[nearest] & STP_MARK_ORIENTED)
         out->flags |= STP_MAP_ORIENTED;
+    if (m->cloud->marks[nearest] & STP_MARK_CLOSED)
+        out->flags |= STP_MAP_CLOSED;
 }
 
 /* Samples the surface wherever it is supported. */
@@ -125,7 +154,7 @@ static void sample_all(making *m)
             const size_t at = (size_t)row * map->columns + column;
             stp_map_spot spot;
             m->heights[at] = NAN;
-            if (!is_supported(&m->points, column, row) ||
+            if ((!m->covered[at] && !is_supported(&m->points, column, row)) ||
                 !stp_map_points_spot(&m->points, m->cloud, column, row, &spot))
                 continue;
             m->heights[at] = spot.height;
@@ -196,6 +225,8 @@ stp_status stp_map_make(stp_map *out, bool *fits, const stp_cloud *cloud,
                                   m.map.rows - 1, err));
     STP_TRY(stp_alloc(&m.map.samples, all, sizeof *m.map.samples, "maps", err));
     STP_TRY(stp_alloc(&m.heights, all, sizeof *m.heights, "maps", err));
+    STP_TRY(stp_alloc(&m.covered, all, sizeof *m.covered, "maps", err));
+    cover_all(&m);
     sample_all(&m);
     if (jumps(&m))
         goto done;
@@ -207,5 +238,6 @@ done:
     stp_map_points_clear(&m.points);
     free(m.map.samples);
     free(m.heights);
+    free(m.covered);
     return status;
 }

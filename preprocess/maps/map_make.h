@@ -5,8 +5,9 @@
  * grid's spacing is such that a part that carries all of its grid has as many samples as points.
  *
  * Support: all corners of squares with points, so every point lies over a square of the map, and
- * maps reach past each other's borders by up to a square; and places with points on all four sides,
- * within two squares, so single gaps of the sampling are closed:
+ * maps reach past each other's borders by up to a square; places that the disc of a sparse point
+ * would cover; and places with points on all four sides, within two squares, so single gaps of the
+ * sampling are closed:
  *
  *      .  .  x  .           x: points. o: has points within two squares in each quadrant, so it
  *      x  .  |  .              is supported though no square around it has a point

@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#define MERGED_SQUARE_BITS 9u
 #define LATTICE_MIN (-160)
 #define LATTICE_MAX 160
 /* A bound below 2^(BOUND_OCTAVES + 1) steps has a code. */
@@ -131,11 +132,13 @@ static void take_decoded(stp_disc *disc, const stp_flat_disc *decoded, const stp
 
 /* Bits of the grid of a level's normals. A merged sample is twice as wide as those it is merged
  * from, and the noise of four normals in their mean is half that of one: both ask for a bit more.
- */
+ * Normals of squares follow from heights; for those of merged samples, which do so only nearly,
+ * steps of 0.3 degrees will do. */
 static unsigned level_bits(const builder *b, int level)
 {
     const unsigned bits = b->ground->normal_bits + (unsigned)level;
-    return bits < STP_NORMAL_BITS ? bits : STP_NORMAL_BITS;
+    const unsigned most = b->ground->even ? MERGED_SQUARE_BITS : STP_NORMAL_BITS;
+    return bits < most ? bits : most;
 }
 
 /* Quantises a merged disc into a sample and reads it back. `like` holds the sample's other fields.

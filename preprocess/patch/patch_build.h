@@ -50,11 +50,12 @@ int stp_vertex_exponent(double area, double reach, int finest);
 
 /* What all patches of a chunk share. */
 typedef struct stp_patch_ground {
-    stp_dvec3 origin;     /* the chunk's: a multiple of every lattice of its items and vertices */
-    bool copied;          /* the items are patch vertices from below: stored unchanged */
-    int vertex_least;     /* exponent of the finest lattice of vertices */
-    unsigned normal_bits; /* of the grid of level-0 normals; level l has l bits more, up to 12 */
-    bool even;            /* samples are merged by plain means, whatever their radii */
+    stp_dvec3 origin; /* the chunk's: a multiple of every lattice of its items and vertices */
+    bool copied;      /* the items are patch vertices from below: stored unchanged */
+    int vertex_least; /* exponent of the finest lattice of vertices */
+    unsigned
+        normal_bits; /* of the grid of level-0 normals; level l has l bits more, up to 12 (9) */
+    bool even;       /* squares: merged by plain means, whatever their radii; then 9 bits */
 } stp_patch_ground;
 
 /* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. On success

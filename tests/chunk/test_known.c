@@ -255,6 +255,7 @@ static void test_version_2_0(void **state)
     check_codecs("odds_2_0");
     check_codecs("scale_2_0");
     check_codecs("squares_2_0");
+    check_codecs("maps_2_0");
 }
 
 static void test_attributes(void **state)

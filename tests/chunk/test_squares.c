@@ -17,10 +17,12 @@
 #include <cmocka.h>
 
 #define CODEC STP_CODEC_DRACO_BLOCKS
-/* Squares of the test's block; its raster begins at square (3, 5). */
+/* Squares of the test's block; they begin at square (3, 5). */
 enum { ACROSS = 4, DOWN = 3, SQUARES = ACROSS * DOWN, FIRST_COLUMN = 24, FIRST_ROW = 40 };
 /* Of the index of a segment of one block: segment 0, and the others. */
 enum { INDEX_FIRST = 16, INDEX = 8, TABLE_SIZE = 4 };
+/* Tilted rasters follow a count. */
+enum { COUNT_BYTES = 2, TILTED_BYTES = 49 };
 
 stp_status __real_stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err);
 stp_status __wrap_stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err);
@@ -35,12 +37,18 @@ stp_status __wrap_stp_alloc(void *out, size_t count, size_t size, const char *wh
     return __real_stp_alloc(out, count, size, what, err);
 }
 
-static const stp_raster raster = {.x = -17.0, .y = 90.0, .dx = 0.5, .dy = -0.25, .reach = 2};
+/* A level one, and two tilted ones; their slopes are floats. */
+enum { RASTERS = 3 };
+static const stp_raster rasters[RASTERS] = {
+    {.axis = 2, .across = {{-17.0, 0.5}, {90.0, 0.0, -0.25}}},
+    {.axis = 0, .across = {{11.0, 0.5, 0.125, -0.75}, {-5.0, -0.25, 0.5, 0.375}}},
+    {.axis = 1, .across = {{3.0, -0.375, 0.25, 0.5}, {7.0, 0.25, 0.4375, -0.875}}}};
 
 /* What a test makes its samples of. */
 typedef struct recipe {
     bool wild;   /* fields of all samples are random, but for places */
     bool holes;  /* every ninth sample is missing */
+    bool tilted; /* squares are of two tilted grids, in turns; else of the level one */
     int octaves; /* exponents of patches differ by as many */
     uint64_t seed;
 } recipe;
@@ -70,36 +78,59 @@ static void fill_fields(const recipe *r, stp_sample *s, uint64_t i)
     s->flags &= (uint8_t)~STP_SAMPLE_KIND_MASK;
 }
 
+static uint32_t raster_of_patch(const recipe *r, uint32_t p)
+{
+    return r->tilted ? 1 + p % 2 : 0;
+}
+
+/* A place of a grid at a height, in steps. */
+static void find_place(const stp_raster *raster, double column, double row, double z, double steps,
+                       double out[3])
+{
+    out[raster->axis] = z;
+    for (unsigned k = 0; k < 2; k++) {
+        const double *a = raster->across[k];
+        out[(raster->axis + 1 + k) % 3] = (a[0] + column * a[1] + row * a[2]) * steps + a[3] * z;
+    }
+}
+
 /* Puts a sample at a place of the grid. */
-static void put(const stp_patch *patch, double column, double row, bool wild, stp_sample *s)
+static void put(const recipe *r, const stp_raster *raster, const stp_patch *patch, double column,
+                double row, stp_sample *s)
 {
     const double steps = ldexp(1.0, -patch->exponent);
-    const double at[3] = {raster.x + column * raster.dx, raster.y + row * raster.dy,
-                          height(column, row)};
-    for (int i = 0; i < (wild ? 2 : 3); i++)
-        s->position[i] = (uint16_t)(lrint(at[i] * steps) - patch->origin[i]);
+    const unsigned within = r->tilted ? 0x3fff : 0xffff; /* so that the other axes fit, too */
+    const double z =
+        r->wild ? (double)patch->origin[raster->axis] + (s->position[raster->axis] & within)
+                : nearbyint(height(column, row) * steps);
+    double at[3];
+    find_place(raster, column, row, z, steps, at);
+    for (unsigned i = 0; i < 3; i++)
+        s->position[i] = (uint16_t)(lrint(at[i]) - patch->origin[i]);
 }
 
 static void fill_patch(const recipe *r, stp_chunk *chunk, uint32_t p)
 {
     stp_patch *patch = &chunk->patches[p];
     const uint32_t column = FIRST_COLUMN + p % ACROSS * 8, row = FIRST_ROW + p / ACROSS * 8;
+    const stp_raster *raster = &rasters[raster_of_patch(r, p)];
     const double steps = ldexp(1.0, -patch->exponent);
-    const double low[3] = {raster.x + column * raster.dx, raster.y + (row + 8) * raster.dy, -20.0};
+    double middle[3];
+    find_place(raster, column + 3.5, row + 3.5, 0.0, steps, middle);
     for (int i = 0; i < 3; i++)
-        patch->origin[i] = (int32_t)floor(low[i] * steps);
+        patch->origin[i] = (int32_t)floor(middle[i] - 20.0 * steps);
     uint32_t next = chunk->level_begin[0][p];
     for (unsigned i = 0; i < 64; i++) {
         if (is_missing(r, p, i))
             continue;
         stp_sample *s = &chunk->samples[0][next];
         fill_fields(r, s, next++);
-        put(patch, column + stp_square_column(i), row + stp_square_row(i), r->wild, s);
+        put(r, raster, patch, column + stp_square_column(i), row + stp_square_row(i), s);
     }
     for (int l = 1; l < STP_LEVEL_COUNT; l++)
         for (uint32_t i = chunk->level_begin[l][p]; i < chunk->level_begin[l][p + 1]; i++) {
             fill_fields(r, &chunk->samples[l][i], i + 9999u * (unsigned)l);
-            put(patch, column + 3.5, row + 3.5, r->wild, &chunk->samples[l][i]);
+            put(r, raster, patch, column + 3.5, row + 3.5, &chunk->samples[l][i]);
         }
 }
 
@@ -127,7 +158,11 @@ static stp_chunk *make_chunk(const recipe *r)
         chunk->patches[p].exponent = (int16_t)(-10 + (p == 5 ? r->octaves : 0));
         fill_patch(r, chunk, p);
     }
-    chunk->raster = raster;
+    chunk->reach = 2;
+    chunk->raster_count = RASTERS;
+    chunk->rasters = malloc(sizeof rasters);
+    assert_non_null(chunk->rasters);
+    memcpy(chunk->rasters, rasters, sizeof rasters);
     return chunk;
 }
 
@@ -188,7 +223,7 @@ static void assert_same(const stp_chunk *a, const stp_chunk *b)
 }
 
 /* Encodes and decodes to each level. Returns whether the block was coded as squares. */
-static bool round_trip(const stp_chunk *chunk)
+static bool round_trip(const recipe *r, const stp_chunk *chunk)
 {
     coded bytes = encode(chunk);
     bool squares = false;
@@ -197,10 +232,14 @@ static bool round_trip(const stp_chunk *chunk)
         assert_int_equal(decode(&bytes, chunk, finest, -1, &decoded), STP_OK);
         assert_same(chunk, decoded);
         squares = stp_chunk_is_squares(decoded);
+        for (uint32_t p = 0; squares && p < SQUARES; p++) {
+            const stp_square *s = &decoded->squares[p];
+            assert_int_equal(s->row, FIRST_ROW / 8 + p / ACROSS);
+            assert_memory_equal(&decoded->rasters[s->raster], &rasters[raster_of_patch(r, p)],
+                                sizeof *rasters);
+        }
         if (squares && finest == 0)
-            assert_memory_equal(&decoded->raster, &raster, sizeof raster);
-        if (squares)
-            assert_int_equal(decoded->squares[5].row, FIRST_ROW / 8 + 1);
+            assert_int_equal(decoded->reach, 2);
         stp_chunk_destroy(&decoded);
     }
     clear(&bytes);
@@ -211,7 +250,10 @@ static const recipe recipes[] = {{0},
                                  {.holes = true},
                                  {.holes = true, .octaves = 8},
                                  {.wild = true, .seed = 1},
-                                 {.wild = true, .holes = true, .octaves = 1, .seed = 2}};
+                                 {.wild = true, .holes = true, .octaves = 1, .seed = 2},
+                                 {.tilted = true},
+                                 {.tilted = true, .holes = true, .octaves = 5},
+                                 {.tilted = true, .wild = true, .octaves = 1, .seed = 3}};
 #define RECIPE_COUNT (sizeof recipes / sizeof *recipes)
 
 static void test_round_trip(void **state)
@@ -219,23 +261,26 @@ static void test_round_trip(void **state)
     (void)state;
     for (size_t i = 0; i < RECIPE_COUNT; i++) {
         stp_chunk *chunk = make_chunk(&recipes[i]);
-        assert_true(round_trip(chunk));
+        assert_true(round_trip(&recipes[i], chunk));
         stp_chunk_destroy(&chunk);
     }
 }
 
-/* Smooth heights take at most three quarters of what they take as points. */
+/* Smooth heights take at most three quarters of what they take as points; with two rasters in a
+ * small block four fifths. */
 static void test_size(void **state)
 {
     (void)state;
-    stp_chunk *chunk = make_chunk(&recipes[0]);
-    coded squares = encode(chunk);
-    chunk->raster.dx = 0.0;
-    coded points = encode(chunk);
-    assert_in_range(size_of(&squares), 1, size_of(&points) * 3 / 4);
-    clear(&squares);
-    clear(&points);
-    stp_chunk_destroy(&chunk);
+    for (int tilted = 0; tilted < 2; tilted++) {
+        stp_chunk *chunk = make_chunk(&(recipe){.tilted = tilted});
+        coded squares = encode(chunk);
+        chunk->raster_count = 0;
+        coded points = encode(chunk);
+        assert_in_range(size_of(&squares), 1, size_of(&points) * (15 + (unsigned)tilted) / 20);
+        clear(&squares);
+        clear(&points);
+        stp_chunk_destroy(&chunk);
+    }
 }
 
 static void move_sample(stp_chunk *chunk)
@@ -250,7 +295,8 @@ static void swap_samples(stp_chunk *chunk)
 }
 static void move_raster(stp_chunk *chunk)
 {
-    chunk->raster.x += 100.0; /* the columns would be less than 0 */
+    chunk->raster_count = 1;
+    chunk->rasters[0].across[0][0] += 100.0; /* the columns would be less than 0 */
 }
 static void double_square(stp_chunk *chunk)
 {
@@ -275,7 +321,7 @@ static void test_points(void **state)
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
         stp_chunk *chunk = make_chunk(&recipes[0]);
         changes[i](chunk);
-        assert_false(round_trip(chunk));
+        assert_false(round_trip(&recipes[0], chunk));
         stp_chunk_destroy(&chunk);
     }
 }
@@ -292,25 +338,27 @@ static stp_status decode_changed(const coded *c, const stp_chunk *like)
 static void test_hostile(void **state)
 {
     (void)state;
-    stp_chunk *chunk = make_chunk(&recipes[1]);
-    coded bytes = encode(chunk);
-    for (int s = 0; s < STP_SEGMENT_COUNT; s++)
-        for (size_t i = 0; i < bytes.segment[s].size; i++) {
-            uint8_t *at = bytes.segment[s].data + i;
-            const uint8_t was = *at;
-            *at ^= (uint8_t)(1u << i % 8);
-            const stp_status status = decode_changed(&bytes, chunk);
-            assert_true(status == STP_OK || status == STP_CORRUPT);
-            *at = was;
-        }
-    for (int s = 0; s < STP_SEGMENT_COUNT; s++)
-        for (size_t size = 1, whole = bytes.segment[s].size; size < whole; size += 3) {
-            bytes.segment[s].size = size;
-            assert_int_equal(decode_changed(&bytes, chunk), STP_CORRUPT);
-            bytes.segment[s].size = whole;
-        }
-    clear(&bytes);
-    stp_chunk_destroy(&chunk);
+    for (int tilted = 0; tilted < 2; tilted++) {
+        stp_chunk *chunk = make_chunk(&(recipe){.holes = true, .tilted = tilted});
+        coded bytes = encode(chunk);
+        for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+            for (size_t i = 0; i < bytes.segment[s].size; i++) {
+                uint8_t *at = bytes.segment[s].data + i;
+                const uint8_t was = *at;
+                *at ^= (uint8_t)(1u << i % 8);
+                const stp_status status = decode_changed(&bytes, chunk);
+                assert_true(status == STP_OK || status == STP_CORRUPT);
+                *at = was;
+            }
+        for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+            for (size_t size = 1, whole = bytes.segment[s].size; size < whole; size += 3) {
+                bytes.segment[s].size = size;
+                assert_int_equal(decode_changed(&bytes, chunk), STP_CORRUPT);
+                bytes.segment[s].size = whole;
+            }
+        clear(&bytes);
+        stp_chunk_destroy(&chunk);
+    }
 }
 
 /* Where the raster begins in segment 0. */
@@ -354,6 +402,34 @@ static void test_numbers(void **state)
     stp_chunk_destroy(&chunk);
 }
 
+/* The same of tilted rasters. */
+static void test_tilted_numbers(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&(recipe){.tilted = true});
+    coded bytes = encode(chunk);
+    uint8_t *first = raster_of(&bytes) + COUNT_BYTES, *second = first + TILTED_BYTES;
+    const double numbers[] = {NAN, -1e16};
+    const float floats[] = {NAN, INFINITY, 1e16f};
+    const uint8_t axis = 3, counts[2] = {SQUARES, 0}, one[2] = {0}, far[4] = {0, 0, 0, 0x10};
+    const uint8_t zeros[8] = {0};
+    assert_int_equal(first[0], rasters[1].axis);
+    assert_refused(&bytes, chunk, raster_of(&bytes), counts, 2); /* more rasters than patches */
+    assert_refused(&bytes, chunk, raster_of(&bytes), one, 2);    /* squares of a raster beyond */
+    assert_refused(&bytes, chunk, second, &axis, 1);
+    for (unsigned k = 0; k < 2; k++)
+        for (unsigned i = 0; i < 2; i++)
+            assert_refused(&bytes, chunk, first + 1 + 20 * k, &numbers[i], 8);
+    for (unsigned i = 0; i < 6; i++)
+        for (unsigned k = 0; k < 3; k++)
+            assert_refused(&bytes, chunk, second + 9 + 20 * (i / 3) + 4 * (i % 3), &floats[k], 4);
+    assert_refused(&bytes, chunk, first + 9, zeros, 8); /* no area */
+    assert_refused(&bytes, chunk, second + 41, far, 4);
+    assert_refused(&bytes, chunk, second + 45, far, 4);
+    clear(&bytes);
+    stp_chunk_destroy(&chunk);
+}
+
 /* Squares that contradict the patches or each other. */
 static void test_squares(void **state)
 {
@@ -373,7 +449,8 @@ static void test_squares(void **state)
     squares[2].column++;
     squares[2].samples &= squares[2].samples - 1;
     assert_int_equal(stp_squares_encode(chunk, squares, &bytes, NULL), STP_OK);
-    assert_int_equal(stp_squares_decode(bytes.data, bytes.size, chunk, decoded, &used, NULL),
+    free(chunk->rasters);
+    assert_int_equal(stp_squares_decode(bytes.data, bytes.size, false, chunk, decoded, &used, NULL),
                      STP_CORRUPT);
     free(bytes.data);
     stp_chunk_destroy(&chunk);
@@ -383,7 +460,7 @@ static void test_squares(void **state)
 static void test_memory(void **state)
 {
     (void)state;
-    stp_chunk *chunk = make_chunk(&recipes[1]);
+    stp_chunk *chunk = make_chunk(&(recipe){.holes = true, .tilted = true});
     chunk->block_ends = calloc(2, sizeof *chunk->block_ends);
     assert_non_null(chunk->block_ends);
     chunk->block_count = 2;
@@ -406,10 +483,10 @@ static void test_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip), cmocka_unit_test(test_size),
-        cmocka_unit_test(test_points),     cmocka_unit_test(test_hostile),
-        cmocka_unit_test(test_numbers),    cmocka_unit_test(test_squares),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_round_trip),     cmocka_unit_test(test_size),
+        cmocka_unit_test(test_points),         cmocka_unit_test(test_hostile),
+        cmocka_unit_test(test_numbers),        cmocka_unit_test(test_squares),
+        cmocka_unit_test(test_tilted_numbers), cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests_name("squares of a grid", tests, NULL, NULL);
 }

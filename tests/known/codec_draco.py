@@ -88,9 +88,10 @@ def add_coordinate(child, axis, predicted, cell, scale):
 
 
 class Table:
-    """Rows of cells; of a block's table also the shift of normals, the scale, and whether squares follow."""
+    """Rows of cells; of a block's table also the shift of normals, the scale, and whether level (1) or tilted (3)
+    squares follow."""
 
-    def __init__(self, rows=(), shift=0, scale=None, squares=False):
+    def __init__(self, rows=(), shift=0, scale=None, squares=0):
         self.rows, self.shift, self.scale, self.squares = rows, shift, scale, squares
 
 
@@ -98,7 +99,7 @@ def read_table(cursor, rows, columns, joined=False, level=None):
     if rows == 0:
         return Table()
     block = Cursor(cursor.take(cursor.number(4)), cursor.name)
-    mask, shift, by_odds, scale, squares = block.number(8), 0, False, None, False
+    mask, shift, by_odds, scale, squares = block.number(8), 0, False, None, 0
     if joined:
         by_odds, mask = mask >> 59 & 1, mask & ~(1 << 59)
         if columns == SAMPLE_COLUMNS:
@@ -107,7 +108,8 @@ def read_table(cursor, rows, columns, joined=False, level=None):
         if level == 0 and mask >> 58 & 1:
             mask, scale = mask & ~(1 << 58), Scale(block)
         if columns >= patch_columns(False):
-            mask, squares = mask & ~(1 << 57), bool(mask >> 57 & 1)
+            squares = mask >> 57 & 3
+            mask &= ~(3 << 57) if squares & 1 else -1
     require(mask >> columns == 0, f"{cursor.name}: the mask has bits beyond the last column")
     same = {c: signed(block.number(2), 16) for c in range(columns) if mask >> c & 1}
     table = {c: [same[c]] * rows for c in same}
@@ -316,11 +318,11 @@ def finer_level(elder, last, patches, level, coarser):
     return out
 
 
-def read_squares(cursor, patches):
+def read_squares(cursor, patches, tilted):
     """The block of squares that follows a table of patches."""
-    raster = codec_squares.Raster(cursor)
-    rows = read_table(cursor, len(patches), SQUARE_COLUMNS, True).rows
-    return codec_squares.Block(raster, codec_squares.squares_of(raster, rows, patches, cursor.name), patches,
+    rasters = codec_squares.tilted_rasters(cursor, len(patches)) if tilted else codec_squares.level_raster(cursor)
+    rows = read_table(cursor, len(patches), SQUARE_COLUMNS + tilted, True).rows
+    return codec_squares.Block(rasters, codec_squares.squares_of(rasters, rows, patches, cursor.name), patches,
                                cursor.name)
 
 
@@ -329,7 +331,7 @@ def decode(segments, patch_count, linked, name, joined=False):
     cursor = Cursor(segments[0], f"{name}, segment 0")
     table = read_table(cursor, patch_count, patch_columns(linked), joined)
     patches = patches_of(table.rows, linked)
-    squares = read_squares(cursor, patches) if table.squares else None
+    squares = read_squares(cursor, patches, table.squares >> 1) if table.squares & 1 else None
     coarsest = read_table(cursor, patch_count, SAMPLE_COLUMNS, joined)
     levels = [None, None, None, coarsest_level(coarsest.rows, patches, coarsest.shift)]
     for level in (2, 1, 0):

@@ -1,4 +1,4 @@
-"""Squares of a grid of heights, in codec 4: positions, normals and radii follow from places and heights."""
+"""Squares of grids of heights, in codec 4: positions, normals and radii follow from places and heights."""
 
 import math
 import struct
@@ -31,89 +31,121 @@ def children_of(patch, level):
 
 
 class Raster:
-    def __init__(self, cursor):
-        self.x, self.y, self.dx, self.dy, self.column, self.row = struct.unpack("<4d2I", cursor.take(40))
-        require(all(abs(n) <= 8e15 for n in (self.x, self.y, self.dx, self.dy)) and self.dx and self.dy,
-                f"{cursor.name}: a raster out of range")
+    """Heights go along `axis`; across[k] tells the places along axis (axis + 1 + k) % 3."""
+
+    def __init__(self, axis, across, first, name):
+        self.axis, self.across, self.first = axis, across, first
+        self.area = across[0][1] * across[1][2] - across[0][2] * across[1][1]
+        require(axis < 3 and self.area and all(abs(n) <= 8e15 for a in across for n in a),
+                f"{name}: a raster out of range")
+        self.level = axis == 2 and not any((across[0][2], across[0][3], across[1][1], across[1][3]))
+        self.others = [(axis + 1) % 3, (axis + 2) % 3]
 
 
-def squares_of(raster, rows, patches, name):
-    """Column, row and mask of each patch's square."""
-    column, row, out = raster.column, raster.row, []
+def level_raster(cursor):
+    x, y, dx, dy, column, row = struct.unpack("<4d2I", cursor.take(40))
+    return [Raster(2, ((x, dx, 0.0, 0.0), (y, 0.0, dy, 0.0)), (column, row), cursor.name)]
+
+
+def tilted_rasters(cursor, patches):
+    count, out = cursor.number(2) + 1, []
+    require(count <= patches, f"{cursor.name}: more rasters than patches")
+    for _ in range(count):
+        axis, *n = struct.unpack("<Bd3fd3f2I", cursor.take(49))
+        out.append(Raster(axis, (n[:4], n[4:8]), tuple(n[8:]), cursor.name))
+    return out
+
+
+def squares_of(rasters, rows, patches, name):
+    """Column, row, mask and raster of each patch's square."""
+    before, raster, out = [r.first for r in rasters], 0, []
     for cells, patch in zip(rows, patches):
-        column, row = column + cells[0], row + cells[1]
+        raster += cells[10] if len(cells) > 10 else 0
+        require(0 <= raster < len(rasters), f"{name}: a square of no raster")
+        column, row = before[raster][0] + cells[0], before[raster][1] + cells[1]
         mask = sum((255 - cells[2 + k] & 255) << 8 * k for k in range(8))
         require(0 <= column < 1 << 28 and 0 <= row < 1 << 28, f"{name}: a square out of range")
         require(bin(mask).count("1") == patch.counts[0], f"{name}: a square of other samples")
-        out.append((column, row, mask))
-    require(len({s[:2] for s in out}) == len(out), f"{name}: a square twice")
+        before[raster] = column, row
+        out.append((column, row, mask, raster))
+    require(len({(s[0], s[1], s[3]) for s in out}) == len(out), f"{name}: a square twice")
     return out
 
 
 class Level:
+    """across: of each sample, where it should be along the axes across its height, by column and row alone.
+    rasters: of each sample, the number of its raster."""
+
     def __init__(self):
-        self.places, self.x, self.y, self.z, self.cells = [], [], [], [], {}
+        self.places, self.across, self.rasters, self.z, self.cells = [], [], [], [], {}
 
 
 class Block:
     """The samples of a block of squares as grids."""
 
-    def __init__(self, raster, squares, patches, name):
-        self.raster, self.patches, self.levels = raster, patches, [Level() for _ in range(4)]
-        columns, rows = [s[0] for s in squares], [s[1] for s in squares]
-        self.left, self.top = min(columns) * SIDE, min(rows) * SIDE
-        self.width, self.height = ((max(n) - min(n) + 1) * SIDE for n in (columns, rows))
-        require(self.width * self.height // 64 <= 4 * len(patches) + 64, f"{name}: squares far apart")
+    def __init__(self, rasters, squares, patches, name):
+        self.rasters, self.squares, self.patches = rasters, squares, patches
+        self.levels, self.first, self.size, area = [Level() for _ in range(4)], {}, {}, 0
+        for raster in {s[3] for s in squares}:
+            own = [[s[k] for s in squares if s[3] == raster] for k in range(2)]
+            self.first[raster] = [min(n) * SIDE for n in own]
+            self.size[raster] = [(max(n) - min(n) + 1) * SIDE for n in own]
+            area += self.size[raster][0] * self.size[raster][1] // 64
+        require(area <= 4 * len(patches) + 64, f"{name}: squares far apart")
         self.exponent = min(p.exponent for p in patches)
         require(max(p.exponent for p in patches) - self.exponent <= 8, f"{name}: lattices too unlike")
         for square, patch in zip(squares, patches):
             begin = len(self.levels[0].places)
             self.place_finest(square, patch)
             for level in (1, 2, 3):
-                begin = self.place_merged(level, patch, begin)
+                begin = self.place_merged(level, patch, begin, square[3])
 
-    def add(self, level, place, x, y):
+    def add(self, level, place, across, raster):
         on = self.levels[level]
-        on.cells[tuple(int(n) >> level for n in place)] = len(on.places)
+        on.cells[(raster, *(int(n) >> level for n in place))] = len(on.places)
         on.places.append(place)
-        on.x.append(x)
-        on.y.append(y)
+        on.rasters.append(raster)
+        on.across.append([float(round(n)) for n in across] if self.rasters[raster].level else across)
 
     def place_finest(self, square, patch):
-        inverse = math.ldexp(1.0, -patch.exponent)
+        inverse, first = math.ldexp(1.0, -patch.exponent), self.first[square[3]]
         for i in ORDER:
             if square[2] >> i & 1:
                 column, row = SIDE * square[0] + even_bits(i), SIDE * square[1] + even_bits(i >> 1)
-                self.add(0, (float(column - self.left), float(row - self.top)),
-                         float(round((self.raster.x + column * self.raster.dx) * inverse)),
-                         float(round((self.raster.y + row * self.raster.dy) * inverse)))
+                self.add(0, (float(column - first[0]), float(row - first[1])),
+                         [(a[0] + column * a[1] + row * a[2]) * inverse for a in self.rasters[square[3]].across],
+                         square[3])
 
-    def place_merged(self, level, patch, begin):
+    def place_merged(self, level, patch, begin, raster):
         finer, first = self.levels[level - 1], len(self.levels[level].places)
         for low, high in children_of(patch, level):
             own = range(begin + low, begin + high)
-            place = tuple(mean([finer.places[i][k] for i in own]) for k in range(2))
-            self.add(level, place, float(round(mean([finer.x[i] for i in own]))),
-                     float(round(mean([finer.y[i] for i in own]))))
+            self.add(level, tuple(mean([finer.places[i][k] for i in own]) for k in range(2)),
+                     [mean([finer.across[i][k] for i in own]) for k in range(2)], raster)
         return first
 
-    def at(self, level, column, row):
-        return self.levels[level].cells.get((column, row), -1)
+    def at(self, level, raster, column, row):
+        return self.levels[level].cells.get((raster, column, row), -1)
+
+    def cell(self, level, sample):
+        """Raster, column and row."""
+        on = self.levels[level]
+        return on.rasters[sample], *(int(n) >> level for n in on.places[sample])
 
     def set_heights(self, level, samples):
         at, heights = 0, []
-        for p in self.patches:
-            steps = math.ldexp(1.0, p.exponent - self.exponent)
-            heights += [(p.origin[2] + s.position[2]) * steps for s in samples[at:at + p.counts[level]]]
+        for p, square in zip(self.patches, self.squares):
+            steps, axis = math.ldexp(1.0, p.exponent - self.exponent), self.rasters[square[3]].axis
+            heights += [(p.origin[axis] + s.position[axis]) * steps for s in samples[at:at + p.counts[level]]]
             at += p.counts[level]
         self.levels[level].z = heights
 
     def slopes(self, level, sample, values):
         """By column and by row."""
         on, out = self.levels[level], []
-        column, row = (int(n) >> level for n in on.places[sample])
+        raster, column, row = self.cell(level, sample)
         for axis in range(2):
-            near = [self.at(level, column + (1 - axis) * k, row + axis * k) for k in (-2, -1, 1, 2)]
+            near = [self.at(level, raster, column + (1 - axis) * k, row + axis * k) for k in (-2, -1, 1, 2)]
             low, high = (n if n >= 0 else sample for n in near[1:3])
             side = 1 << level
             wide = (on.places[high][axis] - on.places[low][axis]) / side
@@ -128,8 +160,8 @@ class Block:
         return out
 
     def twist(self, level, sample, values):
-        column, row = (int(n) >> level for n in self.levels[level].places[sample])
-        near = [self.at(level, column + i, row + j) for j in (-1, 1) for i in (-1, 1)]
+        raster, column, row = self.cell(level, sample)
+        near = [self.at(level, raster, column + i, row + j) for j in (-1, 1) for i in (-1, 1)]
         if min(near) < 0:
             return 0.0
         v = [values[n] for n in near]
@@ -138,11 +170,11 @@ class Block:
     def fitted(self, level, sample, reach):
         """The slopes of the plane through a window."""
         on = self.levels[level]
-        column, row = (int(n) >> level for n in on.places[sample])
+        raster, column, row = self.cell(level, sample)
         n = x = y = z = xx = xy = yy = xz = yz = 0.0
         for j in range(-reach, reach + 1):
             for i in range(-reach, reach + 1):
-                at = self.at(level, column + i, row + j)
+                at = self.at(level, raster, column + i, row + j)
                 if at >= 0:
                     h = on.z[at]
                     n, x, y, z = n + 1, x + i, y + j, z + h
@@ -154,13 +186,17 @@ class Block:
         return (xz / xx, 0.0) if xx > least else (0.0, yz / yy) if yy > least else (0.0, 0.0)
 
     def kind(self, level, sample, s):
-        x, y, z = integer_normal(s.u, s.v)
-        upright, steep, ratio = float(z * z), 0, ROOT2
-        while steep < 4 and x * x + y * y + z * z >= ratio * upright:
+        number, column, row = self.cell(level, sample)
+        raster, normal = self.rasters[number], integer_normal(s.u, s.v)
+        tilt = [a[3] for a in raster.across]
+        along = normal[raster.axis] + (tilt[0] * normal[raster.others[0]] + tilt[1] * normal[raster.others[1]])
+        upright, steep, ratio = along * along, 0, ROOT2
+        length = float(sum(n * n for n in normal)) * (1.0 + (tilt[0] * tilt[0] + tilt[1] * tilt[1]))
+        while steep < 4 and length >= ratio * upright:
             steep, ratio = steep + 1, 2 * ratio
-        column, row = (int(n) >> level for n in self.levels[level].places[sample])
-        missing = any(0 <= column + i < self.width >> level and 0 <= row + j < self.height >> level and
-                      self.at(level, column + i, row + j) < 0 for i in (-1, 0, 1) for j in (-1, 0, 1))
+        width, height = (n >> level for n in self.size[number])
+        missing = any(0 <= column + i < width and 0 <= row + j < height and
+                      self.at(level, number, column + i, row + j) < 0 for i in (-1, 0, 1) for j in (-1, 0, 1))
         return steep, missing
 
 
@@ -185,11 +221,11 @@ class Family:
         return out
 
 
-def height_of(patch, steps, cell, scale):
-    p = min(max(steps - patch.origin[2], -65536.0), 131072.0)
+def height_of(patch, axis, steps, cell, scale):
+    p = min(max(steps - patch.origin[axis], -65536.0), 131072.0)
     if scale and scale.used:
-        place = int(p * scale.places + scale.offset[2] + 65536.5) - 65536
-        return scale.position(2, (place + cell) & 65535)
+        place = int(p * scale.places + scale.offset[axis] + 65536.5) - 65536
+        return scale.position(axis, (place + cell) & 65535)
     return (whole(p) + cell) & 65535
 
 
@@ -200,7 +236,8 @@ def decode_level(block, level, how, parents, tables):
     rows = [iter(t.rows) for t in tables]
     block.set_heights(level + 1, parents)
     parent = 0
-    for patch in block.patches:
+    for patch, square in zip(block.patches, block.squares):
+        raster = block.rasters[square[3]]
         steps = math.ldexp(1.0, patch.exponent - block.exponent)
         scale = tables[1].scale.of_patch(patch) if tables[1].scale else None
         for low, high in children_of(patch, level + 1):
@@ -214,10 +251,14 @@ def decode_level(block, level, how, parents, tables):
                 move = row[5] if how & 8 and elder else 0
                 s.colour = [(whole(expected[n] + share * left[n]) + row[5 + n] + (move if n else 0)) & 255
                             for n in range(3)] + [(up.colour[3] + row[8]) & 255]
-                s.position = [(whole(at - patch.origin[n]) + row[9 + n]) & 65535
-                              for n, at in enumerate((on.x[i], on.y[i]))]
-                s.position.append(height_of(patch, (expected[3] + share * left[3]) / steps, row[11], scale))
-                values = [*s.colour[:3], (patch.origin[2] + s.position[2]) * steps]
+                s.position = [0, 0, 0]
+                s.position[raster.axis] = height_of(patch, raster.axis, (expected[3] + share * left[3]) / steps,
+                                                    row[11], scale)
+                height = float(patch.origin[raster.axis] + s.position[raster.axis])
+                for n, axis in enumerate(raster.others):
+                    at = on.across[i][n] + raster.across[n][3] * height
+                    s.position[axis] = (whole(at - patch.origin[axis]) + row[9 + n]) & 65535
+                values = [*s.colour[:3], height * steps]
                 left = [left[n] + (expected[n] - values[n]) for n in range(4)]
                 samples.append(s)
                 cells.append((patch, row))
@@ -227,15 +268,32 @@ def decode_level(block, level, how, parents, tables):
     return samples
 
 
+def normal_of(raster, slopes, factor):
+    """The direction that slopes tell."""
+    across = raster.across
+    if raster.level:
+        return -slopes[0] * (factor / across[0][1]), -slopes[1] * (factor / across[1][2]), 1.0
+    rise = [s * factor for s in slopes]
+    c, r = ([across[k][1 + i] + across[k][3] * rise[i] for k in range(2)] for i in range(2))
+    out = [0.0] * 3
+    out[raster.axis] = c[0] * r[1] - c[1] * r[0]
+    out[raster.others[0]] = c[1] * rise[1] - rise[0] * r[1]
+    out[raster.others[1]] = rise[0] * r[0] - c[0] * rise[1]
+    return out
+
+
 def add_normals(block, level, reach, samples, cells, shift):
     first, factor = block.patches[0].radius[level], math.ldexp(1.0, block.exponent - level)
     last = {}
     for i, (s, (patch, row)) in enumerate(zip(samples, cells)):
         slopes = block.fitted(level, i, reach) if reach else block.slopes(level, i, block.levels[level].z)
-        a, b = (-slopes[0] * (factor / block.raster.dx), -slopes[1] * (factor / block.raster.dy))
-        m = abs(a) + abs(b) + 1.0
-        s.u, s.v = (min(((whole((t / m + 1.0) * 2047.5 / (1 << shift)) + cell) & 65535) << shift, 4095)
-                    for t, cell in ((a, row[3]), (b, row[4])))
+        x, y, z = normal_of(block.rasters[block.levels[level].rasters[i]], slopes, factor)
+        m = abs(x) + abs(y) + abs(z)
+        x, y = x / m, y / m
+        if z < 0.0:
+            x, y = math.copysign(1.0 - abs(y), x), math.copysign(1.0 - abs(x), y)
+        s.u, s.v = (min(((whole((t + 1.0) * 2047.5 / (1 << shift)) + cell) & 65535) << shift, 4095)
+                    for t, cell in ((x, row[3]), (y, row[4])))
         kind, octaves = block.kind(level, i, s), 16 * (patch.exponent - block.exponent)
         s.radius = (last.get(kind, first) - octaves + row[0]) & 255
         last[kind] = s.radius + octaves

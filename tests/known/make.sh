@@ -113,4 +113,11 @@ for codec in raw draco zstd; do
     "$program" prep grid.asc -o "squares_2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" squares_2_0_raw.stipple >squares_2_0.samples
-rm attributes.las more.ply cm.txt grid.asc whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+
+# Elevation maps: squares on tilted planes, and points that stay.
+"$program" gen statue -n 700 --seed 4 -o maps.ply --quiet
+for codec in raw draco zstd; do
+    "$program" prep maps.ply --maps -o "maps_2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" maps_2_0_raw.stipple >maps_2_0.samples
+rm attributes.las more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -8,10 +8,10 @@ NONE, SMALL, MIDDLE, LARGE = range(4)
 RATIOS = ((983, 737, 983, 1327), (2891, 2170, 2891, 3897), (5749, 4326, 5749, 7713),
           (11246, 8542, 11246, 14840), (20832, 16304, 20832, 26261), (33927, 28285, 33927, 39657),
           (46343, 41561, 46343, 50585))
-# By columns of the table: of samples 12, of squares 10, of patches all others.
-KINDS = {12: (1, 2), 10: tuple(range(2, 10))}
+# By columns of the table: of samples 12, of squares 10 or 11, of patches all others.
+KINDS = {12: (1, 2), 10: tuple(range(2, 10)), 11: tuple(range(2, 10))}
 PATCH_KINDS = (7, 8)
-BESIDE = {12: {4: 3, 6: 5, 7: 6, 10: 9, 11: 10}, 10: {1: 0}}
+BESIDE = {12: {4: 3, 6: 5, 7: 6, 10: 9, 11: 10}, 10: {1: 0}, 11: {1: 0}}
 PATCH_ALONE = (0, 1, 9)
 
 

@@ -1,6 +1,7 @@
 /* Tests grids of heights that stay grids: which samples a patch has, that every sample is stored
  * once at its place with the normal of the surface, holes and cliffs, and the same bytes for any
  * number of threads and any memory. The file's own promises are verified in each case. */
+#include "formats/chunk/codec/square.h"
 #include "tests/fixtures/prep_fixture.h"
 
 #include <math.h>
@@ -190,7 +191,9 @@ static void squares_become_patches(void **state)
 static void check_squares(const stp_chunk *chunk)
 {
     assert_non_null(chunk->squares);
-    assert_true(chunk->raster.dx == raster.dx && chunk->raster.dy == -raster.dy);
+    assert_true(stp_raster_is_level(chunk->rasters));
+    assert_true(chunk->rasters->across[0][1] == raster.dx);
+    assert_true(chunk->rasters->across[1][2] == -raster.dy);
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const uint32_t i = prep_number_of(&chunk->samples[0][chunk->level_begin[0][p]]);
         assert_int_equal(chunk->squares[p].column, i % COLUMNS / 8);

@@ -181,7 +181,7 @@ typedef struct block_squares {
 static stp_status squares_find(const stp_chunk *chunk, block_squares *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    if (!chunk->is_block || chunk->raster.dx == 0.0)
+    if (!chunk->is_block || chunk->raster_count == 0)
         return STP_OK;
     STP_TRY(stp_alloc(&out->of, chunk->patch_count, sizeof *out->of, "squares", err));
     if (!stp_squares_find(chunk, out->of))
@@ -207,6 +207,7 @@ static stp_status patches_encode(const stp_chunk *chunk, const block_squares *sq
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
     table.squares = squares->found;
+    table.tilted = squares->found && stp_squares_are_tilted(chunk, squares->of);
     stp_patches_encode(chunk->patches, &table);
     STP_TRY(stp_table_encode(&table, out, err));
     if (squares->found)
@@ -233,7 +234,7 @@ done:
 static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_map *map,
                                   stp_level_tables *tables, stp_bytes *out, stp_error *err)
 {
-    stp_square_choice choice = {.reach = level == 0 ? chunk->raster.reach : 1};
+    stp_square_choice choice = {.reach = level == 0 ? chunk->reach : 1};
     tables->elder.by_odds = tables->last.by_odds = true;
     stp_square_level_encode(chunk, level, map, &choice, tables);
     const uint8_t byte = stp_square_choice_write(&choice);
@@ -293,13 +294,13 @@ static stp_status table_read(stp_cursor *c, stp_table *table, stp_shares *shares
     return STP_OK;
 }
 
-static stp_status squares_decode(stp_cursor *c, stp_chunk *chunk, stp_shares *shares,
+static stp_status squares_decode(stp_cursor *c, bool tilted, stp_chunk *chunk, stp_shares *shares,
                                  stp_error *err)
 {
     stp_status status = STP_OK;
     size_t used = 0;
     STP_TRY(stp_alloc(&chunk->squares, chunk->patch_count, sizeof *chunk->squares, "squares", err));
-    STP_TRY(stp_squares_decode(c->bytes, c->left, chunk, chunk->squares, &used, err));
+    STP_TRY(stp_squares_decode(c->bytes, c->left, tilted, chunk, chunk->squares, &used, err));
     stp_cursor_skip(c, used);
     if (shares)
         shares->bytes[STP_SHARE_PATCHES] += used;
@@ -318,7 +319,7 @@ static stp_status patches_decode(stp_cursor *c, uint32_t child_count, stp_chunk 
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(check_and_place(chunk, child_count, err));
     if (table.squares)
-        STP_TRY(squares_decode(c, chunk, shares, err));
+        STP_TRY(squares_decode(c, table.tilted, chunk, shares, err));
 done:
     free(table.values);
     return status;
@@ -346,7 +347,7 @@ static stp_status squares_level_decode(const stp_square_choice *choice, int leve
     if (status == STP_OK)
         stp_square_level_decode(chunk, level, &map, choice, tables);
     if (level == 0)
-        chunk->raster.reach = choice->reach;
+        chunk->reach = choice->reach;
     stp_square_map_clear(&map);
     return status;
 }

@@ -39,6 +39,8 @@ static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, u
     v->chunk.block_count = 0;
     v->chunk.is_block = true;
     v->chunk.squares = NULL;
+    v->chunk.rasters = NULL;
+    v->chunk.raster_count = 0;
     stp_status status = stp_alloc(&v->begins, STP_LEVEL_COUNT * ((size_t)count + 1),
                                   sizeof *v->begins, "a block", err);
     for (int l = 0; status == STP_OK && l < STP_LEVEL_COUNT; l++)
@@ -46,7 +48,7 @@ static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, u
     return status;
 }
 
-/* Takes level_begin, samples and squares from the chunk, whose levels have been placed. */
+/* Takes level_begin, samples, squares and rasters from the chunk, whose levels have been placed. */
 static void view_place(view *v, const stp_chunk *whole, uint32_t first)
 {
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
@@ -56,6 +58,8 @@ static void view_place(view *v, const stp_chunk *whole, uint32_t first)
         v->chunk.samples[l] = whole->samples[l] ? whole->samples[l] + begin[0] : NULL;
     }
     v->chunk.squares = whole->squares ? whole->squares + first : NULL;
+    v->chunk.rasters = whole->rasters;
+    v->chunk.raster_count = whole->raster_count;
 }
 
 /* ---- encoding ---- */
@@ -196,6 +200,7 @@ done:
 /* Where the levels of a block begin in the chunk. */
 typedef struct place {
     uint32_t patch, level[STP_LEVEL_COUNT];
+    size_t raster_capacity; /* of the chunk's rasters */
 } place;
 
 /* Sets what the decoder of segment 0 expects of a chunk: counts, and where samples go. */
@@ -207,24 +212,26 @@ static void expect_row(view *v, const stp_chunk *whole, const stp_block_row *row
     }
 }
 
-static bool is_same_raster(const stp_raster *a, const stp_raster *b)
-{
-    return a->x == b->x && a->y == b->y && a->dx == b->dx && a->dy == b->dy;
-}
-
-/* Moves the squares that segment 0 of a block has to the chunk. */
-static stp_status place_squares(stp_chunk *whole, view *v, uint32_t first, stp_error *err)
+/* Moves the squares and rasters that segment 0 of a block has to the chunk. */
+static stp_status place_squares(stp_chunk *whole, const view *v, place *at, stp_error *err)
 {
     stp_status status = STP_OK;
-    if (!v->chunk.squares)
+    const stp_chunk *block = &v->chunk;
+    if (!block->squares)
         return STP_OK;
-    if (whole->squares && !is_same_raster(&whole->raster, &v->chunk.raster))
-        return stp_error_set(err, STP_CORRUPT, "its blocks are of two grids");
     if (!whole->squares)
         STP_TRY(
             stp_alloc(&whole->squares, whole->patch_count, sizeof *whole->squares, "squares", err));
-    memcpy(whole->squares + first, v->chunk.squares, v->chunk.patch_count * sizeof *whole->squares);
-    whole->raster = v->chunk.raster;
+    STP_TRY(stp_grow(&whole->rasters, &at->raster_capacity,
+                     whole->raster_count + block->raster_count, sizeof *whole->rasters, "rasters",
+                     err));
+    for (uint32_t p = 0; p < block->patch_count; p++) {
+        whole->squares[at->patch + p] = block->squares[p];
+        whole->squares[at->patch + p].raster += whole->raster_count;
+    }
+    memcpy(whole->rasters + whole->raster_count, block->rasters,
+           block->raster_count * sizeof *block->rasters);
+    whole->raster_count += block->raster_count;
 done:
     return status;
 }
@@ -255,15 +262,17 @@ static stp_status decode_block(const uint8_t *bytes, const stp_block_row *row, i
                             (int)stp_codec_of_part((stp_codec)codec), child_count, &v.chunk,
                             scratch, err));
     if (segment == 0) {
-        STP_TRY(place_squares(chunk, &v, at->patch, err));
+        STP_TRY(place_squares(chunk, &v, at, err));
         place_levels(chunk, &v, at);
     } else {
         at->patch += row->patch_count;
-        chunk->raster.reach = v.chunk.raster.reach;
+        chunk->reach = v.chunk.reach;
     }
 done:
-    if (segment == 0)
+    if (segment == 0) {
         free(v.chunk.squares);
+        free(v.chunk.rasters);
+    }
     free(v.begins);
     return status;
 }
@@ -281,8 +290,12 @@ static stp_status decode_blocks(const uint8_t *bytes, size_t size, int segment, 
     STP_TRY(stp_block_rows_read(bytes, size, segment, rows, count, err));
     if (scratch->shares)
         scratch->shares->bytes[STP_SHARE_FRAME] += stp_block_index_bytes(count, segment);
-    if (segment == 0)
+    if (segment == 0) {
+        free(chunk->rasters);
+        chunk->rasters = NULL;
+        chunk->raster_count = 0;
         STP_TRY(take_ends(chunk, rows, count, err));
+    }
     if (count != chunk->block_count) {
         status =
             stp_error_set(err, STP_CORRUPT, "it has %" PRIu32 " blocks, segment 0 has %" PRIu32,

@@ -1,34 +1,64 @@
-/* Finds, encodes and decodes squares of a grid. */
+/* Finds, encodes and decodes squares of grids. */
 #include "formats/chunk/codec/square.h"
 
 #include "base/memory.h"
 #include "formats/chunk/layout.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
-/* f64 x, y, dx, dy; u32 column, row of the first square */
-#define HEAD_BYTES 40u
+/* A level raster: f64 x, y, dx, dy; u32 column, row of the first square */
+#define LEVEL_BYTES 40u
+/* Tilted ones: u16 count - 1; each u8 axis, 2 f64, 6 f32, 2 u32 column, row of its first square */
+#define COUNT_BYTES 2u
+#define TILTED_BYTES 49u
 #define MASK_BYTES 8u
-/* Column and row after those of the square before; then the bytes of the mask. */
-#define SQUARE_COLUMNS (2u + MASK_BYTES)
+/* Column and row after those of the square before; then the bytes of the mask; the raster after
+ * that of the square before. */
+#define LEVEL_COLUMNS (2u + MASK_BYTES)
+#define RASTER_COLUMN LEVEL_COLUMNS
+#define TILTED_COLUMNS (LEVEL_COLUMNS + 1u)
 #define DELTA_MOST 32767
+/* A sample lies this near to its place in a tilted grid, in columns and rows: else one of several
+ * grids would do as well as another. */
+#define TILTED_OFF_MOST 0.125
 
-static const int16_t square_beside[SQUARE_COLUMNS] = {STP_BESIDE_NONE,  0,
+static const int16_t square_beside[TILTED_COLUMNS] = {STP_BESIDE_NONE,  0,
                                                       STP_BESIDE_KINDS, STP_BESIDE_KINDS,
                                                       STP_BESIDE_KINDS, STP_BESIDE_KINDS,
                                                       STP_BESIDE_KINDS, STP_BESIDE_KINDS,
-                                                      STP_BESIDE_KINDS, STP_BESIDE_KINDS};
+                                                      STP_BESIDE_KINDS, STP_BESIDE_KINDS,
+                                                      STP_BESIDE_NONE};
+
+bool stp_raster_is_level(const stp_raster *raster)
+{
+    const double(*a)[4] = raster->across;
+    return raster->axis == 2 && a[0][2] == 0.0 && a[0][3] == 0.0 && a[1][1] == 0.0 &&
+           a[1][3] == 0.0;
+}
 
 /* ---- finding ---- */
 
-/* The nearest column or row; none if it is not on the grid's side of 0. */
-static bool find_place(double at, double first, double step, uint32_t *out)
+/* The column and row nearest to a position. */
+static bool find_place(const stp_raster *raster, const double position[3], uint32_t out[2])
 {
-    const double place = floor((at - first) / step + 0.5);
-    if (!(place >= 0.0 && place < (double)STP_SQUARE_PLACES_LIMIT * STP_SQUARE_SIDE))
-        return false;
-    *out = (uint32_t)place;
+    const double(*a)[4] = raster->across;
+    const double off_most = stp_raster_is_level(raster) ? DBL_MAX : TILTED_OFF_MOST;
+    const double height = position[raster->axis];
+    double rest[2], place[2];
+    for (unsigned k = 0; k < 2; k++)
+        rest[k] = position[(raster->axis + 1 + k) % 3] - a[k][0] - a[k][3] * height;
+    const double det = a[0][1] * a[1][2] - a[0][2] * a[1][1];
+    place[0] = (rest[0] * a[1][2] - rest[1] * a[0][2]) / det;
+    place[1] = (rest[1] * a[0][1] - rest[0] * a[1][1]) / det;
+    for (unsigned k = 0; k < 2; k++) {
+        const double nearest = floor(place[k] + 0.5);
+        if (!(nearest >= 0.0 && nearest < (double)STP_SQUARE_PLACES_LIMIT * STP_SQUARE_SIDE) ||
+            fabs(place[k] - nearest) > off_most)
+            return false;
+        out[k] = (uint32_t)nearest;
+    }
     return true;
 }
 
@@ -43,14 +73,13 @@ static bool find_square(const stp_raster *raster, const stp_patch *patch, const 
     int before = -1;
     *out = (stp_square){0};
     for (unsigned i = 0; i < patch->counts[0]; i++) {
-        const stp_dvec3 at = stp_sample_position(&samples[i], patch);
-        uint32_t column, row;
-        if (!find_place(at.x, raster->x, raster->dx, &column) ||
-            !find_place(at.y, raster->y, raster->dy, &row))
+        const stp_dvec3 p = stp_sample_position(&samples[i], patch);
+        uint32_t at[2];
+        if (!find_place(raster, (const double[3]){p.x, p.y, p.z}, at))
             return false;
-        const stp_square own = {.column = column / STP_SQUARE_SIDE, .row = row / STP_SQUARE_SIDE};
+        const stp_square own = {.column = at[0] / STP_SQUARE_SIDE, .row = at[1] / STP_SQUARE_SIDE};
         const int bit =
-            (int)(spread(column % STP_SQUARE_SIDE) | spread(row % STP_SQUARE_SIDE) << 1);
+            (int)(spread(at[0] % STP_SQUARE_SIDE) | spread(at[1] % STP_SQUARE_SIDE) << 1);
         if (bit <= before || (i > 0 && (own.column != out->column || own.row != out->row)))
             return false;
         out->column = own.column;
@@ -61,6 +90,20 @@ static bool find_square(const stp_raster *raster, const stp_patch *patch, const 
     return true;
 }
 
+/* Finds the square in one of the rasters, from `first` on. */
+static bool find_square_in(const stp_chunk *block, uint32_t p, uint32_t first, stp_square *out)
+{
+    for (uint32_t i = 0; i < block->raster_count; i++) {
+        const uint32_t raster = (first + i) % block->raster_count;
+        if (find_square(&block->rasters[raster], &block->patches[p],
+                        block->samples[0] + block->level_begin[0][p], out)) {
+            out->raster = raster;
+            return true;
+        }
+    }
+    return false;
+}
+
 static bool follows(uint32_t place, uint32_t before)
 {
     return labs((long)place - (long)before) <= DELTA_MOST;
@@ -69,26 +112,35 @@ static bool follows(uint32_t place, uint32_t before)
 bool stp_squares_find(const stp_chunk *block, stp_square *out)
 {
     for (uint32_t p = 0; p < block->patch_count; p++) {
-        if (!find_square(&block->raster, &block->patches[p],
-                         block->samples[0] + block->level_begin[0][p], &out[p]))
+        const stp_square *before = &out[p ? p - 1 : 0];
+        if (!find_square_in(block, p, p ? before->raster : 0, &out[p]))
             return false;
-        if (p > 0 &&
-            (!follows(out[p].column, out[p - 1].column) || !follows(out[p].row, out[p - 1].row)))
+        if (before->raster == out[p].raster &&
+            (!follows(out[p].column, before->column) || !follows(out[p].row, before->row)))
             return false;
     }
     return true;
 }
 
+bool stp_squares_are_tilted(const stp_chunk *block, const stp_square *squares)
+{
+    for (uint32_t p = 0; p < block->patch_count; p++)
+        if (squares[p].raster != squares[0].raster)
+            return true;
+    return !stp_raster_is_level(&block->rasters[squares[0].raster]);
+}
+
 /* ---- coding ---- */
 
-static stp_status table_create(uint32_t rows, stp_table *table, stp_error *err)
+static stp_status table_create(uint32_t rows, bool tilted, stp_table *table, stp_error *err)
 {
+    const unsigned columns = tilted ? TILTED_COLUMNS : LEVEL_COLUMNS;
     *table = (stp_table){.stride = rows,
-                         .column_count = SQUARE_COLUMNS,
+                         .column_count = columns,
                          .row_count = rows,
                          .beside = square_beside,
                          .by_odds = true};
-    return stp_alloc(&table->values, (size_t)SQUARE_COLUMNS * rows, sizeof *table->values,
+    return stp_alloc(&table->values, (size_t)columns * rows, sizeof *table->values,
                      "a payload's table", err);
 }
 
@@ -99,45 +151,120 @@ static int16_t mask_cell(uint64_t samples, unsigned k)
     return (int16_t)((int)(byte ^ 128u) - 128);
 }
 
+static stp_status put_level(const stp_raster *r, const stp_square *first, stp_bytes *out,
+                            stp_error *err)
+{
+    uint8_t head[LEVEL_BYTES];
+    const double numbers[4] = {r->across[0][0], r->across[1][0], r->across[0][1], r->across[1][2]};
+    for (unsigned i = 0; i < 4; i++)
+        stp_put_f64(head + 8 * i, numbers[i]);
+    stp_put_u32(head + 32, first->column);
+    stp_put_u32(head + 36, first->row);
+    return stp_bytes_append(out, head, sizeof head, err);
+}
+
+static void put_tilted(const stp_raster *r, const stp_square *first, uint8_t *to)
+{
+    *to++ = (uint8_t)r->axis;
+    for (unsigned k = 0; k < 2; k++, to += 20) {
+        const float slopes[3] = {(float)r->across[k][1], (float)r->across[k][2],
+                                 (float)r->across[k][3]};
+        stp_put_f64(to, r->across[k][0]);
+        stp_put_floats(to + 8, slopes, 3);
+    }
+    stp_put_u32(to, first->column);
+    stp_put_u32(to + 4, first->row);
+}
+
+/* The rasters of a block in the order in which its patches come to them. */
+typedef struct used_rasters {
+    uint32_t *places;   /* by raster of the chunk: its place here, plus 1; 0: none */
+    stp_square *before; /* by place: the square before the next one */
+    uint32_t count;
+} used_rasters;
+
+/* Notes a square's raster. Returns its place. */
+static uint32_t use_raster(used_rasters *used, const stp_square *square)
+{
+    uint32_t *place = &used->places[square->raster];
+    if (*place == 0) {
+        used->before[used->count] = *square;
+        *place = ++used->count;
+    }
+    return *place - 1;
+}
+
+static stp_status put_rasters(const stp_chunk *block, const stp_square *squares,
+                              const used_rasters *used, bool tilted, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t head[TILTED_BYTES];
+    if (!tilted)
+        return put_level(&block->rasters[squares[0].raster], &squares[0], out, err);
+    stp_put_u16(head, (uint16_t)(used->count - 1));
+    STP_TRY(stp_bytes_append(out, head, COUNT_BYTES, err));
+    for (uint32_t i = 0; i < used->count; i++) {
+        put_tilted(&block->rasters[used->before[i].raster], &used->before[i], head);
+        STP_TRY(stp_bytes_append(out, head, sizeof head, err));
+    }
+done:
+    return status;
+}
+
+static void fill_table(const stp_square *squares, uint32_t count, used_rasters *used, bool tilted,
+                       const stp_table *table)
+{
+    uint32_t last = 0;
+    for (uint32_t p = 0; p < count; p++) {
+        const uint32_t place = use_raster(used, &squares[p]);
+        stp_square *before = &used->before[place];
+        stp_table_column(table, 0)[p] = (int16_t)(squares[p].column - before->column);
+        stp_table_column(table, 1)[p] = (int16_t)(squares[p].row - before->row);
+        for (unsigned k = 0; k < MASK_BYTES; k++)
+            stp_table_column(table, 2 + k)[p] = mask_cell(squares[p].samples, k);
+        if (tilted)
+            stp_table_column(table, RASTER_COLUMN)[p] = (int16_t)(place - last);
+        *before = squares[p];
+        last = place;
+    }
+}
+
 stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares, stp_bytes *out,
                               stp_error *err)
 {
     stp_status status = STP_OK;
     stp_table table = {0};
-    uint8_t head[HEAD_BYTES];
-    const stp_raster *r = &block->raster;
-    const double numbers[4] = {r->x, r->y, r->dx, r->dy};
-    for (unsigned i = 0; i < 4; i++)
-        stp_put_f64(head + 8 * i, numbers[i]);
-    stp_put_u32(head + 32, squares[0].column);
-    stp_put_u32(head + 36, squares[0].row);
-    STP_TRY(stp_bytes_append(out, head, sizeof head, err));
-    STP_TRY(table_create(block->patch_count, &table, err));
-    for (uint32_t p = 0; p < block->patch_count; p++) {
-        const stp_square *before = &squares[p ? p - 1 : 0];
-        stp_table_column(&table, 0)[p] = (int16_t)(squares[p].column - before->column);
-        stp_table_column(&table, 1)[p] = (int16_t)(squares[p].row - before->row);
-        for (unsigned k = 0; k < MASK_BYTES; k++)
-            stp_table_column(&table, 2 + k)[p] = mask_cell(squares[p].samples, k);
-    }
+    used_rasters used = {0};
+    const bool tilted = stp_squares_are_tilted(block, squares);
+    STP_TRY(stp_alloc(&used.places, block->raster_count, sizeof *used.places, "rasters", err));
+    STP_TRY(stp_alloc(&used.before, block->raster_count, sizeof *used.before, "rasters", err));
+    for (uint32_t p = 0; p < block->patch_count; p++)
+        use_raster(&used, &squares[p]);
+    STP_TRY(put_rasters(block, squares, &used, tilted, out, err));
+    STP_TRY(table_create(block->patch_count, tilted, &table, err));
+    fill_table(squares, block->patch_count, &used, tilted, &table);
     STP_TRY(stp_table_encode(&table, out, err));
 done:
     free(table.values);
+    free(used.places);
+    free(used.before);
     return status;
 }
 
 static const char *raster_fault(const stp_raster *r)
 {
-    const double numbers[4] = {r->x, r->y, r->dx, r->dy};
-    for (int i = 0; i < 4; i++)
-        if (!(fabs(numbers[i]) <= STP_REACH_LIMIT) || (i >= 2 && numbers[i] == 0.0))
-            return "the raster of its squares is out of range";
-    return NULL;
+    const double(*a)[4] = r->across;
+    const double area = a[0][1] * a[1][2] - a[0][2] * a[1][1];
+    bool within = r->axis < 3 && area != 0.0;
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < 4; i++)
+            within = within && fabs(a[k][i]) <= STP_REACH_LIMIT;
+    return within ? NULL : "a raster of its squares is out of range";
 }
 
-/* Takes one row of the table. `before`: the square before, or the first. */
-static const char *take_square(const stp_table *table, uint32_t p, const stp_square *before,
-                               unsigned count, stp_square *out)
+/* Takes one row of the table. *before: the square before in its raster. */
+static const char *take_square(const stp_table *table, uint32_t p, unsigned count,
+                               stp_square *before)
 {
     const int64_t column = (int64_t)before->column + stp_table_column(table, 0)[p];
     const int64_t row = (int64_t)before->row + stp_table_column(table, 1)[p];
@@ -149,32 +276,86 @@ static const char *take_square(const stp_table *table, uint32_t p, const stp_squ
         return "a square is out of range";
     if ((unsigned)__builtin_popcountll(samples) != count)
         return "a square has not as many samples as its patch";
-    *out = (stp_square){samples, (uint32_t)column, (uint32_t)row};
+    *before = (stp_square){samples, (uint32_t)column, (uint32_t)row, before->raster};
     return NULL;
 }
 
-stp_status stp_squares_decode(const uint8_t *bytes, size_t size, stp_chunk *block,
+static stp_raster get_level(const uint8_t *bytes)
+{
+    return (stp_raster){.axis = 2,
+                        .across = {{stp_get_f64(bytes), stp_get_f64(bytes + 16)},
+                                   {stp_get_f64(bytes + 8), 0.0, stp_get_f64(bytes + 24)}}};
+}
+
+static stp_raster get_tilted(const uint8_t *bytes)
+{
+    stp_raster out = {.axis = *bytes++};
+    for (unsigned k = 0; k < 2; k++, bytes += 20) {
+        float slopes[3];
+        out.across[k][0] = stp_get_f64(bytes);
+        stp_get_floats(bytes + 8, slopes, 3);
+        for (unsigned i = 0; i < 3; i++)
+            out.across[k][1 + i] = (double)slopes[i];
+    }
+    return out;
+}
+
+/* Reads the rasters. before: allocated, the first square of each. */
+static stp_status take_rasters(stp_cursor *c, bool tilted, stp_chunk *block, stp_square **before,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t count = !tilted ? 1 : c->left < COUNT_BYTES ? 0 : stp_get_u16(c->bytes) + 1u;
+    const size_t each = tilted ? TILTED_BYTES : LEVEL_BYTES;
+    if (count == 0 || c->left < (tilted ? COUNT_BYTES : 0) + count * each)
+        return stp_error_set(err, STP_CORRUPT, "it ends within the rasters of its squares");
+    if (count > block->patch_count)
+        return stp_error_set(err, STP_CORRUPT, "its squares have more rasters than patches");
+    STP_TRY(stp_alloc(&block->rasters, count, sizeof *block->rasters, "rasters", err));
+    STP_TRY(stp_alloc(before, count, sizeof **before, "rasters", err));
+    block->raster_count = count;
+    stp_cursor_skip(c, tilted ? COUNT_BYTES : 0);
+    for (uint32_t i = 0; i < count; i++) {
+        block->rasters[i] = tilted ? get_tilted(c->bytes) : get_level(c->bytes);
+        const char *fault = raster_fault(&block->rasters[i]);
+        if (fault) {
+            status = stp_error_set(err, STP_CORRUPT, "%s", fault);
+            goto done;
+        }
+        (*before)[i] = (stp_square){.column = stp_get_u32(c->bytes + each - 8),
+                                    .row = stp_get_u32(c->bytes + each - 4),
+                                    .raster = i};
+        stp_cursor_skip(c, each);
+    }
+done:
+    return status;
+}
+
+stp_status stp_squares_decode(const uint8_t *bytes, size_t size, bool tilted, stp_chunk *block,
                               stp_square *squares, size_t *used, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_table table = {0};
-    if (size < HEAD_BYTES)
-        return stp_error_set(err, STP_CORRUPT, "it ends within the raster of its squares");
-    stp_raster *r = &block->raster;
-    *r = (stp_raster){stp_get_f64(bytes), stp_get_f64(bytes + 8), stp_get_f64(bytes + 16),
-                      stp_get_f64(bytes + 24), 1};
-    stp_square before = {.column = stp_get_u32(bytes + 32), .row = stp_get_u32(bytes + 36)};
-    const char *fault = raster_fault(r);
-    STP_TRY(table_create(block->patch_count, &table, err));
-    STP_TRY(stp_table_decode(bytes + HEAD_BYTES, size - HEAD_BYTES, &table, used, err));
-    *used += HEAD_BYTES;
+    stp_square *before = NULL;
+    stp_cursor c = {bytes, size};
+    const char *fault = NULL;
+    int64_t raster = 0;
+    STP_TRY(take_rasters(&c, tilted, block, &before, err));
+    STP_TRY(table_create(block->patch_count, tilted, &table, err));
+    STP_TRY(stp_table_decode(c.bytes, c.left, &table, used, err));
+    *used += size - c.left;
     for (uint32_t p = 0; !fault && p < block->patch_count; p++) {
-        fault = take_square(&table, p, &before, block->patches[p].counts[0], &squares[p]);
-        before = squares[p];
+        raster += tilted ? stp_table_column(&table, RASTER_COLUMN)[p] : 0;
+        fault = raster < 0 || raster >= block->raster_count
+                    ? "a square is of no raster"
+                    : take_square(&table, p, block->patches[p].counts[0], &before[raster]);
+        if (!fault)
+            squares[p] = before[raster];
     }
     if (fault)
         status = stp_error_set(err, STP_CORRUPT, "%s", fault);
 done:
     free(table.values);
+    free(before);
     return status;
 }

@@ -1,8 +1,10 @@
-/* Squares of a grid of heights: which samples of the grid a block's patches have.
+/* Squares of grids of heights: which samples of a grid a block's patches have.
  *
- * If a block is of squares, its patches are followed by the raster and, for each patch, its square.
- * They tell column and row of each sample, so that positions need no bytes but for heights.
- * formats/SPEC.md, "Squares", has the layout. Threads: any. */
+ * If a block is of squares, its patches are followed by the rasters and, for each patch, its
+ * square. They tell column and row of each sample, so that positions need no bytes but for heights.
+ * The grid of a survey is level: one raster, whose columns and rows go along x and y. Those of
+ * elevation maps lie on tilted planes, several in a block. formats/SPEC.md, "Squares", has the
+ * layout. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_H
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_H
 
@@ -30,16 +32,21 @@ static inline uint32_t stp_square_row(uint32_t i)
     return stp_square_column(i >> 1);
 }
 
-/* Finds the squares of a block with all levels whose raster is set. False if some patch is not a
- * square of the grid, or its square cannot be coded. out: one for each patch. */
-bool stp_squares_find(const stp_chunk *block, stp_square *out);
+/* Whether heights go along z, columns along x and rows along y. */
+bool stp_raster_is_level(const stp_raster *raster);
 
-/* Appends raster and squares. Errors: OUT_OF_MEMORY. */
+/* Finds the squares of a block with all levels whose rasters are set. False if some patch is not a
+ * square of a grid, or its square cannot be coded. out: one for each patch. */
+bool stp_squares_find(const stp_chunk *block, stp_square *out);
+/* Whether they are to be coded as on tilted planes. */
+bool stp_squares_are_tilted(const stp_chunk *block, const stp_square *squares);
+
+/* Appends rasters and squares. Errors: OUT_OF_MEMORY. */
 stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares, stp_bytes *out,
                               stp_error *err);
-/* Reads them into block->raster and squares[patch_count]. The block's counts are known. *used:
- * bytes. Errors: CORRUPT, OUT_OF_MEMORY. */
-stp_status stp_squares_decode(const uint8_t *bytes, size_t size, stp_chunk *block,
+/* Reads them into block->rasters, which are allocated, and squares[patch_count]. The block's counts
+ * are known. *used: bytes. Errors: CORRUPT, OUT_OF_MEMORY. */
+stp_status stp_squares_decode(const uint8_t *bytes, size_t size, bool tilted, stp_chunk *block,
                               stp_square *squares, size_t *used, stp_error *err);
 
 #endif

@@ -35,6 +35,7 @@ typedef struct coder {
     stp_square_map *map;
     const stp_level_tables *tables;
     const double *values[VALUE_COUNT]; /* of the samples of the next coarser level */
+    const stp_square_grid *grid;       /* of the patch at hand */
     int level;
     bool decode;
 } coder;
@@ -132,7 +133,7 @@ typedef struct field {
 static field field_at(const coder *c, int32_t parent)
 {
     const int level = c->level + 1;
-    const stp_square_level *on = &c->map->level[level];
+    const stp_square_level *on = &c->grid->level[level];
     const int column = stp_square_cell(on->column[parent], level);
     const int row = stp_square_cell(on->row[parent], level);
     const neighbours by_column = find_neighbours(on, level, parent, true);
@@ -165,7 +166,7 @@ typedef struct family {
 /* Sets what is expected of child k. */
 static void expect(const coder *c, const family *f, unsigned k, double out[VALUE_COUNT])
 {
-    const stp_square_level *on = &c->map->level[c->level];
+    const stp_square_level *on = &c->grid->level[c->level];
     const double side = (double)(1 << (c->level + 1));
     const double column = (on->column[f->first + k] - f->field.column) / side;
     const double row = (on->row[f->first + k] - f->field.row) / side;
@@ -179,28 +180,43 @@ static void expect(const coder *c, const family *f, unsigned k, double out[VALUE
 static void code_height(const coder *c, const family *f, const table_row *r, uint32_t child,
                         double expected, stp_sample *s)
 {
-    const int32_t origin = f->patch->origin[2];
+    const unsigned axis = c->grid->raster->axis;
+    const int32_t origin = f->patch->origin[axis];
     double steps = expected / f->steps - origin;
     steps = steps > -65536.0 ? steps : -65536.0;
     steps = steps < 131072.0 ? steps : 131072.0;
-    int32_t position = s->position[2];
+    int32_t position = s->position[axis];
     if (f->scale.used) {
-        const int32_t place = stp_scale_nearest(steps * f->scale.places + f->scale.offset[2]);
-        const int32_t own = c->decode ? 0 : stp_scale_place(&f->scale, 2, position);
+        const int32_t place = stp_scale_nearest(steps * f->scale.places + f->scale.offset[axis]);
+        const int32_t own = c->decode ? 0 : stp_scale_place(&f->scale, (int)axis, position);
         const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place & 0xffff, own, 0xffff);
-        position = c->decode ? stp_scale_position(&f->scale, 2, coded) : position;
+        position = c->decode ? stp_scale_position(&f->scale, (int)axis, coded) : position;
     } else {
         position = code(c, r, STP_COLUMN_POSITION_C, whole(steps), position, 0xffff);
     }
-    s->position[2] = (uint16_t)position;
-    c->map->level[c->level].z[child] = ((double)origin + position) * f->steps;
+    s->position[axis] = (uint16_t)position;
+    c->grid->level[c->level].height[child] = ((double)origin + position) * f->steps;
+}
+
+/* Codes the position along the other axes: where the grid's place is at this height. */
+static void code_across(const coder *c, const family *f, const table_row *r, uint32_t child,
+                        stp_sample *s)
+{
+    const stp_raster *raster = c->grid->raster;
+    const double height = (double)f->patch->origin[raster->axis] + s->position[raster->axis];
+    for (unsigned k = 0; k < 2; k++) {
+        const unsigned axis = (raster->axis + 1 + k) % 3;
+        const double at = c->grid->level[c->level].across[k][child] + raster->across[k][3] * height;
+        s->position[axis] =
+            (uint16_t)code(c, r, STP_COLUMN_POSITION_A + k, whole(at - f->patch->origin[axis]),
+                           s->position[axis], 0xffff);
+    }
 }
 
 /* Codes what a child has besides normal and radius. */
 static void code_child(const coder *c, family *f, unsigned k, const table_row *r)
 {
     const uint32_t child = f->first + k;
-    const stp_square_level *on = &c->map->level[c->level];
     const stp_sample *parent = &c->block->samples[c->level + 1][f->parent];
     stp_sample *s = &c->block->samples[c->level][child];
     double expected[VALUE_COUNT];
@@ -218,19 +234,16 @@ static void code_child(const coder *c, family *f, unsigned k, const table_row *r
             (uint8_t)code(c, r, column[v], whole(expected[v] + share * f->left[v]), *value, 0xff);
         f->left[v] += expected[v] - *value;
     }
-    const double place[2] = {on->x[child], on->y[child]};
-    for (unsigned i = 0; i < 2; i++)
-        s->position[i] =
-            (uint16_t)code(c, r, STP_COLUMN_POSITION_A + i, whole(place[i] - f->patch->origin[i]),
-                           s->position[i], 0xffff);
     code_height(c, f, r, child, expected[HEIGHT] + share * f->left[HEIGHT], s);
-    f->left[HEIGHT] += expected[HEIGHT] - on->z[child];
+    code_across(c, f, r, child, s);
+    f->left[HEIGHT] += expected[HEIGHT] - c->grid->level[c->level].height[child];
 }
 
-static void code_families(const coder *c)
+static void code_families(coder *c)
 {
     rows r = {0};
     for (uint32_t p = 0; p < c->block->patch_count; p++) {
+        c->grid = stp_square_grid_of(c->map, p);
         const stp_patch *patch = &c->block->patches[p];
         const unsigned parents = patch->counts[c->level + 1], children = patch->counts[c->level];
         family f = {.patch = patch, .steps = stp_square_map_steps(c->map, patch)};
@@ -274,13 +287,18 @@ static void code_normal(const coder *c, const table_row *r, const double directi
 
 static unsigned kind_of(const coder *c, uint32_t sample)
 {
-    const stp_square_level *on = &c->map->level[c->level];
+    const stp_square_level *on = &c->grid->level[c->level];
+    const stp_raster *raster = c->grid->raster;
     const stp_sample *s = &c->block->samples[c->level][sample];
+    const double *tilt[2] = {&raster->across[0][3], &raster->across[1][3]};
     int32_t uv[2];
     stp_normal_codes_get(s->normal, uv);
     const stp_ivec3 n = stp_integer_normal(uv[0], uv[1]);
-    const double all = (double)(n.v[0] * n.v[0] + n.v[1] * n.v[1] + n.v[2] * n.v[2]);
-    const double upright = (double)(n.v[2] * n.v[2]);
+    const double length = (double)(n.v[0] * n.v[0] + n.v[1] * n.v[1] + n.v[2] * n.v[2]);
+    const double all = length * (1.0 + (*tilt[0] * *tilt[0] + *tilt[1] * *tilt[1]));
+    const double along = n.v[raster->axis] + (*tilt[0] * n.v[(raster->axis + 1) % 3] +
+                                              *tilt[1] * n.v[(raster->axis + 2) % 3]);
+    const double upright = along * along;
     unsigned kind = 0;
     for (double ratio = M_SQRT2; kind + 1 < STEEPNESS_COUNT && all >= ratio * upright; ratio *= 2.0)
         kind++;
@@ -289,7 +307,7 @@ static unsigned kind_of(const coder *c, uint32_t sample)
     bool missing = false;
     for (int j = row - 1; j <= row + 1; j++)
         for (int i = column - 1; i <= column + 1; i++)
-            missing = missing || (i >= 0 && j >= 0 && i < on->width && j < on->height &&
+            missing = missing || (i >= 0 && j >= 0 && i < on->cell_columns && j < on->cell_rows &&
                                   stp_square_at(on, i, j) < 0);
     return kind + (missing ? STEEPNESS_COUNT : 0);
 }
@@ -310,26 +328,27 @@ static void find_slopes(const coder *c, const stp_square_normals *normals, uint3
                         double out[2])
 {
     if (normals->reach > 0) {
-        stp_square_slopes_at(normals, sample, out);
+        stp_square_slopes_at(normals, c->grid, sample, out);
         return;
     }
-    const stp_square_level *on = &c->map->level[c->level];
+    const stp_square_level *on = &c->grid->level[c->level];
     for (int i = 0; i < 2; i++) {
         const neighbours n = find_neighbours(on, c->level, (int32_t)sample, i == 0);
-        out[i] = slope(&n, on->z);
+        out[i] = slope(&n, on->height);
     }
 }
 
-static void code_normals(const coder *c, unsigned reach)
+static void code_normals(coder *c, unsigned reach)
 {
     rows r = {0};
     int32_t last[KIND_COUNT];
-    const stp_square_normals normals = stp_square_normals_begin(c->block, c->map, c->level, reach);
+    const stp_square_normals normals = stp_square_normals_begin(c->map, c->level, reach);
     for (unsigned k = 0; k < KIND_COUNT; k++)
         last[k] = c->block->patches[0].radius[c->level];
     for (uint32_t p = 0; p < c->block->patch_count; p++) {
         const stp_patch *patch = &c->block->patches[p];
         const unsigned parents = patch->counts[c->level + 1], children = patch->counts[c->level];
+        c->grid = stp_square_grid_of(c->map, p);
         for (unsigned j = 0; j < parents; j++) {
             const unsigned begin = stp_level_children_begin(j, parents, children);
             const unsigned end = stp_level_children_begin(j + 1, parents, children);
@@ -338,7 +357,7 @@ static void code_normals(const coder *c, unsigned reach)
                 const table_row next = next_row(c, &r, k + 1 == end);
                 double slopes[2], direction[2];
                 find_slopes(c, &normals, sample, slopes);
-                stp_square_normal_of(&normals, slopes, direction);
+                stp_square_normal_of(&normals, c->grid->raster, slopes, direction);
                 code_normal(c, &next, direction, &c->block->samples[c->level][sample]);
                 code_radius(c, &next, patch, sample, last);
             }
@@ -349,14 +368,16 @@ static void code_normals(const coder *c, unsigned reach)
 /* ---- levels ---- */
 
 /* Sets the heights of a level that is there. */
-static void set_heights(const stp_chunk *block, int level, stp_square_map *map)
+static void set_heights(const stp_chunk *block, int level, const stp_square_map *map)
 {
     for (uint32_t p = 0; p < block->patch_count; p++) {
         const stp_patch *patch = &block->patches[p];
+        const stp_square_grid *grid = stp_square_grid_of(map, p);
+        const unsigned axis = grid->raster->axis;
         const double steps = stp_square_map_steps(map, patch);
         for (uint32_t i = block->level_begin[level][p]; i < block->level_begin[level][p + 1]; i++)
-            map->level[level].z[i] =
-                ((double)patch->origin[2] + block->samples[level][i].position[2]) * steps;
+            grid->level[level].height[i] =
+                ((double)patch->origin[axis] + block->samples[level][i].position[axis]) * steps;
     }
 }
 
@@ -391,7 +412,7 @@ static uint64_t normals_cost(const stp_level_tables *tables)
 }
 
 /* Takes the normals of slopes without a window, if they are nearer. */
-static void choose_reach(const coder *c, stp_square_choice *choice)
+static void choose_reach(coder *c, stp_square_choice *choice)
 {
     const uint64_t with = normals_cost(c->tables);
     code_normals(c, 0);
@@ -421,7 +442,9 @@ static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
     const stp_sample *parents = block->samples[level + 1];
     double *colours = map->sums;
     static const unsigned channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
-    coder c = {block, map, tables, {[HEIGHT] = map->level[level + 1].z}, level, decode};
+    /* All grids have the same heights. */
+    const double *heights = stp_square_grid_of(map, 0)->level[level + 1].height;
+    coder c = {block, map, tables, {[HEIGHT] = heights}, NULL, level, decode};
     set_heights(block, level + 1, map);
     for (int v = GREEN; v <= BLUE; v++, colours += count) {
         for (uint32_t i = 0; i < count; i++)
@@ -434,7 +457,7 @@ static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
 void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *map,
                              stp_square_choice *choice, const stp_level_tables *tables)
 {
-    const coder c = coder_begin(block, level, map, tables, false);
+    coder c = coder_begin(block, level, map, tables, false);
     code_families(&c);
     code_normals(&c, choice->reach);
     if (level > 0)
@@ -447,7 +470,7 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
 void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
                              const stp_square_choice *choice, const stp_level_tables *tables)
 {
-    const coder c = coder_begin(block, level, map, tables, true);
+    coder c = coder_begin(block, level, map, tables, true);
     if (choice->follow)
         move_colours(&tables->elder, 1);
     code_families(&c);

@@ -25,67 +25,127 @@ static void widen(range *r, uint32_t place)
     r->greatest = place > r->greatest ? place : r->greatest;
 }
 
-static const char *find_extent(const stp_chunk *block, const stp_square *squares, range *columns,
-                               range *rows, stp_square_map *map)
+/* Squares of a raster. */
+typedef struct extent {
+    range columns, rows;
+} extent;
+
+static bool is_empty(const extent *e)
+{
+    return e->columns.least > e->columns.greatest;
+}
+
+static uint64_t width(const range *r)
+{
+    return (uint64_t)r->greatest - r->least + 1;
+}
+
+static void find_rasters(const stp_square *squares, uint32_t count, stp_square_map *map)
+{
+    range rasters = {UINT32_MAX, 0};
+    for (uint32_t p = 0; p < count; p++)
+        widen(&rasters, squares[p].raster);
+    map->first_raster = rasters.least;
+    map->grid_count = (uint32_t)width(&rasters);
+}
+
+static const char *find_lattice(const stp_chunk *block, stp_square_map *map)
 {
     int most = INT16_MIN;
     map->exponent = INT16_MAX;
-    *columns = *rows = (range){UINT32_MAX, 0};
     for (uint32_t p = 0; p < block->patch_count; p++) {
         const int exponent = block->patches[p].exponent;
-        widen(columns, squares[p].column);
-        widen(rows, squares[p].row);
         map->exponent = exponent < map->exponent ? exponent : map->exponent;
         most = exponent > most ? exponent : most;
     }
-    const uint64_t cells = ((uint64_t)columns->greatest - columns->least + 1) *
-                           ((uint64_t)rows->greatest - rows->least + 1);
-    if (cells > (uint64_t)block->patch_count * CELLS_PER_PATCH + CELLS_FREE)
-        return "its squares are too far apart";
     return most - map->exponent > OCTAVES_MOST ? "the lattices of its squares are too unlike"
                                                : NULL;
 }
 
-/* Parts the memory among the levels. */
-static stp_status allocate(const stp_chunk *block, size_t width, size_t height, stp_square_map *map,
-                           stp_error *err)
+/* Finds the squares of each raster. *squares: as many as all extents hold. */
+static const char *find_extents(const stp_chunk *block, const stp_square_map *map, extent *extents,
+                                size_t *squares)
 {
-    const size_t sums = STP_SQUARE_SUMS * width * height * SQUARE_SAMPLES;
-    size_t doubles = sums, cells = 0;
-    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
-        doubles += 5 * (size_t)block->level_begin[l][block->patch_count];
-        cells += (width * height * SQUARE_SAMPLES) >> 2 * l;
+    uint64_t cells = 0;
+    for (uint32_t r = 0; r < map->grid_count; r++)
+        extents[r] = (extent){{UINT32_MAX, 0}, {UINT32_MAX, 0}};
+    for (uint32_t p = 0; p < block->patch_count; p++) {
+        extent *e = &extents[map->squares[p].raster - map->first_raster];
+        widen(&e->columns, map->squares[p].column);
+        widen(&e->rows, map->squares[p].row);
     }
-    stp_status status = stp_alloc(&map->memory, doubles * sizeof(double) + cells * sizeof(int32_t),
-                                  1, "a map of squares", err);
-    if (status != STP_OK)
-        return status;
-    map->sums = map->memory;
-    double *next = map->sums + sums;
-    int32_t *cell = (int32_t *)(void *)(map->sums + doubles);
+    const uint64_t most = (uint64_t)block->patch_count * CELLS_PER_PATCH + CELLS_FREE;
+    for (uint32_t r = 0; r < map->grid_count && cells <= most; r++)
+        if (!is_empty(&extents[r]))
+            cells += width(&extents[r].columns) * width(&extents[r].rows);
+    *squares = (size_t)cells;
+    return cells > most ? "its squares are too far apart" : NULL;
+}
+
+/* Parts the memory of samples among the levels of all grids, and that of cells among the grids. */
+static void share_out(const stp_chunk *block, const extent *extents, double *next, int32_t *cell,
+                      stp_square_map *map)
+{
+    stp_square_level samples[STP_LEVEL_COUNT] = {{0}};
+    double *sums = map->sums;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
-        stp_square_level *level = &map->level[l];
-        double **arrays[] = {&level->column, &level->row, &level->x, &level->y, &level->z};
+        double **arrays[] = {&samples[l].column, &samples[l].row, &samples[l].across[0],
+                             &samples[l].across[1], &samples[l].height};
         for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
             *arrays[k] = next;
             next += block->level_begin[l][block->patch_count];
         }
-        level->width = (int)(width * STP_SQUARE_SIDE >> l);
-        level->height = (int)(height * STP_SQUARE_SIDE >> l);
-        level->cells = cell;
-        const size_t count = (size_t)level->width * (size_t)level->height;
-        for (size_t k = 0; k < count; k++)
-            cell[k] = -1;
-        cell += count;
     }
-    return STP_OK;
+    for (uint32_t r = 0; r < map->grid_count; r++) {
+        if (is_empty(&extents[r]))
+            continue;
+        const int columns = (int)(width(&extents[r].columns) * STP_SQUARE_SIDE);
+        const int rows = (int)(width(&extents[r].rows) * STP_SQUARE_SIDE);
+        stp_square_grid *grid = &map->grids[r];
+        grid->raster = &block->rasters[map->first_raster + r];
+        grid->column = extents[r].columns.least * STP_SQUARE_SIDE;
+        grid->row = extents[r].rows.least * STP_SQUARE_SIDE;
+        grid->sums = sums;
+        sums += STP_SQUARE_SUMS * (size_t)columns * (size_t)rows;
+        for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+            stp_square_level *level = &grid->level[l];
+            *level = samples[l];
+            level->cell_columns = columns >> l;
+            level->cell_rows = rows >> l;
+            level->cells = cell;
+            const size_t count = (size_t)level->cell_columns * (size_t)level->cell_rows;
+            for (size_t k = 0; k < count; k++)
+                cell[k] = -1;
+            cell += count;
+        }
+    }
 }
 
-static void put_cell(stp_square_level *level, int l, uint32_t sample)
+/* squares: that the grids hold. */
+static stp_status allocate(const stp_chunk *block, const extent *extents, size_t squares,
+                           stp_square_map *map, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const size_t sums = STP_SQUARE_SUMS * squares * SQUARE_SAMPLES;
+    size_t doubles = sums, cells = 0;
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        doubles += 5 * (size_t)block->level_begin[l][block->patch_count];
+        cells += (squares * SQUARE_SAMPLES) >> 2 * l;
+    }
+    STP_TRY(stp_alloc(&map->grids, map->grid_count, sizeof *map->grids, "a map of squares", err));
+    STP_TRY(stp_alloc(&map->memory, doubles * sizeof(double) + cells * sizeof(int32_t), 1,
+                      "a map of squares", err));
+    map->sums = map->memory;
+    share_out(block, extents, map->sums + sums, (int32_t *)(void *)(map->sums + doubles), map);
+done:
+    return status;
+}
+
+static void put_cell(const stp_square_level *level, int l, uint32_t sample)
 {
     const int column = stp_square_cell(level->column[sample], l);
     const int row = stp_square_cell(level->row[sample], l);
-    level->cells[(size_t)row * (size_t)level->width + (size_t)column] = (int32_t)sample;
+    level->cells[(size_t)row * (size_t)level->cell_columns + (size_t)column] = (int32_t)sample;
 }
 
 /* The nearest whole number, ties to even. */
@@ -94,11 +154,14 @@ static double nearest(double x)
     return nearbyint(x);
 }
 
-static void place_finest(const stp_chunk *block, const stp_square *square, uint32_t p,
-                         stp_square_map *map)
+/* Of level grids, places are whole numbers: those that the samples have. */
+static void place_finest(const stp_chunk *block, uint32_t p, const stp_square_map *map)
 {
-    stp_square_level *level = &map->level[0];
-    const stp_raster *r = &block->raster;
+    const stp_square *square = &map->squares[p];
+    const stp_square_grid *grid = stp_square_grid_of(map, p);
+    const stp_square_level *level = &grid->level[0];
+    const double(*a)[4] = grid->raster->across;
+    const bool flat = stp_raster_is_level(grid->raster);
     const double inverse = ldexp(1.0, -block->patches[p].exponent);
     uint32_t i = block->level_begin[0][p];
     for (unsigned k = 0; k < SQUARE_SAMPLES; k++) {
@@ -106,10 +169,12 @@ static void place_finest(const stp_chunk *block, const stp_square *square, uint3
             continue;
         const uint32_t column = square->column * STP_SQUARE_SIDE + stp_square_column(k);
         const uint32_t row = square->row * STP_SQUARE_SIDE + stp_square_row(k);
-        level->column[i] = column - map->column;
-        level->row[i] = row - map->row;
-        level->x[i] = nearest((r->x + column * r->dx) * inverse);
-        level->y[i] = nearest((r->y + row * r->dy) * inverse);
+        level->column[i] = column - grid->column;
+        level->row[i] = row - grid->row;
+        for (int j = 0; j < 2; j++) {
+            const double at = (a[j][0] + column * a[j][1] + row * a[j][2]) * inverse;
+            level->across[j][i] = flat ? nearest(at) : at;
+        }
         put_cell(level, 0, i++);
     }
 }
@@ -123,10 +188,11 @@ static double mean(const double *values, uint32_t begin, uint32_t end)
 }
 
 /* Places the merged samples of a level of a patch. */
-static void place_merged(const stp_chunk *block, uint32_t p, int l, stp_square_map *map)
+static void place_merged(const stp_chunk *block, uint32_t p, int l, const stp_square_map *map)
 {
-    const stp_square_level *finer = &map->level[l - 1];
-    stp_square_level *level = &map->level[l];
+    const stp_square_grid *grid = stp_square_grid_of(map, p);
+    const stp_square_level *finer = &grid->level[l - 1], *level = &grid->level[l];
+    const bool flat = stp_raster_is_level(grid->raster);
     const unsigned count = block->patches[p].counts[l], under = block->patches[p].counts[l - 1];
     for (unsigned j = 0; j < count; j++) {
         const uint32_t i = block->level_begin[l][p] + j;
@@ -135,8 +201,10 @@ static void place_merged(const stp_chunk *block, uint32_t p, int l, stp_square_m
         const uint32_t end = first + stp_level_children_begin(j + 1, count, under);
         level->column[i] = mean(finer->column, begin, end);
         level->row[i] = mean(finer->row, begin, end);
-        level->x[i] = nearest(mean(finer->x, begin, end));
-        level->y[i] = nearest(mean(finer->y, begin, end));
+        for (int k = 0; k < 2; k++) {
+            const double at = mean(finer->across[k], begin, end);
+            level->across[k][i] = flat ? nearest(at) : at;
+        }
         put_cell(level, l, i);
     }
 }
@@ -145,37 +213,44 @@ stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squar
                                  stp_square_map *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_square_map map = {0};
-    range columns, rows;
-    const char *fault = find_extent(block, squares, &columns, &rows, &map);
-    if (fault)
-        return stp_error_set(err, STP_CORRUPT, "%s", fault);
-    map.column = columns.least * STP_SQUARE_SIDE;
-    map.row = rows.least * STP_SQUARE_SIDE;
-    STP_TRY(allocate(block, columns.greatest - columns.least + 1, rows.greatest - rows.least + 1,
-                     &map, err));
-    const stp_square_level *coarsest = &map.level[STP_LEVEL_COUNT - 1];
+    stp_square_map map = {.squares = squares};
+    extent *extents = NULL;
+    size_t count;
+    find_rasters(squares, block->patch_count, &map);
+    STP_TRY(stp_alloc(&extents, map.grid_count, sizeof *extents, "a map of squares", err));
+    const char *fault = find_lattice(block, &map);
+    if (!fault)
+        fault = find_extents(block, &map, extents, &count);
+    if (fault) {
+        status = stp_error_set(err, STP_CORRUPT, "%s", fault);
+        goto done;
+    }
+    STP_TRY(allocate(block, extents, count, &map, err));
     for (uint32_t p = 0; p < block->patch_count; p++) {
-        if (stp_square_at(coarsest, (int)(squares[p].column - columns.least),
-                          (int)(squares[p].row - rows.least)) >= 0) {
+        const stp_square_grid *grid = stp_square_grid_of(&map, p);
+        if (stp_square_at(&grid->level[STP_LEVEL_COUNT - 1],
+                          (int)(squares[p].column - grid->column / STP_SQUARE_SIDE),
+                          (int)(squares[p].row - grid->row / STP_SQUARE_SIDE)) >= 0) {
             status =
                 stp_error_set(err, STP_CORRUPT, "patch %" PRIu32 " has another one's square", p);
             goto done;
         }
-        place_finest(block, &squares[p], p, &map);
+        place_finest(block, p, &map);
         for (int l = 1; l < STP_LEVEL_COUNT; l++)
             place_merged(block, p, l, &map);
     }
     *out = map;
-    map.memory = NULL;
+    map = (stp_square_map){0};
 done:
-    free(map.memory);
+    free(extents);
+    stp_square_map_clear(&map);
     return status;
 }
 
 void stp_square_map_clear(stp_square_map *map)
 {
     free(map->memory);
+    free(map->grids);
     *map = (stp_square_map){0};
 }
 

@@ -1,7 +1,7 @@
-/* The samples of a block of squares as grids: one for each level.
+/* The samples of a block of squares as grids: for each raster one for each level.
  *
  * The place of a level-0 sample is its column and row; that of a merged sample is the mean of its
- * children's places. At level l, a cell of the map has a side of 2^l samples. From the places of
+ * children's places. At level l, a cell of a grid has a side of 2^l samples. From the places of
  * neighbours and their values follow slopes, and from these what to expect of children and normals.
  * formats/SPEC.md, "Squares", has the arithmetic: doubles, each step rounded by itself, the same on
  * every machine. Threads: any, one map each. */
@@ -14,26 +14,36 @@
 /* Numbers of a cell in sums. */
 #define STP_SQUARE_SUMS 5
 
-/* Indices of samples are those of the block's levels. */
+/* Indices of samples are those of the block's levels, the same in all grids. */
 typedef struct stp_square_level {
     double *column, *row; /* place of a sample */
-    double *x, *y; /* where it should be, in steps of its patch's lattice from the chunk's origin */
-    double *z;     /* its height, in steps of the finest lattice from the chunk's origin */
-    int32_t *cells; /* which sample is in a cell; -1: none */
-    int width, height;
+    double *across[2];    /* by column and row alone, where it should be along the axes across its
+                             height, in steps of its patch's lattice from the chunk's origin */
+    double *height;       /* in steps of the finest lattice from the chunk's origin */
+    int32_t *cells;       /* which sample is in a cell; -1: none */
+    int cell_columns, cell_rows;
 } stp_square_level;
+
+/* The samples of a raster. */
+typedef struct stp_square_grid {
+    const stp_raster *raster;
+    stp_square_level level[STP_LEVEL_COUNT];
+    double *sums;         /* room for STP_SQUARE_SUMS numbers of each cell of level 0 */
+    uint32_t column, row; /* first column and row of samples */
+} stp_square_grid;
 
 typedef struct stp_square_map {
     void *memory;
-    stp_square_level level[STP_LEVEL_COUNT];
-    double *sums;         /* room for STP_SQUARE_SUMS numbers of each cell of level 0 */
-    int exponent;         /* of the finest lattice */
-    uint32_t column, row; /* first column and row of samples */
+    const stp_square *squares; /* by patch; borrowed */
+    stp_square_grid *grids;
+    uint32_t first_raster, grid_count;
+    double *sums; /* of all grids, one behind the other */
+    int exponent; /* of the finest lattice */
 } stp_square_map;
 
-/* Makes the map of a block whose squares are known. Heights are not set. Errors: OUT_OF_MEMORY,
- * CORRUPT (two patches have one square, squares are too far apart, lattices too unlike). Free with
- * stp_square_map_clear. */
+/* Makes the map of a block whose squares are known; they and the rasters are borrowed. Heights are
+ * not set. Errors: OUT_OF_MEMORY, CORRUPT (two patches have one square, squares are too far apart,
+ * lattices too unlike). Free with stp_square_map_clear. */
 stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squares,
                                  stp_square_map *out, stp_error *err);
 void stp_square_map_clear(stp_square_map *map);
@@ -41,12 +51,18 @@ void stp_square_map_clear(stp_square_map *map);
 /* The factor from steps of a patch's lattice to steps of the finest lattice, 1 to 256. */
 double stp_square_map_steps(const stp_square_map *map, const stp_patch *patch);
 
+/* The grid of a patch. */
+STP_INLINE const stp_square_grid *stp_square_grid_of(const stp_square_map *map, uint32_t patch)
+{
+    return &map->grids[map->squares[patch].raster - map->first_raster];
+}
+
 /* The sample in a cell; -1: none, or outside. */
 STP_INLINE int32_t stp_square_at(const stp_square_level *level, int column, int row)
 {
-    return column < 0 || row < 0 || column >= level->width || row >= level->height
+    return column < 0 || row < 0 || column >= level->cell_columns || row >= level->cell_rows
                ? -1
-               : level->cells[(size_t)row * (size_t)level->width + (size_t)column];
+               : level->cells[(size_t)row * (size_t)level->cell_columns + (size_t)column];
 }
 
 /* The cell of a place along an axis. */

@@ -10,16 +10,16 @@
 enum { N, I, II, Z, IZ, SUMS };
 _Static_assert(SUMS == STP_SQUARE_SUMS, "the map has room for the sums");
 
-static double *sums_at(const stp_square_normals *n, int column, int row)
+static double *sums_at(const stp_square_grid *grid, int level, int column, int row)
 {
-    const stp_square_level *on = &n->map->level[n->level];
-    return n->map->sums + ((size_t)row * (size_t)on->width + (size_t)column) * SUMS;
+    const size_t columns = (size_t)grid->level[level].cell_columns;
+    return grid->sums + ((size_t)row * columns + (size_t)column) * SUMS;
 }
 
-static void sum_row(const stp_square_normals *n, int column, int row)
+static void sum_row(const stp_square_normals *n, const stp_square_grid *grid, int column, int row)
 {
-    const stp_square_level *on = &n->map->level[n->level];
-    double *out = sums_at(n, column, row);
+    const stp_square_level *on = &grid->level[n->level];
+    double *out = sums_at(grid, n->level, column, row);
     for (int s = 0; s < SUMS; s++)
         out[s] = 0.0;
     for (int i = -n->reach; i <= n->reach; i++) {
@@ -29,33 +29,32 @@ static void sum_row(const stp_square_normals *n, int column, int row)
         out[N] += 1.0;
         out[I] += i;
         out[II] += i * i;
-        out[Z] += on->z[sample];
-        out[IZ] += i * on->z[sample];
+        out[Z] += on->height[sample];
+        out[IZ] += i * on->height[sample];
     }
 }
 
-stp_square_normals stp_square_normals_begin(const stp_chunk *block, const stp_square_map *map,
-                                            int level, unsigned reach)
+stp_square_normals stp_square_normals_begin(const stp_square_map *map, int level, unsigned reach)
 {
-    const stp_square_level *on = &map->level[level];
-    const double step = ldexp(1.0, map->exponent - level);
-    const stp_square_normals out = {map, level, (int)reach, step / block->raster.dx,
-                                    step / block->raster.dy};
-    for (int row = 0; row < on->height && reach > 0; row++)
-        for (int column = 0; column < on->width; column++)
-            sum_row(&out, column, row);
+    const stp_square_normals out = {level, (int)reach, ldexp(1.0, map->exponent - level)};
+    for (uint32_t g = 0; g < map->grid_count && reach > 0; g++) {
+        const stp_square_level *on = &map->grids[g].level[level];
+        for (int row = 0; row < on->cell_rows; row++)
+            for (int column = 0; column < on->cell_columns; column++)
+                sum_row(&out, &map->grids[g], column, row);
+    }
     return out;
 }
 
 /* The slopes of the plane through a window, by column and by row. */
-static void fit(const stp_square_normals *n, int column, int row, double out[2])
+static void fit(const stp_square_normals *n, const stp_square_grid *grid, int column, int row,
+                double out[2])
 {
-    const stp_square_level *on = &n->map->level[n->level];
     double w[SUMS] = {0.0}, y = 0.0, xy = 0.0, yy = 0.0, yz = 0.0;
     for (int j = -n->reach; j <= n->reach; j++) {
-        if (row + j < 0 || row + j >= on->height)
+        if (row + j < 0 || row + j >= grid->level[n->level].cell_rows)
             continue;
-        const double *sums = sums_at(n, column, row + j);
+        const double *sums = sums_at(grid, n->level, column, row + j);
         for (int s = 0; s < SUMS; s++)
             w[s] += sums[s];
         y += j * sums[N];
@@ -79,17 +78,47 @@ static void fit(const stp_square_normals *n, int column, int row, double out[2])
     }
 }
 
-void stp_square_slopes_at(const stp_square_normals *normals, uint32_t sample, double out[2])
+void stp_square_slopes_at(const stp_square_normals *normals, const stp_square_grid *grid,
+                          uint32_t sample, double out[2])
 {
-    const stp_square_level *on = &normals->map->level[normals->level];
-    fit(normals, stp_square_cell(on->column[sample], normals->level),
+    const stp_square_level *on = &grid->level[normals->level];
+    fit(normals, grid, stp_square_cell(on->column[sample], normals->level),
         stp_square_cell(on->row[sample], normals->level), out);
 }
 
-void stp_square_normal_of(const stp_square_normals *normals, const double slopes[2], double out[2])
+/* The normal of a level grid, upwards. */
+static void find_level(const stp_raster *r, double length, const double slopes[2], double out[3])
 {
-    const double x = -slopes[0] * normals->by_column, y = -slopes[1] * normals->by_row;
-    const double all = fabs(x) + fabs(y) + 1.0;
-    out[0] = (x / all + 1.0) * (0.5 * STP_NORMAL_CODE_MAX);
-    out[1] = (y / all + 1.0) * (0.5 * STP_NORMAL_CODE_MAX);
+    out[0] = -slopes[0] * (length / r->across[0][1]);
+    out[1] = -slopes[1] * (length / r->across[1][2]);
+    out[2] = 1.0;
+}
+
+/* The product of the tangents by column and by row. */
+static void find_tilted(const stp_raster *r, double length, const double slopes[2], double out[3])
+{
+    double rise[2], along[2][2]; /* of a tangent: along the height's axis, and the other two */
+    for (int i = 0; i < 2; i++) {
+        rise[i] = slopes[i] * length;
+        for (int k = 0; k < 2; k++)
+            along[i][k] = r->across[k][1 + i] + r->across[k][3] * rise[i];
+    }
+    const unsigned axis = r->axis;
+    out[axis] = along[0][0] * along[1][1] - along[0][1] * along[1][0];
+    out[(axis + 1) % 3] = along[0][1] * rise[1] - rise[0] * along[1][1];
+    out[(axis + 2) % 3] = rise[0] * along[1][0] - along[0][0] * rise[1];
+}
+
+void stp_square_normal_of(const stp_square_normals *normals, const stp_raster *raster,
+                          const double slopes[2], double out[2])
+{
+    double n[3];
+    if (stp_raster_is_level(raster))
+        find_level(raster, normals->length, slopes, n);
+    else
+        find_tilted(raster, normals->length, slopes, n);
+    const double all = fabs(n[0]) + fabs(n[1]) + fabs(n[2]), x = n[0] / all, y = n[1] / all;
+    const bool below = n[2] < 0.0;
+    out[0] = ((below ? copysign(1.0 - fabs(y), x) : x) + 1.0) * (0.5 * STP_NORMAL_CODE_MAX);
+    out[1] = ((below ? copysign(1.0 - fabs(x), y) : y) + 1.0) * (0.5 * STP_NORMAL_CODE_MAX);
 }

@@ -7,17 +7,17 @@
 #include "formats/chunk/codec/square_map.h"
 
 typedef struct stp_square_normals {
-    const stp_square_map *map;
     int level, reach;
-    double by_column, by_row; /* from steps of the finest lattice in a cell to a slope */
+    double length; /* of a step of the finest lattice, by the side of a cell in columns or rows */
 } stp_square_normals;
 
 /* Sums up the rows of all windows, in map->sums. All heights of the level are set. */
-stp_square_normals stp_square_normals_begin(const stp_chunk *block, const stp_square_map *map,
-                                            int level, unsigned reach);
+stp_square_normals stp_square_normals_begin(const stp_square_map *map, int level, unsigned reach);
 /* The slopes of the plane through a sample's window, by column and by row, in steps a cell. */
-void stp_square_slopes_at(const stp_square_normals *normals, uint32_t sample, double out[2]);
+void stp_square_slopes_at(const stp_square_normals *normals, const stp_square_grid *grid,
+                          uint32_t sample, double out[2]);
 /* The normal that slopes tell, as octahedral code u, v, not rounded; 0 to 4095, or no number. */
-void stp_square_normal_of(const stp_square_normals *normals, const double slopes[2], double out[2]);
+void stp_square_normal_of(const stp_square_normals *normals, const stp_raster *raster,
+                          const double slopes[2], double out[2]);
 
 #endif

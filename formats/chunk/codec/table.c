@@ -18,8 +18,10 @@
 #define ODDS_BIT 59
 /* This bit: a scale follows the mask. */
 #define SCALE_BIT 58
-/* This bit: squares follow the table. */
+/* This bit: squares follow the table. Tables that squares may follow have no scale, and the other
+ * bit tells that the squares are on tilted planes. */
 #define SQUARES_BIT 57
+#define TILTED_BIT SCALE_BIT
 /* Draco, in the first files of version 2: tables with fewer rows join columns (formats/SPEC.md,
  * "Blocks"). */
 #define JOINED_ROWS 768u
@@ -56,6 +58,7 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
         return STP_OK;
     uint64_t mask = constant_mask(table);
     stp_put_u64(head + SIZE_BYTES, mask | (uint64_t)table->squares << SQUARES_BIT |
+                                       (uint64_t)table->tilted << TILTED_BIT |
                                        (uint64_t)(table->scale.step > 0.0) << SCALE_BIT |
                                        (uint64_t)table->by_odds << ODDS_BIT |
                                        (uint64_t)table->normal_shift << SHIFT_BIT);
@@ -146,14 +149,16 @@ done:
     return status;
 }
 
-/* Takes the shift of normals, the bit of odds and that of squares off the mask. */
+/* Takes the shift of normals and the bits of odds and squares off the mask. */
 static stp_status take_flags(uint64_t *mask, stp_table *table, stp_error *err)
 {
     table->normal_shift = table->may_shift ? (unsigned)(*mask >> SHIFT_BIT) : 0;
     table->by_odds = table->beside && (*mask >> ODDS_BIT & 1u);
+    *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT | (uint64_t)table->by_odds << ODDS_BIT);
     table->squares = table->may_squares && (*mask >> SQUARES_BIT & 1u);
-    *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT | (uint64_t)table->by_odds << ODDS_BIT |
-               (uint64_t)table->squares << SQUARES_BIT);
+    table->tilted = table->squares && (*mask >> TILTED_BIT & 1u);
+    if (table->squares)
+        *mask &= ~(UINT64_C(1) << SQUARES_BIT | UINT64_C(1) << TILTED_BIT);
     table->scale = (stp_scale){0};
     if (table->normal_shift > STP_NORMAL_SHIFT_MOST)
         return stp_error_set(err, STP_CORRUPT,

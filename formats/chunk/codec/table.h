@@ -2,7 +2,8 @@
  * rest is coded.
  *
  * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal, bit 57 if
- * squares follow the table (square.h), bit 58 if a scale of 14 bytes follows the mask, bit 59 if
+ * squares follow the table (square.h), bit 58 if a scale of 14 bytes follows the mask or, with bit
+ * 57, the squares are on tilted planes, bit 59 if
  * the columns are coded by odds, and in bits 60-63 the shift of the table's normals; one i16 for
  * each other set bit in order; then the other columns: by odds (cells.h), or each in order
  * (column.h). A table without rows is no bytes at all. Threads: any. */
@@ -40,7 +41,7 @@ typedef struct stp_table {
     stp_scale scale;
     bool may_scale;
     /* Squares follow the table (square.h). Decoding sets it if that may be. */
-    bool squares;
+    bool squares, tilted;
     bool may_squares;
     /* Decoding adds each column's bytes here; those of a stream go to its first column. NULL:
      * nobody asks. */

@@ -1,0 +1,107 @@
+/* Places and normals of a map's samples as a chunk codes them. */
+#include "preprocess/maps/map_raster.h"
+
+#include "formats/chunk/codec/square_normal.h"
+#include "formats/chunk/normal_grid.h"
+
+#include <math.h>
+
+/* Least determinant of a plane, for samples one apart. */
+#define DETERMINANT_LEAST 0.5
+
+static void to_numbers(stp_dvec3 v, double out[3])
+{
+    out[0] = v.x;
+    out[1] = v.y;
+    out[2] = v.z;
+}
+
+stp_raster stp_map_raster(const stp_map_frame *frame, stp_dvec3 origin)
+{
+    double axes[3][3], at[3];
+    stp_raster out = {0};
+    for (int k = 0; k < 3; k++)
+        to_numbers(frame->axes[k], axes[k]);
+    to_numbers(stp_dvec3_sub(frame->origin, origin), at);
+    for (unsigned i = 1; i < 3; i++)
+        if (fabs(axes[2][i]) > fabs(axes[2][out.axis]))
+            out.axis = i;
+    for (unsigned k = 0; k < 2; k++) {
+        const unsigned i = (out.axis + 1 + k) % 3, h = out.axis;
+        double *across = out.across[k];
+        across[3] = (double)(float)(axes[2][i] / axes[2][h]);
+        across[2] = (double)(float)(frame->spacing * (axes[1][i] - across[3] * axes[1][h]));
+        across[1] = (double)(float)(frame->spacing * (axes[0][i] - across[3] * axes[0][h]));
+        across[0] = at[i] - across[3] * at[h];
+    }
+    return out;
+}
+
+stp_dvec3 stp_map_snapped(const stp_map *map, const stp_raster *raster, uint32_t column,
+                          uint32_t row, double step)
+{
+    double at[3], origin[3];
+    const unsigned h = raster->axis;
+    to_numbers(stp_map_world(map, column, row), at);
+    to_numbers(map->frame.origin, origin);
+    at[h] = nearbyint(at[h] / step) * step;
+    for (unsigned k = 0; k < 2; k++) {
+        const double *across = raster->across[k];
+        const unsigned i = (h + 1 + k) % 3;
+        at[i] =
+            origin[i] + (column * across[1] + row * across[2] + (at[h] - origin[h]) * across[3]);
+    }
+    return (stp_dvec3){at[0], at[1], at[2]};
+}
+
+/* The slopes of the plane that fits best through a window; false if it is all on one line. */
+static bool fit(const double *heights, double out[2])
+{
+    double n = 0.0, x = 0.0, y = 0.0, z = 0.0, xx = 0.0, xy = 0.0, yy = 0.0, xz = 0.0, yz = 0.0;
+    const int reach = STP_MAP_NORMAL_REACH;
+    const double middle = heights[STP_MAP_WINDOW * STP_MAP_WINDOW / 2];
+    for (int j = -reach; j <= reach; j++)
+        for (int i = -reach; i <= reach; i++) {
+            const double h = *heights++ - middle;
+            if (isnan(h))
+                continue;
+            n += 1.0;
+            x += i;
+            y += j;
+            z += h;
+            xx += i * i;
+            xy += i * j;
+            yy += j * j;
+            xz += i * h;
+            yz += j * h;
+        }
+    xx -= x * x / n;
+    yy -= y * y / n;
+    xy -= x * y / n;
+    xz -= x * z / n;
+    yz -= y * z / n;
+    const double det = xx * yy - xy * xy;
+    if (!(det >= DETERMINANT_LEAST))
+        return false;
+    out[0] = (xz * yy - yz * xy) / det;
+    out[1] = (yz * xx - xz * xy) / det;
+    return true;
+}
+
+vec3s stp_map_normal(const stp_raster *raster,
+                     const double heights[STP_MAP_WINDOW * STP_MAP_WINDOW], vec3s surface,
+                     unsigned bits)
+{
+    const stp_square_normals world = {.reach = STP_MAP_NORMAL_REACH, .length = 1.0};
+    const unsigned shift = STP_NORMAL_BITS - bits;
+    double slopes[2], place[2];
+    int32_t uv[2];
+    uint8_t code[3];
+    if (!fit(heights, slopes))
+        return surface;
+    stp_square_normal_of(&world, raster, slopes, place);
+    for (int i = 0; i < 2; i++)
+        uv[i] = stp_normal_grid_code((int32_t)floor(place[i] / (1u << shift) + 0.5), shift);
+    stp_normal_codes_put(uv, code);
+    return stp_normal_decode(code);
+}
