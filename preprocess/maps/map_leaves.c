@@ -15,9 +15,9 @@
 #define STRETCH_MOST 4.0
 /* Discs have sizes of so many steps an octave, lest each has a size of its own. */
 #define STRETCH_STEPS 4.0
-/* Radius of a disc at a border, in spacings of the grid: a bit more than half a square's diagonal.
- */
-#define BORDER_RADIUS 0.75
+/* Radius of a disc at a border, in spacings of the grid: a fourth more than half a square's
+ * diagonal, so that no gap is left between maps. */
+#define BORDER_RADIUS 0.9
 /* Least spacing of a disc, in spacings of the grid: discs of the default size then meet. */
 #define LEAST_SPACING 0.85
 

@@ -2,8 +2,8 @@
  * other in one leaf. A square is one patch; its samples stand in Morton order.
  *
  * A sample's disc is as wide as the surface over its square of the grid. At the border of a map a
- * disc just meets its neighbours, since another map may go on there. Threads: one maker; leaves may
- * be built on any. */
+ * disc hardly reaches past its neighbours, since another map may go on there. Threads: one maker;
+ * leaves may be built on any. */
 #ifndef STP_PREPROCESS_MAPS_MAP_LEAVES_H
 #define STP_PREPROCESS_MAPS_MAP_LEAVES_H
 

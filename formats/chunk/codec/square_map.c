@@ -7,9 +7,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* A map has at most this many cells of a square for each patch, and so many more. */
-#define CELLS_PER_PATCH 4u
-#define CELLS_FREE 64u
+/* A map's grids hold at most this many squares for each patch and for each sample, and so many
+ * more: memory is bounded by what the block has. */
+#define SQUARES_PER_PATCH 4u
+#define SQUARES_PER_SAMPLE 1u
+#define SQUARES_FREE 64u
 /* Lattices of patches differ by at most so many octaves, so sums of heights are exact. */
 #define OCTAVES_MOST 8
 #define SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
@@ -66,7 +68,7 @@ static const char *find_lattice(const stp_chunk *block, stp_square_map *map)
 static const char *find_extents(const stp_chunk *block, const stp_square_map *map, extent *extents,
                                 size_t *squares)
 {
-    uint64_t cells = 0;
+    uint64_t count = 0;
     for (uint32_t r = 0; r < map->grid_count; r++)
         extents[r] = (extent){{UINT32_MAX, 0}, {UINT32_MAX, 0}};
     for (uint32_t p = 0; p < block->patch_count; p++) {
@@ -74,12 +76,15 @@ static const char *find_extents(const stp_chunk *block, const stp_square_map *ma
         widen(&e->columns, map->squares[p].column);
         widen(&e->rows, map->squares[p].row);
     }
-    const uint64_t most = (uint64_t)block->patch_count * CELLS_PER_PATCH + CELLS_FREE;
-    for (uint32_t r = 0; r < map->grid_count && cells <= most; r++)
+    const uint64_t of_patches = (uint64_t)block->patch_count * SQUARES_PER_PATCH;
+    const uint64_t of_samples =
+        (uint64_t)block->level_begin[0][block->patch_count] * SQUARES_PER_SAMPLE;
+    const uint64_t most = (of_patches < of_samples ? of_patches : of_samples) + SQUARES_FREE;
+    for (uint32_t r = 0; r < map->grid_count && count <= most; r++)
         if (!is_empty(&extents[r]))
-            cells += width(&extents[r].columns) * width(&extents[r].rows);
-    *squares = (size_t)cells;
-    return cells > most ? "its squares are too far apart" : NULL;
+            count += width(&extents[r].columns) * width(&extents[r].rows);
+    *squares = (size_t)count;
+    return count > most ? "its squares are too far apart" : NULL;
 }
 
 /* Parts the memory of samples among the levels of all grids, and that of cells among the grids. */
