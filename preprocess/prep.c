@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/closed/enclosure.h"
+#include "preprocess/orient/pixel_sheets.h"
 #include "preprocess/prep_job.h"
 #include "preprocess/prep_metadata.h"
 #include "preprocess/surface/normal_error.h"
@@ -213,6 +214,8 @@ static stp_status find_surface(stp_prep_job *job, stp_error *err)
                                  &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)
         stats->station_count = 0; /* no normal was turned */
+    if (stats->normals_seen > 0)
+        STP_TRY(stp_pixel_sheets_join(cloud, job->source, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_ORIENTATION, err));
 done:
     stp_surface_clear(&graphs, cloud);

@@ -1,5 +1,6 @@
 /* Tests the normals of depth images against the surfaces that the images show. */
 #include "base/sort.h"
+#include "preprocess/orient/pixel_sheets.h"
 #include "preprocess/surface/image_normals.h"
 #include "tests/fixtures/first_view_fixture.h"
 
@@ -150,6 +151,66 @@ static void noise_along_rays(void **state)
         expect_normals(&cases[i]);
 }
 
+/* Which of the scene's surfaces a point lies on: 0 wall, 1 ball, 2 box. */
+static unsigned surface_of(const stp_cloud_point *p)
+{
+    const double depth = scene_depth(
+        &(image_case){.name = "scene"}, (p->source % 160 - depth_small.cx) / depth_small.focal,
+        ((double)(p->source / 160) - depth_small.cy) / depth_small.focal);
+    return depth == 2.6 ? 2 : depth < 2.6 ? 1 : 0;
+}
+
+/* Gives each point of an image a sheet of its own, as if each step of the camera were one, and
+ * joins the sheets by the image. */
+static stp_cloud join_pixels(const image_case *c)
+{
+    stp_cloud cloud = make_image(c, &depth_small);
+    const stp_prep_file file = {.point_count = 160 * 120, .station_count = 1, .grid = small_grid};
+    const stp_dvec3 station = PLACE;
+    const stp_prep_source source = {.files = &file, .file_count = 1, .stations = &station};
+    find(&cloud, &small_grid, 2);
+    cloud.sheets = malloc(cloud.count * sizeof *cloud.sheets);
+    cloud.marks = calloc(cloud.count, sizeof *cloud.marks);
+    assert_true(cloud.sheets && cloud.marks);
+    for (uint32_t i = 0; i < cloud.count; i++)
+        cloud.sheets[i] = i;
+    assert_int_equal(stp_pixel_sheets_join(&cloud, &source, NULL), STP_OK);
+    return cloud;
+}
+
+/* Layers of one surface become one sheet; surfaces before each other stay apart. */
+static void layers_join(void **state)
+{
+    (void)state;
+    static const image_case cases[] = {{"steps", {.step = 0.006}, false, 0.0, 0.0},
+                                       {"noise", {.deviation = 0.003}, false, 0.0, 0.0}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        stp_cloud cloud = join_pixels(&cases[k]);
+        uint32_t(*of)[3] = calloc(cloud.count, sizeof *of), all[3] = {0}, most[3] = {0};
+        assert_non_null(of);
+        for (uint32_t i = 0; i < cloud.count; i++) {
+            const unsigned s = surface_of(&cloud.points[i]);
+            all[s]++;
+            of[cloud.sheets[i]][s]++;
+        }
+        for (uint32_t i = 0; i < cloud.count; i++) {
+            const uint32_t sum = of[i][0] + of[i][1] + of[i][2];
+            for (unsigned s = 0; s < 3; s++) {
+                most[s] = of[i][s] > most[s] ? of[i][s] : most[s];
+                /* Pixels at an edge may go with either. */
+                assert_true(of[i][s] == 0 || of[i][s] == sum || of[i][s] * 50 < sum ||
+                            (sum - of[i][s]) * 50 < sum);
+            }
+        }
+        print_message("%s: largest sheets %u of %u, %u of %u, %u of %u\n", cases[k].name, most[0],
+                      all[0], most[1], all[1], most[2], all[2]);
+        for (unsigned s = 0; s < 3; s++)
+            assert_true(most[s] * 10 > all[s] * 8);
+        free(of);
+        stp_cloud_clear(&cloud);
+    }
+}
+
 /* Normals of exact points, and given normals, must stay as they are. */
 static void leaves_alone(void **state)
 {
@@ -215,9 +276,8 @@ static void no_image(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(noise_along_rays),
-        cmocka_unit_test(leaves_alone),
-        cmocka_unit_test(the_same_again),
+        cmocka_unit_test(noise_along_rays), cmocka_unit_test(layers_join),
+        cmocka_unit_test(leaves_alone),     cmocka_unit_test(the_same_again),
         cmocka_unit_test(no_image),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
