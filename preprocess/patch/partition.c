@@ -13,7 +13,7 @@
 /* Places whose normals differ by more than this on an axis do not share a patch. */
 #define NORMAL_EXTENT 1.1f
 /* A set of more than two sheets with fewer points per sheet, on average, is a thicket. */
-#define THICKET_POINTS 4u
+#define THICKET_POINTS 8u
 /* How much a unit of normal counts, in box diagonals, when groups inside a patch are made. */
 #define NORMAL_WEIGHT 0.5f
 
