@@ -31,6 +31,14 @@ static const square_buffer square = {
     "{\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu}", offsetof(square_buffer, member),       \
         sizeof square.member
 
+/* Four corners, with those at the places of `count` indices replaced by corners. Offsets in bytes,
+ * of indices and corners. */
+#define SPARSE(view, count, index, corner)                                                         \
+    ",{" view "\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":" count  \
+    ",\"indices\":{\"bufferView\":2,\"byteOffset\":" index ",\"componentType\":5123},\"values\":{" \
+    "\"bufferView\":0,\"byteOffset\":" corner "}}}"
+#define OF_CORNERS "\"bufferView\":0,"
+
 /* Writes a file of the square. nodes, primitive: JSON. */
 static void write_square(const char *path, const char *nodes, const char *primitive,
                          const char *more)
@@ -53,7 +61,11 @@ static void write_square(const char *path, const char *nodes, const char *primit
              "{\"bufferView\":2,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"},"
              "{\"bufferView\":3,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
              "{\"bufferView\":4,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"},"
-             "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"SCALAR\"}]%s}",
+             "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"SCALAR\"}" SPARSE(
+                 OF_CORNERS, "2", "2", "24") SPARSE("", "2", "2", "24") /* 6, 7: 1 and 2 */
+             SPARSE(OF_CORNERS, "2", "4", "24")
+                 SPARSE(OF_CORNERS, "2", "2", "36") /* 8: 2, then 0 */
+             SPARSE(OF_CORNERS, "9", "2", "0") "]%s}",
              nodes, primitive, views[0], views[1], views[2], views[3], views[4], more);
     scan_fixture_text(path, json);
     scan_fixture_bytes("the square.bin", &square, sizeof square);
@@ -218,13 +230,33 @@ static void images_give_colours(void **state)
     free(points);
 }
 
+/* Vertices 1 and 2 of a sparse accessor are corners 2 and 3; the others are its own, or zero. */
+static void sparse_accessors(void **state)
+{
+    (void)state;
+    static const double wanted[2][4][2] = {{{0, 0}, {1, 1}, {0, 1}, {0, 1}},
+                                           {{0, 0}, {1, 1}, {0, 1}, {0, 0}}};
+    for (int i = 0; i < 2; i++) {
+        write_square("sparse.gltf", NODE,
+                     i == 0 ? "\"attributes\":{\"POSITION\":6},\"mode\":0"
+                            : "\"attributes\":{\"POSITION\":7},\"mode\":0",
+                     "");
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read("sparse.gltf", NULL, &info);
+        assert_int_equal(info.point_count, 4);
+        for (int v = 0; v < 4; v++)
+            scan_fixture_position(&points[v], wanted[i][v][0], wanted[i][v][1], 0.0);
+        free(points);
+    }
+}
+
 static void wrong_files_are_refused(void **state)
 {
     (void)state;
     static const struct {
         const char *nodes, *primitive, *more, *message;
     } files[] = {
-        {NODE, "\"attributes\":{\"POSITION\":9}", "", "there is no accessor 9"},
+        {NODE, "\"attributes\":{\"POSITION\":19}", "", "there is no accessor 19"},
         {NODE, CORNERS ",\"indices\":0", "", "another kind"},
         {NODE, "\"attributes\":{\"POSITION\":4}", "", "another kind"},
         {NODE, CORNERS ",\"mode\":7", "", "unknown mode"},
@@ -235,6 +267,9 @@ static void wrong_files_are_refused(void **state)
         {"{\"mesh\":0,\"children\":[1,1]},{}", CORNERS, "", "no tree"},
         {"{\"matrix\":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1,0]}", CORNERS, "", "16 numbers"},
         {NODE, CORNERS ",\"indices\":5", "", "no indices"},
+        {NODE, "\"attributes\":{\"POSITION\":8}", "", "do not ascend"},
+        {NODE, "\"attributes\":{\"POSITION\":9}", "", "values of a sparse accessor reach beyond"},
+        {NODE, "\"attributes\":{\"POSITION\":10}", "", "indices of a sparse accessor reach beyond"},
         {NODE, CORNERS, ",\"extensionsRequired\":[\"EXT_meshopt_compression\"]", "EXT_meshopt"},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
@@ -388,7 +423,7 @@ int main(void)
         cmocka_unit_test(nodes_place),         cmocka_unit_test(vertices_have_colours),
         cmocka_unit_test(images_give_colours), cmocka_unit_test(wrong_files_are_refused),
         cmocka_unit_test(meshes_by_draco),     cmocka_unit_test(wrong_draco_streams),
-        cmocka_unit_test(numbers_once_more),
+        cmocka_unit_test(numbers_once_more),   cmocka_unit_test(sparse_accessors),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -256,6 +256,61 @@ static unsigned components_of(const cJSON *accessor)
                : 0u;
 }
 
+/* A sparse accessor without numbers of its own has at most so many items, all zero but for few. */
+#define ZEROS_MOST 65536u
+
+/* Finds `count` items of `item` bytes each, one behind the other. `what` names them. */
+static stp_status find_packed(const stp_gltf_file *f, const cJSON *object, uint64_t count,
+                              size_t item, const char *what, const uint8_t **out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t offset;
+    uint32_t view;
+    size_t size, stride;
+    STP_TRY(stp_gltf_index(f, object, "bufferView", &view, err));
+    STP_TRY(stp_gltf_whole(f, object, "byteOffset", 0, &offset, err));
+    STP_TRY(stp_gltf_view(f, view, out, &size, &stride, err));
+    if (item == 0 || offset > size || count > (size - offset) / item)
+        return stp_gltf_corrupt(f, err, "%s of a sparse accessor reach beyond their buffer view",
+                                what);
+    *out += offset;
+done:
+    return status;
+}
+
+static uint32_t place_at(const stp_gltf_sparse *s, size_t i)
+{
+    const uint8_t *at = s->places + i * s->place_bytes;
+    return s->place_bytes == 4   ? word_at(at)
+           : s->place_bytes == 2 ? (uint32_t)(at[0] | at[1] << 8)
+                                 : at[0];
+}
+
+static stp_status read_sparse(const stp_gltf_file *f, const cJSON *accessor,
+                              stp_gltf_numbers *numbers, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const cJSON *sparse = cJSON_GetObjectItemCaseSensitive(accessor, "sparse");
+    const cJSON *places = cJSON_GetObjectItemCaseSensitive(sparse, "indices");
+    const cJSON *items = cJSON_GetObjectItemCaseSensitive(sparse, "values");
+    stp_gltf_sparse *s = &numbers->sparse;
+    uint64_t count, type;
+    STP_TRY(stp_gltf_whole(f, sparse, "count", 0, &count, err));
+    STP_TRY(stp_gltf_whole(f, places, "componentType", 0, &type, err));
+    s->place_bytes =
+        type == 5121 || type == 5123 || type == 5125 ? stp_gltf_type_bytes((unsigned)type) : 0;
+    STP_TRY(find_packed(f, places, count, s->place_bytes, "indices", &s->places, err));
+    STP_TRY(find_packed(f, items, count,
+                        (size_t)stp_gltf_type_bytes(numbers->type) * numbers->components, "values",
+                        &s->items, err));
+    for (size_t i = 0; i < count; i++)
+        if (place_at(s, i) >= numbers->count || (i > 0 && place_at(s, i) <= place_at(s, i - 1)))
+            return stp_gltf_corrupt(f, err, "the indices of a sparse accessor do not ascend");
+    s->count = (size_t)count;
+done:
+    return status;
+}
+
 stp_status stp_gltf_numbers_of(const stp_gltf_file *f, uint32_t index, unsigned components,
                                stp_gltf_numbers *out, stp_error *err)
 {
@@ -266,10 +321,6 @@ stp_status stp_gltf_numbers_of(const stp_gltf_file *f, uint32_t index, unsigned 
     size_t size = 0;
     if (accessor == NULL)
         return stp_gltf_corrupt(f, err, "there is no accessor %u", index);
-    if (stp_json_has(accessor, "sparse"))
-        return stp_error_set(err, STP_UNSUPPORTED,
-                             "%s: sparse accessors are not read: export it without (Blender does)",
-                             f->path);
     STP_TRY(stp_gltf_whole(f, accessor, "count", 0, &count, err));
     STP_TRY(stp_gltf_whole(f, accessor, "byteOffset", 0, &offset, err));
     STP_TRY(stp_gltf_whole(f, accessor, "componentType", 0, &type, err));
@@ -285,9 +336,13 @@ stp_status stp_gltf_numbers_of(const stp_gltf_file *f, uint32_t index, unsigned 
         return stp_error_set(err, STP_LIMIT,
                              "%s: accessor %u has more than %u items: part the mesh", f->path,
                              index, UINT32_MAX);
+    const bool sparse = stp_json_has(accessor, "sparse");
+    if (sparse)
+        STP_TRY(read_sparse(f, accessor, out, err));
     if (view == STP_GLTF_NONE)
-        return count > 1 ? stp_gltf_corrupt(f, err, "accessor %u has no buffer view", index)
-                         : STP_OK;
+        return count > (sparse ? ZEROS_MOST : 1)
+                   ? stp_gltf_corrupt(f, err, "accessor %u has no buffer view", index)
+                   : STP_OK;
     STP_TRY(stp_gltf_view(f, view, &out->data, &size, &out->stride, err));
     out->stride = out->stride != 0 ? out->stride : item;
     if (offset > size ||
@@ -298,12 +353,29 @@ done:
     return status;
 }
 
+/* The bytes of an item; NULL: its numbers are zero. */
+static const uint8_t *item_at(const stp_gltf_numbers *n, size_t item)
+{
+    const stp_gltf_sparse *s = &n->sparse;
+    size_t low = 0, high = s->count;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (place_at(s, middle) < item)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    if (low < s->count && place_at(s, low) == item)
+        return s->items + low * stp_gltf_type_bytes(n->type) * n->components;
+    return n->data ? n->data + item * n->stride : NULL;
+}
+
 double stp_gltf_number(const stp_gltf_numbers *n, size_t item, unsigned component)
 {
-    if (n->data == NULL)
+    const uint8_t *at = item_at(n, item);
+    if (at == NULL)
         return 0.0;
-    const uint8_t *at =
-        n->data + item * n->stride + (size_t)stp_gltf_type_bytes(n->type) * component;
+    at += (size_t)stp_gltf_type_bytes(n->type) * component;
     const unsigned half = at[0] | (stp_gltf_type_bytes(n->type) > 1 ? (unsigned)at[1] << 8 : 0u);
     const uint32_t word = stp_gltf_type_bytes(n->type) > 2 ? word_at(at) : half;
     float real;

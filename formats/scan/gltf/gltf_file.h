@@ -43,9 +43,17 @@ typedef struct stp_gltf_file {
     uint32_t buffer_count;
 } stp_gltf_file;
 
+/* The items of a sparse accessor that others take the place of, in ascending order. */
+typedef struct stp_gltf_sparse {
+    const uint8_t *places, *items;
+    size_t count;
+    unsigned place_bytes;
+} stp_gltf_sparse;
+
 /* Numbers of an accessor, checked to lie in their buffer. */
 typedef struct stp_gltf_numbers {
     const uint8_t *data; /* NULL: all are zero */
+    stp_gltf_sparse sparse;
     size_t count, stride;
     unsigned components, type; /* type: as glTF has it, 5120 (a byte) to 5126 (a float) */
     bool normalized;
