@@ -7,6 +7,7 @@
 #include "tests/fixtures/scan_fixture.h"
 
 #include <math.h>
+#include <meshoptimizer.h>
 
 /* The buffer of the square: corners as floats, then as bytes, indices of two triangles, colours of
  * corners in linear light, places in an image. */
@@ -230,6 +231,117 @@ static void images_give_colours(void **state)
     free(points);
 }
 
+/* Streams of meshoptimizer: corners, normals by its octahedral filter, and triangles. */
+typedef struct meshopt_streams {
+    uint8_t bytes[3][256];
+    size_t size[3];
+} meshopt_streams;
+
+static meshopt_streams pack_square(void)
+{
+    static const float up[4][4] = {{0, 0, 1, 0}, {0, 0, 1, 0}, {0, 0, 1, 0}, {0, 0, 1, 0}};
+    meshopt_streams s = {0};
+    uint32_t indices[6];
+    int8_t normals[4][4];
+    for (int i = 0; i < 6; i++)
+        indices[i] = square.indices[i];
+    meshopt_encodeFilterOct(normals, 4, 4, 8, up[0]);
+    s.size[0] = meshopt_encodeVertexBuffer(s.bytes[0], 256, square.corners, 4, 12);
+    s.size[1] = meshopt_encodeVertexBuffer(s.bytes[1], 256, normals, 4, 4);
+    s.size[2] = meshopt_encodeIndexBuffer(s.bytes[2], 256, indices, 6);
+    assert_true(s.size[0] > 0 && s.size[1] > 0 && s.size[2] > 0);
+    return s;
+}
+
+/* A view that has no bytes of its own. more: of its extension. */
+static void put_view(char *json, size_t room, const meshopt_streams *s, int i, const char *more)
+{
+    const size_t at = strlen(json), begin = (size_t)i * sizeof s->bytes[0];
+    snprintf(json + at, room - at,
+             "%s{\"buffer\":1,\"byteLength\":48,\"extensions\":{\"EXT_meshopt_compression\":{"
+             "\"buffer\":0,\"byteOffset\":%zu,\"byteLength\":%zu,%s}}}",
+             i > 0 ? "," : "", begin, s->size[i], more);
+}
+
+/* corners: what the extension of the first view says beside where its bytes are. */
+static void write_meshopt(const char *path, const meshopt_streams *s, const char *corners)
+{
+    char json[4096] =
+        "{\"asset\":{\"version\":\"2.0\"},\"extensionsRequired\":[\"EXT_meshopt_compression\"],"
+        "\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{"
+        "\"attributes\":{\"POSITION\":0,\"NORMAL\":1},\"indices\":2}]}],"
+        "\"buffers\":[{\"uri\":\"packed.bin\"},{\"byteLength\":48}],\"bufferViews\":[";
+    put_view(json, sizeof json, s, 0, corners);
+    put_view(json, sizeof json, s, 1,
+             "\"byteStride\":4,\"count\":4,\"mode\":\"ATTRIBUTES\",\"filter\":\"OCTAHEDRAL\"");
+    put_view(json, sizeof json, s, 2, "\"byteStride\":2,\"count\":6,\"mode\":\"TRIANGLES\"");
+    const size_t at = strlen(json);
+    snprintf(json + at, sizeof json - at,
+             "],\"accessors\":["
+             "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+             "{\"bufferView\":1,\"componentType\":5120,\"normalized\":true,\"count\":4,\"type\":"
+             "\"VEC3\"},"
+             "{\"bufferView\":2,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}]}");
+    scan_fixture_text(path, json);
+    scan_fixture_bytes("packed.bin", s->bytes, sizeof s->bytes);
+}
+
+#define MESHOPT_CORNERS "\"byteStride\":12,\"count\":4,\"mode\":\"ATTRIBUTES\""
+
+static void meshes_by_meshopt(void **state)
+{
+    (void)state;
+    const meshopt_streams s = pack_square();
+    write_meshopt("meshopt.gltf", &s, MESHOPT_CORNERS);
+    stp_mesh *mesh = scan_fixture_mesh("meshopt.gltf");
+    assert_int_equal(mesh->triangle_count, 2);
+    assert_int_equal(mesh->vertex_count, 4);
+    for (size_t t = 0; t < 2; t++)
+        assert_float_equal(fabs(turn(mesh, t).z), 1.0, 1e-6);
+    stp_mesh_destroy(&mesh);
+    stp_scan_info info;
+    stp_point *points = scan_fixture_read("meshopt.gltf", NULL, &info);
+    assert_int_equal(info.point_count, 4);
+    scan_fixture_normal(&points[2], 0.0, 0.0, 1.0);
+    free(points);
+}
+
+/* Streams that are cut or flipped are refused or decoded; sizes that no stream has are refused. */
+static void wrong_meshopt_streams(void **state)
+{
+    (void)state;
+    static const char *const wrong[] = {
+        "\"byteStride\":12,\"count\":4,\"mode\":\"SOUND\"",
+        "\"byteStride\":10,\"count\":4,\"mode\":\"ATTRIBUTES\"",
+        "\"byteStride\":0,\"count\":4,\"mode\":\"ATTRIBUTES\"",
+        "\"byteStride\":260,\"count\":4,\"mode\":\"ATTRIBUTES\"",
+        "\"byteStride\":12,\"count\":4000000000,\"mode\":\"ATTRIBUTES\"",
+        "\"byteStride\":12,\"count\":5,\"mode\":\"ATTRIBUTES\",\"filter\":\"QUATERNION\"",
+        "\"byteStride\":4,\"count\":4,\"mode\":\"TRIANGLES\"",
+        "\"byteStride\":4,\"count\":6,\"mode\":\"TRIANGLES\"",
+        "\"byteStride\":4,\"count\":6,\"mode\":\"INDICES\"",
+    };
+    meshopt_streams s = pack_square();
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        write_meshopt("wrong.gltf", &s, wrong[i]);
+        scan_fixture_fails("wrong.gltf", NULL, STP_CORRUPT, "meshopt");
+    }
+    for (int i = 0; i < 3; i++)
+        for (size_t cut = 0; cut < s.size[i]; cut++) {
+            meshopt_streams changed = s;
+            changed.size[i] = cut;
+            write_meshopt("wrong.gltf", &changed, MESHOPT_CORNERS);
+            scan_fixture_fails("wrong.gltf", NULL, STP_CORRUPT, "meshopt");
+            changed = s;
+            changed.bytes[i][cut] ^= (uint8_t)(1u << cut % 8);
+            write_meshopt("wrong.gltf", &changed, MESHOPT_CORNERS);
+            stp_scan *scan = NULL;
+            const stp_status status = stp_scan_open(&scan, "wrong.gltf", NULL, NULL);
+            assert_true(status == STP_OK || status == STP_CORRUPT);
+            stp_scan_close(&scan);
+        }
+}
+
 /* Vertices 1 and 2 of a sparse accessor are corners 2 and 3; the others are its own, or zero. */
 static void sparse_accessors(void **state)
 {
@@ -270,7 +382,7 @@ static void wrong_files_are_refused(void **state)
         {NODE, "\"attributes\":{\"POSITION\":8}", "", "do not ascend"},
         {NODE, "\"attributes\":{\"POSITION\":9}", "", "values of a sparse accessor reach beyond"},
         {NODE, "\"attributes\":{\"POSITION\":10}", "", "indices of a sparse accessor reach beyond"},
-        {NODE, CORNERS, ",\"extensionsRequired\":[\"EXT_meshopt_compression\"]", "EXT_meshopt"},
+        {NODE, CORNERS, ",\"extensionsRequired\":[\"EXT_other_compression\"]", "EXT_other"},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         write_square("wrong.gltf", files[i].nodes, files[i].primitive, files[i].more);
@@ -424,6 +536,7 @@ int main(void)
         cmocka_unit_test(images_give_colours), cmocka_unit_test(wrong_files_are_refused),
         cmocka_unit_test(meshes_by_draco),     cmocka_unit_test(wrong_draco_streams),
         cmocka_unit_test(numbers_once_more),   cmocka_unit_test(sparse_accessors),
+        cmocka_unit_test(meshes_by_meshopt),   cmocka_unit_test(wrong_meshopt_streams),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -1,6 +1,8 @@
 /* Takes a glTF file apart. */
 #include "formats/scan/gltf/gltf_file.h"
 
+#include "formats/scan/gltf/gltf_meshopt.h"
+
 #include "base/file.h"
 #include "base/json.h"
 #include "base/memory.h"
@@ -215,6 +217,28 @@ done:
     return status;
 }
 
+typedef struct stp_gltf_unpacked {
+    stp_gltf_bytes bytes;
+    size_t stride;
+} stp_gltf_unpacked;
+
+static stp_status unpack_views(stp_gltf_file *f, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t count = f->counts[STP_GLTF_VIEWS];
+    STP_TRY(stp_alloc(&f->views, count, sizeof *f->views, "buffer views", err));
+    for (uint32_t i = 0; i < count; i++) {
+        const cJSON *extensions =
+            cJSON_GetObjectItemCaseSensitive(f->lists[STP_GLTF_VIEWS][i], "extensions");
+        const cJSON *packed = cJSON_GetObjectItemCaseSensitive(extensions, STP_GLTF_MESHOPT);
+        if (packed != NULL)
+            STP_TRY(
+                stp_gltf_meshopt_decode(f, packed, &f->views[i].bytes, &f->views[i].stride, err));
+    }
+done:
+    return status;
+}
+
 stp_status stp_gltf_view(const stp_gltf_file *f, uint32_t index, const uint8_t **data, size_t *size,
                          size_t *stride, stp_error *err)
 {
@@ -224,6 +248,12 @@ stp_status stp_gltf_view(const stp_gltf_file *f, uint32_t index, const uint8_t *
     uint32_t buffer;
     if (view == NULL)
         return stp_gltf_corrupt(f, err, "there is no buffer view %u", index);
+    if (f->views && f->views[index].bytes.data) {
+        *data = f->views[index].bytes.data;
+        *size = f->views[index].bytes.size;
+        *stride = f->views[index].stride;
+        return STP_OK;
+    }
     STP_TRY(stp_gltf_index(f, view, "buffer", &buffer, err));
     STP_TRY(stp_gltf_whole(f, view, "byteOffset", 0, &offset, err));
     STP_TRY(stp_gltf_whole(f, view, "byteLength", 0, &bytes, err));
@@ -266,7 +296,7 @@ static stp_status find_packed(const stp_gltf_file *f, const cJSON *object, uint6
     stp_status status = STP_OK;
     uint64_t offset;
     uint32_t view;
-    size_t size, stride;
+    size_t size = 0, stride = 0;
     STP_TRY(stp_gltf_index(f, object, "bufferView", &view, err));
     STP_TRY(stp_gltf_whole(f, object, "byteOffset", 0, &offset, err));
     STP_TRY(stp_gltf_view(f, view, out, &size, &stride, err));
@@ -413,7 +443,8 @@ bool stp_gltf_requires(const stp_gltf_file *f, const char *extension)
 static stp_status check_extensions(const stp_gltf_file *f, stp_error *err)
 {
     static const char *const known[] = {"KHR_mesh_quantization", "KHR_materials", "KHR_texture",
-                                        "EXT_texture",           "KHR_lights",    "KHR_draco"};
+                                        "EXT_texture",           "KHR_lights",    "KHR_draco",
+                                        STP_GLTF_MESHOPT};
     const cJSON *item;
     cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(f->json, "extensionsRequired"))
     {
@@ -460,6 +491,7 @@ stp_status stp_gltf_file_open(stp_gltf_file *out, const char *path, stp_error *e
     STP_TRY(check_extensions(&f, err));
     STP_TRY(list_items(&f, err));
     STP_TRY(load_buffers(&f, err));
+    STP_TRY(unpack_views(&f, err));
     *out = f;
     f = (stp_gltf_file){0};
 done:
@@ -471,8 +503,11 @@ void stp_gltf_file_close(stp_gltf_file *f)
 {
     for (uint32_t i = 0; i < f->buffer_count; i++)
         free(f->buffers[i].owned);
+    for (uint32_t i = 0; f->views && i < f->counts[STP_GLTF_VIEWS]; i++)
+        free(f->views[i].bytes.owned);
     for (int i = 0; i < STP_GLTF_LIST_COUNT; i++)
         free(f->lists[i]);
+    free(f->views);
     free(f->buffers);
     cJSON_Delete(f->json);
     free(f->bytes);

@@ -41,6 +41,7 @@ typedef struct stp_gltf_file {
     stp_gltf_bytes binary; /* of a .glb */
     stp_gltf_bytes *buffers;
     uint32_t buffer_count;
+    struct stp_gltf_unpacked *views; /* by view: decoded bytes of those that are compressed */
 } stp_gltf_file;
 
 /* The items of a sparse accessor that others take the place of, in ascending order. */
