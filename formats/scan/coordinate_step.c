@@ -34,6 +34,7 @@ static bool is_multiple(double value, size_t i)
 typedef struct common {
     size_t step; /* index of the first step that fits; count: none */
     size_t count;
+    bool heights; /* x and y are those of a grid: z alone was measured */
     bool doubles; /* some coordinates are no floats, so a fine step is not the rounding of floats */
     stp_dbox box;
 } common;
@@ -44,10 +45,10 @@ static void look_at(common *all, const stp_point *point)
     if (point->reject != STP_REJECT_NONE || !stp_dvec3_finite(point->position))
         return;
     stp_dbox_add(&all->box, point->position);
-    for (int axis = 0; axis < 3; axis++)
+    for (int axis = all->heights ? 2 : 0; axis < 3; axis++)
         while (all->step < all->count && !is_multiple(at[axis], all->step))
             all->step++;
-    for (int axis = 0; axis < 3; axis++)
+    for (int axis = all->heights ? 2 : 0; axis < 3; axis++)
         all->doubles = all->doubles || (double)(float)at[axis] != at[axis];
 }
 
@@ -67,6 +68,7 @@ stp_status stp_scan_find_step(stp_scan *scan, bool fine, double *step, stp_error
     stp_point *points = NULL;
     common all = {.count = fine ? STEP_COUNT : SURVEY_STEPS, .box = stp_dbox_empty()};
     size_t count = 1;
+    all.heights = stp_scan_get_info(scan)->raster.columns > 0;
     if (stp_scan_get_info(scan)->coordinate_step > 0.0) {
         *step = stp_scan_get_info(scan)->coordinate_step;
         return STP_OK;

@@ -281,8 +281,10 @@ static stp_status check_text(const prefix *p, stp_scan_format format, bool marke
         [STP_SCAN_PTX] = true,
     };
     static const bool has_lines[STP_SCAN_FORMAT_COUNT] = {
-        [STP_SCAN_PLY] = true, [STP_SCAN_PCD] = true,       [STP_SCAN_OBJ] = true,
-        [STP_SCAN_OFF] = true, [STP_SCAN_STL_ASCII] = true,
+        [STP_SCAN_PCD] = true,
+        [STP_SCAN_OBJ] = true,
+        [STP_SCAN_OFF] = true,
+        [STP_SCAN_STL_ASCII] = true,
     };
     if (marked && !is_numbers[format])
         return stp_error_set(err, STP_UNSUPPORTED,

@@ -126,9 +126,8 @@ static void note_mesh(stp_scan *scan)
 /* Whether a coarse mesh would be sampled. */
 static bool samples_coarse(const stp_scan_params *params)
 {
-    const bool given = params->sample_count > 0 || params->hybrid;
     const bool cut = params->region && params->region->bounded;
-    return params->sample_coarse && !given && !cut;
+    return params->sample_coarse && params->sample_count == 0 && !params->hybrid && !cut;
 }
 
 /* Goes back to the first vertex, without the mesh. */
@@ -267,13 +266,13 @@ static stp_status choose_sampling(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_scan_params *params = &scan->params;
-    if (!samples_coarse(params) || scan->mesh.edge_count > 0)
+    if (!samples_coarse(params))
         return STP_OK;
     STP_TRY(stp_mesh_measure_coarse(&scan->mesh, &params->sample_count, err));
     scan->info.coarse_samples = params->sample_count;
     params->hybrid = params->sample_count > 0;
     if (params->hybrid)
-        STP_TRY(stp_mesh_split_creases(&scan->mesh, scan->path, err));
+        STP_TRY(stp_mesh_begin_samples(&scan->mesh, &scan->taken, scan->path, err));
 done:
     return status;
 }
@@ -297,8 +296,11 @@ static stp_status split_hybrid(stp_scan *scan, stp_error *err)
     scan->info.point_count = 0;
     for (size_t i = 0; !sampled && i < mesh->point_count; i++)
         scan->info.point_count += !scan->taken[i];
-    if (sampled && scan->params.sample_count == 0) /* the vertices are no points either */
-        scan->next_point = mesh->point_count;
+    if (sampled && scan->params.sample_count == 0) { /* the vertices are no points either */
+        scan->sampler.mesh = mesh;
+        scan->sampling = true;
+        scan->info.point_count = mesh->loose_count;
+    }
 done:
     return status;
 }
@@ -314,7 +316,7 @@ static stp_status start_sampling(stp_scan *scan, stp_error *err)
     STP_TRY(stp_mesh_sampler_init(&scan->sampler, &scan->mesh, scan->params.sample_count,
                                   scan->params.seed, scan->path, err));
     scan->sampling = true;
-    scan->info.point_count = scan->params.sample_count;
+    scan->info.point_count = scan->params.sample_count + scan->mesh.loose_count;
     scan->info.attributes &= ~(uint32_t)STP_POINT_HAS_STATION; /* no scanner saw the samples */
     scan->info.station_count = 0;
 done:

@@ -97,10 +97,11 @@ stp_status stp_source_line(stp_source *source, const char **begin, const char **
     stp_status status = STP_OK;
     size_t searched = 0;
     const unsigned char *newline = NULL;
+    const char mark = source->cr_lines ? '\r' : '\n';
     for (;;) {
         size_t held = source->end - source->begin;
         if (held > searched)
-            newline = memchr(source->buffer + source->begin + searched, '\n', held - searched);
+            newline = memchr(source->buffer + source->begin + searched, mark, held - searched);
         if (newline || source->offset + held >= source->size)
             break;
         searched = held;

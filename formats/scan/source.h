@@ -25,6 +25,7 @@ typedef struct stp_source {
     size_t begin, end; /* unread bytes in buffer */
     size_t capacity;
     struct stp_mirror *mirror; /* fetches what is read (remote/mirror.h); NULL: it is all there */
+    bool cr_lines;             /* lines end in \r alone */
     bool narrow;               /* reads no more than is asked for: after seeks to single records */
 } stp_source;
 
@@ -46,8 +47,9 @@ static inline void stp_source_consume(stp_source *source, size_t size)
 }
 /* Consumes size bytes, peeked or not. The caller knows that the file has them. */
 void stp_source_skip(stp_source *source, uint64_t size);
-/* Gives the next line without its \n or \r\n, valid until the next call, and consumes it. *begin is
- * NULL at the end of the file. Errors: IO, LIMIT (line too long), OUT_OF_MEMORY. */
+/* Gives the next line without its \n or \r\n (of cr_lines its \r), valid until the next call, and
+ * consumes it. *begin is NULL at the end of the file. Errors: IO, LIMIT (line too long),
+ * OUT_OF_MEMORY. */
 stp_status stp_source_line(stp_source *source, const char **begin, const char **end,
                            stp_error *err);
 

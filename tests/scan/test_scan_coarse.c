@@ -143,8 +143,27 @@ static void loose_vertices_stay(void **state)
     (void)state;
     write_tube("tube.ply", 16, 8, 30, false);
     opened cloud = open_coarse("tube.ply");
-    assert_int_equal(cloud.samples, 0);
-    assert_int_equal(cloud.points, 16 * 9 + 30);
+    assert_true(cloud.samples > 0 && cloud.triangles.triangle_count == 2 * 16 * 8);
+    assert_int_equal(cloud.points, 30); /* the faces are all large */
+    stp_triangle_set_clear(&cloud.triangles);
+    /* Small faces have samples, and behind them come the loose vertices. */
+    write_tube("tube.ply", 48, 3, 30, false);
+    cloud = open_coarse("tube.ply");
+    assert_true(cloud.samples > 0 && cloud.points >= 30);
+    stp_triangle_set_clear(&cloud.triangles);
+}
+
+/* Edges that are no sides of faces are lines beside the samples. */
+static void edges_are_lines(void **state)
+{
+    (void)state;
+    char text[4096];
+    sprintf(text, "%sv 3 0 0\nv 4 0 0\nl 1 9\nv 5 5 5\n", cube);
+    scan_fixture_text("edges.obj", text);
+    opened both = open_coarse("edges.obj");
+    assert_true(both.samples > 0 && both.triangles.triangle_count == 12);
+    assert_int_equal(both.points, 2); /* vertices 10 and 11 */
+    stp_triangle_set_clear(&both.triangles);
 }
 
 /* Faces without area, a point that is no number, and a vertex of many faces. */
@@ -175,6 +194,7 @@ int main(void)
         cmocka_unit_test(creases_have_two_normals),
         cmocka_unit_test(fine_meshes_are_their_vertices),
         cmocka_unit_test(loose_vertices_stay),
+        cmocka_unit_test(edges_are_lines),
         cmocka_unit_test(odd_meshes_are_read),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -187,7 +187,14 @@ static void materials_colour_faces(void **state)
     close_mesh(&vertices);
     scan_fixture_text("one.obj", "mtllib the library.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\n"
                                  "usemtl red one\nf 1 2 3\n");
-    opened one = open_mesh("one.obj", NULL); /* one colour for all says nothing */
+    opened one = open_mesh("one.obj", NULL);
+    assert_int_equal(one.points[0].rgb[0], 65535);
+    assert_int_equal(one.points[0].rgb[1], 0);
+    close_mesh(&one);
+    scan_fixture_text("grey.mtl", "newmtl red one\nKd 0.8 0.8 0.8\n");
+    scan_fixture_text("one.obj", "mtllib grey.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\n"
+                                 "usemtl red one\nf 1 2 3\n");
+    one = open_mesh("one.obj", NULL); /* one grey for all says nothing */
     assert_int_equal(one.info.attributes & STP_POINT_HAS_COLOUR, 0);
     close_mesh(&one);
     scan_fixture_text("own.obj", "mtllib the library.mtl\nv 0 0 0 0 0 1\nv 1 0 0 0 0 1\n"

@@ -156,6 +156,29 @@ static void binary_big_endian(void **state)
     check_binary(true);
 }
 
+/* Lines may end in \r alone, as Rhinoceros writes them, in ASCII too. */
+static void lines_in_cr(void **state)
+{
+    (void)state;
+    static const float at[2][3] = {{1.5f, 2.5f, 13.0f}, {10.0f, 0.0f, -1.0f}}; /* \r, \n in bytes */
+    char file[256] = "ply\rformat binary_little_endian 1.0\relement vertex 2\rproperty float x\r"
+                     "property float y\rproperty float z\rend_header\r";
+    const size_t header = strlen(file);
+    memcpy(file + header, at, sizeof at);
+    scan_fixture_bytes("cr.ply", file, header + sizeof at);
+    stp_scan_info info;
+    stp_point *points = scan_fixture_read("cr.ply", NULL, &info);
+    for (int i = 0; i < 2; i++)
+        scan_fixture_position(&points[i], (double)at[i][0], (double)at[i][1], (double)at[i][2]);
+    free(points);
+    points = scan_fixture_points("cr.ply",
+                                 "ply\rformat ascii 1.0\relement vertex 2\rproperty float x\r"
+                                 "property float y\rproperty float z\rend_header\r1 2 3\r4 5 6\r",
+                                 &info);
+    scan_fixture_position(&points[1], 4.0, 5.0, 6.0);
+    free(points);
+}
+
 /* The header's lines may end in \r\n, and the data begins directly after; \r and \n in the data
  * must stay. */
 static void binary_after_crlf(void **state)
@@ -346,17 +369,12 @@ static void many_ascii_lines(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ascii_in_any_order),
-        cmocka_unit_test(ascii_numbers),
-        cmocka_unit_test(binary_little_endian),
-        cmocka_unit_test(binary_big_endian),
-        cmocka_unit_test(binary_after_crlf),
-        cmocka_unit_test(colour_depths),
-        cmocka_unit_test(colour_depth_of_late_values),
-        cmocka_unit_test(scalar_fields),
-        cmocka_unit_test(range_grid),
-        cmocka_unit_test(no_points),
-        cmocka_unit_test(recomputed_normals),
+        cmocka_unit_test(lines_in_cr),       cmocka_unit_test(ascii_in_any_order),
+        cmocka_unit_test(ascii_numbers),     cmocka_unit_test(binary_little_endian),
+        cmocka_unit_test(binary_big_endian), cmocka_unit_test(binary_after_crlf),
+        cmocka_unit_test(colour_depths),     cmocka_unit_test(colour_depth_of_late_values),
+        cmocka_unit_test(scalar_fields),     cmocka_unit_test(range_grid),
+        cmocka_unit_test(no_points),         cmocka_unit_test(recomputed_normals),
         cmocka_unit_test(many_ascii_lines),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -443,7 +443,8 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     if (info->edges.read ==
         0) /* the points that remain in a file of lines say nothing about its digits */
         STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
-    step *= in->facts[i].way.projection ? in->facts[i].way.unit : 1.0;
+    const bool heights = info->raster.columns > 0; /* whose unit stays */
+    step *= in->facts[i].way.projection && !heights ? in->facts[i].way.unit : 1.0;
     source->heights = source->heights || info->heights;
     source->y_up = source->y_up || info->y_up;
     source->floats = source->floats || (step == 0.0 && info->point_count > 0);

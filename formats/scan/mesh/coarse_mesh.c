@@ -23,18 +23,28 @@ static double diagonal_of(const stp_point_mesh *mesh)
     return stp_dvec3_length(stp_dvec3_sub(box.max, box.min));
 }
 
-/* Counts vertices without a face. */
-static stp_status count_loose(const stp_point_mesh *mesh, size_t *loose, stp_error *err)
+/* Finds the vertices of faces. used: zero. Returns how many they are. */
+static size_t find_used(const stp_point_mesh *mesh, bool *used)
+{
+    size_t count = 0;
+    for (size_t t = 0; t < mesh->triangle_count; t++)
+        for (int k = 0; k < 3; k++) {
+            count += !used[mesh->triangles[t][k]];
+            used[mesh->triangles[t][k]] = true;
+        }
+    return count;
+}
+
+static stp_status keep_loose(stp_point_mesh *mesh, const uint8_t *taken, stp_error *err)
 {
     stp_status status = STP_OK;
     bool *used = NULL;
     STP_TRY(stp_alloc(&used, mesh->point_count, sizeof *used, "a mesh's vertices", err));
-    *loose = mesh->point_count;
-    for (size_t t = 0; t < mesh->triangle_count; t++)
-        for (int k = 0; k < 3; k++) {
-            *loose -= !used[mesh->triangles[t][k]];
-            used[mesh->triangles[t][k]] = true;
-        }
+    STP_TRY(stp_alloc(&mesh->loose, mesh->point_count - find_used(mesh, used), sizeof *mesh->loose,
+                      "points", err));
+    for (size_t i = 0; i < mesh->point_count; i++)
+        if (!used[i] && !(taken && taken[i]))
+            mesh->loose[mesh->loose_count++] = (uint32_t)i;
 done:
     free(used);
     return status;
@@ -62,21 +72,21 @@ stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_
                                    stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t loose = 0;
+    bool *used = NULL;
     const double diagonal = diagonal_of(mesh), across = STP_COARSE_POINTS / diagonal;
-    const double vertices = (double)mesh->point_count;
     const face_sums sums = sum_faces(mesh, diagonal / STP_COARSE_SIDES);
     *sample_count = 0;
+    STP_TRY(stp_alloc(&used, mesh->point_count, sizeof *used, "a mesh's vertices", err));
+    const double vertices = (double)find_used(mesh, used);
     if (!(sums.area > 0.0) || !isfinite(sums.area) ||
         (sums.long_area < STP_COARSE_SHARE * sums.area &&
          sums.texels <= STP_COARSE_TEXELS * vertices))
-        return STP_OK;
-    STP_TRY(count_loose(mesh, &loose, err));
-    if (loose <= mesh->point_count / STP_COARSE_LOOSE)
-        *sample_count =
-            (uint64_t)fmax(vertices, fmax(fmin(sums.area * across * across, STP_COARSE_POINT_LIMIT),
-                                          fmin(sums.texels, STP_COARSE_TEXEL_LIMIT)));
+        goto done;
+    *sample_count =
+        (uint64_t)fmax(vertices, fmax(fmin(sums.area * across * across, STP_COARSE_POINT_LIMIT),
+                                      fmin(sums.texels, STP_COARSE_TEXEL_LIMIT)));
 done:
+    free(used);
     return status;
 }
 
@@ -201,4 +211,14 @@ stp_status stp_mesh_split_creases(stp_point_mesh *mesh, const char *path, stp_er
 done:
     free_lists(&lists);
     return status;
+}
+
+stp_status stp_mesh_begin_samples(stp_point_mesh *mesh, uint8_t **taken, const char *path,
+                                  stp_error *err)
+{
+    const stp_status status = keep_loose(mesh, *taken, err);
+    free(*taken);
+    *taken = NULL;
+    mesh->edge_count = 0;
+    return status == STP_OK ? stp_mesh_split_creases(mesh, path, err) : status;
 }

@@ -4,8 +4,8 @@
  * box: 8 pixels of a picture of 512. A mesh is coarse if a share STP_COARSE_SHARE of its area lies
  * in long faces. Meshes of scans have less than 1/100 of their area there, drawn ones nearly all. A
  * mesh is coarse, too, if its images have more than STP_COARSE_TEXELS texels on the faces for each
- * vertex: the vertices would lose the picture. In either case hardly a vertex is without a face.
- * Threads: any, one mesh each. */
+ * vertex: the vertices would lose the picture. Vertices without a face stay points beside the
+ * samples. Threads: any, one mesh each. */
 #ifndef STP_FORMATS_SCAN_MESH_COARSE_MESH_H
 #define STP_FORMATS_SCAN_MESH_COARSE_MESH_H
 
@@ -13,8 +13,6 @@
 
 #define STP_COARSE_SIDES 64.0
 #define STP_COARSE_SHARE 0.125
-/* A mesh is not coarse if more than 1/8 of its vertices have no face: samples would lose them. */
-#define STP_COARSE_LOOSE 8u
 /* Points on the diagonal, if a coarse mesh is sampled: about one a pixel. */
 #define STP_COARSE_POINTS 512.0
 /* The most points that a coarse mesh gets, unless it has more vertices. */
@@ -28,10 +26,15 @@
 /* Faces that meet at a greater angle, 45 degrees, do so in a crease. */
 #define STP_CREASE_COSINE 0.70710678
 
-/* *sample_count: the points that the faces of a coarse mesh should get, no fewer than its vertices;
- * 0 if it is not coarse. Errors: OUT_OF_MEMORY. */
+/* *sample_count: the points that the faces of a coarse mesh should get, no fewer than they have
+ * vertices; 0 if it is not coarse. Errors: OUT_OF_MEMORY. */
 stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_count,
                                    stp_error *err);
+/* Notes the vertices without a face, but for those that lines have taken, by point; *taken may be
+ * NULL, and becomes NULL. Forgets the edges, which are lines now, and splits creases. Errors: as
+ * stp_mesh_split_creases. */
+stp_status stp_mesh_begin_samples(stp_point_mesh *mesh, uint8_t **taken, const char *path,
+                                  stp_error *err);
 /* Gives each side of a crease vertices and normals of its own. A face whose material has another
  * colour than a vertex gets a copy of the vertex in its own colour. A corner's new normal is the
  * area-weighted one of those faces around its vertex that lie within the crease's angle of its

@@ -7,7 +7,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Whether faces differ in colour. */
+/* Least difference of two channels of a colour that is no grey, of 65535. */
+#define HUE_LEAST 4096
+
+/* Whether a colour is none of the greys that programs write for no colour. */
+static bool is_hue(const uint16_t rgb[3])
+{
+    uint16_t least = UINT16_MAX, most = 0;
+    for (int c = 0; c < 3; c++) {
+        least = rgb[c] < least ? rgb[c] : least;
+        most = rgb[c] > most ? rgb[c] : most;
+    }
+    return most - least > HUE_LEAST;
+}
+
+/* Whether faces differ in colour, or have one that is no grey. */
 static bool are_coloured(const stp_materials *m)
 {
     const uint16_t *first = NULL;
@@ -17,7 +31,7 @@ static bool are_coloured(const stp_materials *m)
         if (m->of_triangle[t] == STP_NO_MATERIAL)
             continue;
         const uint16_t *rgb = m->list[m->of_triangle[t]].rgb;
-        if (first && memcmp(first, rgb, 3 * sizeof *rgb) != 0)
+        if ((first && memcmp(first, rgb, 3 * sizeof *rgb) != 0) || is_hue(rgb))
             return true;
         first = rgb;
     }

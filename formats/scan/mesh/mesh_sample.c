@@ -89,5 +89,7 @@ size_t stp_mesh_sampler_next(stp_mesh_sampler *s, stp_point *points, size_t capa
         const double weights[3] = {1.0 - root, root * (1.0 - along), root * along};
         points[count] = interpolate(s, weights);
     }
+    for (; count < capacity && s->next_loose < s->mesh->loose_count; count++)
+        points[count] = s->mesh->points[s->mesh->loose[s->next_loose++]];
     return count;
 }

@@ -17,6 +17,7 @@ typedef struct stp_mesh_sampler {
     const stp_point_mesh *mesh; /* borrowed */
     uint64_t sample_count, seed;
     uint64_t next;        /* sample */
+    size_t next_loose;    /* of the mesh's loose points, which come after the samples */
     size_t triangle;      /* the triangle where the next share begins, or one before it */
     double area_before;   /* of the triangles before it */
     double triangle_area; /* its own */
@@ -28,9 +29,9 @@ typedef struct stp_mesh_sampler {
 stp_status stp_mesh_sampler_init(stp_mesh_sampler *sampler, const stp_point_mesh *mesh,
                                  uint64_t sample_count, uint64_t seed, const char *path,
                                  stp_error *err);
-/* Writes up to capacity samples and returns how many, 0 only at the end. Attributes are
- * interpolated between the corners; the class is the nearest corner's, and the colour is the
- * material's, if the face has one. */
+/* Writes up to capacity samples, and behind them the mesh's loose points. Returns how many, 0 only
+ * at the end. Attributes are interpolated between the corners; the class is the nearest corner's,
+ * and the colour is the material's, if the face has one. */
 size_t stp_mesh_sampler_next(stp_mesh_sampler *sampler, stp_point *points, size_t capacity);
 
 #endif

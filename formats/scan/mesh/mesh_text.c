@@ -217,7 +217,8 @@ stp_status stp_mesh_text_prepare_stl_ascii(stp_mesh_text *text, stp_error *err)
         status =
             stp_error_set(err, STP_CORRUPT,
                           "%s: ends at line %llu after %llu facets without `endsolid`: the "
-                          "file was cut; copy or export it again",
+                          "file was cut; copy or export it again, or add that line if nothing "
+                          "is missing",
                           text->path, (unsigned long long)lines.line, (unsigned long long)facets);
         goto done;
     }

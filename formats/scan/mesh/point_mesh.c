@@ -48,6 +48,7 @@ void stp_point_mesh_free(stp_point_mesh *mesh)
     free(mesh->edges);
     free(mesh->radii);
     free(mesh->triangles);
+    free(mesh->loose);
     stp_materials_clear(&mesh->materials);
     *mesh = (stp_point_mesh){0};
 }

@@ -34,8 +34,10 @@ typedef struct stp_point_mesh {
     float *radii; /* per point, half-widths of lines; NULL if the file has none */
     size_t radius_capacity;
     stp_materials materials; /* by triangle, of OBJ and PLY files; empty: none */
-    uint64_t face_count;     /* polygons, counted as in the file */
-    uint32_t attributes;     /* STP_POINT_HAS_* of the file */
+    uint32_t *loose;         /* points that no face uses, kept beside samples of the faces */
+    size_t loose_count;
+    uint64_t face_count; /* polygons, counted as in the file */
+    uint32_t attributes; /* STP_POINT_HAS_* of the file */
 } stp_point_mesh;
 
 /* Makes room for count more points. Errors: OUT_OF_MEMORY, LIMIT (indices have 32 bits). */

@@ -254,6 +254,9 @@ static stp_status next_line(header_parser *p, stp_error *err)
     p->at = NULL;
     if (p->source->offset < STP_PLY_HEADER_BYTES_MAX)
         STP_TRY(stp_source_line(p->source, &p->at, &p->end, err));
+    if (p->at && p->source->cr_lines && memchr(p->at, '\n', (size_t)(p->end - p->at)))
+        status = header_corrupt(p, "some lines end in CR, others in LF", NULL,
+                                "export the file again", err);
     if (!p->at)
         status = stp_error_set(err, STP_CORRUPT,
                                "%s: the PLY header ends at byte %llu, line %llu, without "
@@ -264,6 +267,16 @@ done:
     return status;
 }
 
+/* Whether lines end in CR alone, as Rhinoceros writes them. */
+static stp_status look_for_cr(stp_source *source, stp_error *err)
+{
+    const unsigned char *bytes;
+    size_t available = 0;
+    const stp_status status = stp_source_peek(source, 5, &bytes, &available, err);
+    source->cr_lines = status == STP_OK && available == 5 && bytes[3] == '\r' && bytes[4] != '\n';
+    return status;
+}
+
 stp_status stp_ply_header_read(stp_ply_header *out, stp_source *source, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -271,6 +284,7 @@ stp_status stp_ply_header_read(stp_ply_header *out, stp_source *source, stp_erro
     header_parser parser = {.header = &header, .source = source};
     bool ended = false;
     stp_source_seek(source, 0, 0);
+    STP_TRY(look_for_cr(source, err));
     STP_TRY(next_line(&parser, err));
     if (strcmp(next_word(&parser).text, "ply") != 0) {
         status = header_corrupt(&parser, "the first line is not `ply`", NULL,
