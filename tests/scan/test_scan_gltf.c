@@ -197,10 +197,9 @@ static void vertices_have_colours(void **state)
     free(points);
 }
 
-/* An image beside the file: the left half is red, the right half blue, and its top row is green. */
-static void images_give_colours(void **state)
+/* An image of 64 x 64: the left half is red, the right half blue, and its upper half is green. */
+static void write_colours(void)
 {
-    (void)state;
     stp_error err = {0};
     static uint8_t texels[64 * 64][4];
     for (int i = 0; i < 64 * 64; i++)
@@ -211,6 +210,13 @@ static void images_give_colours(void **state)
                4);
     const stp_image image = {64, 64, texels[0]};
     assert_int_equal(stp_image_save(&image, "colours.png", true, &err), STP_OK);
+}
+
+/* The image's colours are the square's, beside the file. */
+static void images_give_colours(void **state)
+{
+    (void)state;
+    write_colours();
     write_square("image.gltf", NODE, /* images win over colours of vertices */
                  "\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":4,\"COLOR_0\":3},\"indices\":2,"
                  "\"material\":0",
@@ -229,6 +235,41 @@ static void images_give_colours(void **state)
     }
     assert_int_equal(wrong, 0);
     free(points);
+}
+
+/* The image one width to the right of the square ends there, or is mirrored; its factor takes a
+ * half of the blue. */
+static void images_go_on(void **state)
+{
+    (void)state;
+    static const int modes[2] = {33071, 33648};
+    write_colours();
+    for (int m = 0; m < 2; m++) {
+        char more[600];
+        snprintf(more, sizeof more,
+                 ",\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,1,0.2140411,1],"
+                 "\"baseColorTexture\":{\"index\":0,\"extensions\":{\"KHR_texture_transform\":{"
+                 "\"offset\":[1,0]}}}}}],\"samplers\":[{\"wrapS\":%d}],"
+                 "\"textures\":[{\"source\":0,\"sampler\":0}],"
+                 "\"images\":[{\"uri\":\"colours.png\"}]",
+                 modes[m]);
+        write_square("image.gltf", NODE,
+                     "\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":4},\"indices\":2,"
+                     "\"material\":0",
+                     more);
+        stp_scan_info info;
+        const stp_scan_params params = {.sample_count = 1000};
+        stp_point *points = scan_fixture_read("image.gltf", &params, &info);
+        for (size_t i = 0; i < 1000; i++) {
+            const stp_point *p = &points[i];
+            const bool blue = m == 0 || p->position.x < 0.5;
+            if (p->position.y > 0.45 || (m == 1 && fabs(p->position.x - 0.5) < 0.05))
+                continue;
+            assert_int_equal(p->rgb[0], blue ? 0 : 65535);
+            assert_in_range(p->rgb[2], blue ? 32600 : 0, blue ? 32900 : 0);
+        }
+        free(points);
+    }
 }
 
 /* Streams of meshoptimizer: corners, normals by its octahedral filter, and triangles. */
@@ -531,12 +572,13 @@ static void numbers_once_more(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ways_of_storing),     cmocka_unit_test(one_binary_file),
-        cmocka_unit_test(nodes_place),         cmocka_unit_test(vertices_have_colours),
-        cmocka_unit_test(images_give_colours), cmocka_unit_test(wrong_files_are_refused),
-        cmocka_unit_test(meshes_by_draco),     cmocka_unit_test(wrong_draco_streams),
-        cmocka_unit_test(numbers_once_more),   cmocka_unit_test(sparse_accessors),
-        cmocka_unit_test(meshes_by_meshopt),   cmocka_unit_test(wrong_meshopt_streams),
+        cmocka_unit_test(ways_of_storing),       cmocka_unit_test(one_binary_file),
+        cmocka_unit_test(nodes_place),           cmocka_unit_test(vertices_have_colours),
+        cmocka_unit_test(images_give_colours),   cmocka_unit_test(wrong_files_are_refused),
+        cmocka_unit_test(meshes_by_draco),       cmocka_unit_test(wrong_draco_streams),
+        cmocka_unit_test(numbers_once_more),     cmocka_unit_test(sparse_accessors),
+        cmocka_unit_test(images_go_on),          cmocka_unit_test(meshes_by_meshopt),
+        cmocka_unit_test(wrong_meshopt_streams),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

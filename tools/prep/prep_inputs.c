@@ -392,6 +392,25 @@ static void note_mesh(prep_inputs *in, size_t i, const stp_scan_info *info)
         in->suspect = in->paths[i];
 }
 
+/* Notes the step of an input's coordinates. */
+static stp_status note_step(const prep_inputs *in, size_t i, stp_scan *scan,
+                            stp_prep_source *source, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_scan_info *info = stp_scan_get_info(scan);
+    const bool heights = info->raster.columns > 0; /* whose unit stays */
+    double step = 0.0;
+    if (info->edges.read ==
+        0) /* the points that remain in a file of lines say nothing about its digits */
+        STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
+    step *= in->facts[i].way.projection && !heights ? in->facts[i].way.unit : 1.0;
+    source->floats = source->floats || (step == 0.0 && info->point_count > 0);
+    if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
+        source->coordinate_step = step;
+done:
+    return status;
+}
+
 static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source, uint32_t *all,
                              uint32_t *any, stp_error *err)
 {
@@ -399,7 +418,6 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     stp_scan *scan = NULL;
     stp_line_set lines = {0};
     stp_triangle_set triangles = {0};
-    double step = 0.0;
     in->facts[i] = facts_of(in->paths[i]);
     STP_TRY(prep_web_name(&in->facts[i].name, in->paths[i], err));
     in->files[i].name = in->facts[i].name;
@@ -440,16 +458,9 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     const uint32_t lost = in->facts[i].way.projection ? STP_POINT_HAS_NORMAL : 0u;
     *all &= info->attributes & ~lost;
     *any |= info->attributes & ~lost;
-    if (info->edges.read ==
-        0) /* the points that remain in a file of lines say nothing about its digits */
-        STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
-    const bool heights = info->raster.columns > 0; /* whose unit stays */
-    step *= in->facts[i].way.projection && !heights ? in->facts[i].way.unit : 1.0;
     source->heights = source->heights || info->heights;
     source->y_up = source->y_up || info->y_up;
-    source->floats = source->floats || (step == 0.0 && info->point_count > 0);
-    if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
-        source->coordinate_step = step;
+    STP_TRY(note_step(in, i, scan, source, err));
 done:
     stp_line_set_clear(&lines);
     stp_triangle_set_clear(&triangles);

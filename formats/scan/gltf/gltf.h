@@ -4,11 +4,11 @@
  * y points up, which the scan's reader tells (stp_scan_info.y_up). Read are triangles, strips, fans
  * and points, and lines as edges; numbers of any type (KHR_mesh_quantization); colours of vertices
  * and base colours, which glTF has in linear light, as sRGB; base-colour images, in the file or
- * beside it (KHR_texture_transform). If faces have images, colours of vertices and factors of
- * images are left out. Skins, morphs and animations are left at rest. Meshes compressed by
- * Draco (KHR_draco_mesh_compression) and meshoptimizer (EXT_meshopt_compression) are read. Source:
- * glTF 2.0 Specification (Khronos). Memory: the file, its buffers and one decoded primitive, beside
- * the mesh. Threads: any, one file each. */
+ * beside it (KHR_texture_transform), that repeat, end or are mirrored. If faces have images,
+ * colours of vertices are left out. Skins, morphs and animations are left at rest. Meshes
+ * compressed by Draco (KHR_draco_mesh_compression) and meshoptimizer (EXT_meshopt_compression) are
+ * read. Source: glTF 2.0 Specification (Khronos). Memory: the file, its buffers and one decoded
+ * primitive, beside the mesh. Threads: any, one file each. */
 #ifndef STP_FORMATS_SCAN_GLTF_GLTF_H
 #define STP_FORMATS_SCAN_GLTF_GLTF_H
 

@@ -69,9 +69,9 @@ const cJSON *stp_gltf_item(const stp_gltf_file *f, stp_gltf_list list, uint32_t 
 /* cJSON's lists are chains. */
 static stp_status list_items(stp_gltf_file *f, stp_error *err)
 {
-    static const char *const names[STP_GLTF_LIST_COUNT] = {"scenes",    "nodes",       "meshes",
-                                                           "accessors", "bufferViews", "textures",
-                                                           "images",    "materials",   "buffers"};
+    static const char *const names[STP_GLTF_LIST_COUNT] = {
+        "scenes",   "nodes",  "meshes",    "accessors", "bufferViews",
+        "textures", "images", "materials", "buffers",   "samplers"};
     for (int i = 0; i < STP_GLTF_LIST_COUNT; i++) {
         const cJSON *list = cJSON_GetObjectItemCaseSensitive(f->json, names[i]), *item;
         const int count = cJSON_IsArray(list) ? cJSON_GetArraySize(list) : 0;

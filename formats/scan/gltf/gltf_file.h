@@ -28,6 +28,7 @@ typedef enum stp_gltf_list {
     STP_GLTF_IMAGES,
     STP_GLTF_MATERIALS,
     STP_GLTF_BUFFERS,
+    STP_GLTF_SAMPLERS,
     STP_GLTF_LIST_COUNT
 } stp_gltf_list;
 

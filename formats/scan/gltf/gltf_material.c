@@ -105,6 +105,28 @@ static const cJSON *colours_of(const cJSON *material, const char **factor, const
     return old ? glossy : base;
 }
 
+/* How the image of a texture goes on beyond its borders. */
+static stp_status read_wrap(const stp_gltf_file *f, const cJSON *info, stp_wrap wrap[2],
+                            stp_error *err)
+{
+    static const char *const keys[2] = {"wrapS", "wrapT"};
+    stp_status status = STP_OK;
+    uint32_t texture, sampler;
+    STP_TRY(stp_gltf_index(f, info, "index", &texture, err));
+    STP_TRY(
+        stp_gltf_index(f, stp_gltf_item(f, STP_GLTF_TEXTURES, texture), "sampler", &sampler, err));
+    for (int i = 0; i < 2; i++) {
+        uint64_t mode;
+        STP_TRY(stp_gltf_whole(f, stp_gltf_item(f, STP_GLTF_SAMPLERS, sampler), keys[i], 10497,
+                               &mode, err));
+        wrap[i] = mode == 33071   ? STP_WRAP_CLAMP
+                  : mode == 33648 ? STP_WRAP_MIRROR
+                                  : STP_WRAP_REPEAT;
+    }
+done:
+    return status;
+}
+
 static stp_status add_material(reading *r, const cJSON *material, stp_gltf_place *place,
                                stp_error *err)
 {
@@ -132,6 +154,10 @@ static stp_status add_material(reading *r, const cJSON *material, stp_gltf_place
     const uint16_t rgb[3] = {stp_gltf_srgb(rgba[0]), stp_gltf_srgb(rgba[1]),
                              stp_gltf_srgb(rgba[2])};
     STP_TRY(stp_materials_add(r->materials, rgb, image, err));
+    stp_material *added = &r->materials->list[r->materials->count - 1];
+    added->tinted = true;
+    if (info != NULL)
+        STP_TRY(read_wrap(f, info, added->wrap, err));
 done:
     return status;
 }

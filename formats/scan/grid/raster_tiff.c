@@ -176,10 +176,12 @@ static stp_status check_kind(const tiff_raster *t, uint16_t planar, uint16_t pho
 {
     if (photometric == PHOTOMETRIC_PALETTE || photometric == PHOTOMETRIC_YCBCR ||
         photometric == PHOTOMETRIC_LOGLUV || photometric == PHOTOMETRIC_CIELAB)
-        return stp_error_set(err, STP_UNSUPPORTED,
-                             "%s: its colours are indices or no RGB: convert it (gdal_translate "
-                             "-expand rgb, or ImageMagick's convert -type TrueColor)",
-                             t->path);
+        return stp_error_set(
+            err, STP_UNSUPPORTED,
+            "%s: its numbers are colours, but no RGB: it is no grid of heights; for "
+            "--colour convert it (gdal_translate -expand rgb, or ImageMagick's "
+            "convert -type TrueColor)",
+            t->path);
     if (planar == PLANARCONFIG_SEPARATE && t->channels > 1)
         return stp_error_set(err, STP_UNSUPPORTED,
                              "%s: its channels lie one after another: interleave them "
@@ -188,9 +190,9 @@ static stp_status check_kind(const tiff_raster *t, uint16_t planar, uint16_t pho
     if (!is_read(t))
         return stp_error_set(
             err, STP_UNSUPPORTED,
-            "%s: its numbers have %u bits: integers of 8, 16, 32 and floats of 32, "
+            "%s: its numbers have %u bit%s: integers of 8, 16, 32 and floats of 32, "
             "64 bits are read (gdal_translate -ot Float32 converts)",
-            t->path, t->bits);
+            t->path, t->bits, t->bits == 1 ? "" : "s");
     return STP_OK;
 }
 

@@ -359,9 +359,13 @@ double stp_materials_texels(const stp_materials *m, size_t triangle)
     return 0.5 * fabs(ux * vy - uy * vx) * image->levels[0].width * image->levels[0].height;
 }
 
-/* The texel at a place from 0 to 1, which repeats. */
-static uint32_t wrap(double place, uint32_t size)
+/* The texel at a place: from 0 to 1 over the image. */
+static uint32_t texel_at(double place, uint32_t size, stp_wrap wrap)
 {
+    if (wrap == STP_WRAP_CLAMP)
+        place = fmin(fmax(place, 0.0), 1.0 - 0x1p-53);
+    else if (wrap == STP_WRAP_MIRROR && fmod(floor(place), 2.0) != 0.0)
+        place = 1.0 - (place - floor(place));
     const double part = (place - floor(place)) * size;
     return part < size ? (uint32_t)part : size - 1;
 }
@@ -372,8 +376,9 @@ bool stp_materials_colour(const stp_materials *m, size_t triangle, const double 
     const stp_texture *image = image_of(m, triangle);
     if (triangle >= m->triangle_count || m->of_triangle[triangle] == STP_NO_MATERIAL)
         return false;
+    const stp_material *material = &m->list[m->of_triangle[triangle]];
     if (!image) {
-        memcpy(rgb, m->list[m->of_triangle[triangle]].rgb, 3 * sizeof *rgb);
+        memcpy(rgb, material->rgb, 3 * sizeof *rgb);
         return true;
     }
     unsigned level = 0; /* a texel of level l covers 4^l of the finest */
@@ -386,9 +391,10 @@ bool stp_materials_colour(const stp_materials *m, size_t triangle, const double 
     }
     const stp_texture_level *at = &image->levels[level];
     const uint8_t *texel =
-        at->rgb[(size_t)wrap(1.0 - v, at->height) * at->width + wrap(u, at->width)];
+        at->rgb[(size_t)texel_at(1.0 - v, at->height, material->wrap[1]) * at->width +
+                texel_at(u, at->width, material->wrap[0])];
     for (int k = 0; k < 3; k++)
-        rgb[k] = (uint16_t)(texel[k] * 257);
+        rgb[k] = (uint16_t)(texel[k] * (material->tinted ? material->rgb[k] / 255u : 257u));
     return true;
 }
 

@@ -1,7 +1,8 @@
 /* The colours of a mesh's faces: the materials of OBJ files (MTL: Kd and map_Kd) and of glTF, and
  * images, which PLY files name, too.
  *
- * Texture coordinates are (u right, v up), from 0 to 1 over an image, which repeats beyond. An
+ * Texture coordinates are (u right, v up), from 0 to 1 over an image, which goes on beyond as the
+ * material says. An
  * image is held as levels, each of half the size of the one before, and looked up where its texels
  * are about as far apart as the points. Images that are larger than STP_TEXTURE_TEXELS are halved
  * first. A file that is missing or no image costs its colours alone; `missing` names it.
@@ -36,10 +37,15 @@ typedef struct stp_texture {
     unsigned level_count; /* 0: it could not be loaded */
 } stp_texture;
 
+/* How an image goes on beyond its borders. */
+typedef enum stp_wrap { STP_WRAP_REPEAT = 0, STP_WRAP_CLAMP, STP_WRAP_MIRROR } stp_wrap;
+
 typedef struct stp_material {
     char *name;
-    uint16_t rgb[3]; /* 0..65535 */
-    uint32_t image;  /* in images; STP_NO_MATERIAL: none */
+    uint16_t rgb[3];  /* 0..65535 */
+    uint32_t image;   /* in images; STP_NO_MATERIAL: none */
+    stp_wrap wrap[2]; /* along u and v */
+    bool tinted;      /* the image is multiplied by rgb */
 } stp_material;
 
 typedef struct stp_materials {
