@@ -340,10 +340,10 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
     if (inputs->colours_missing[0] != '\0')
         fprintf(stderr, "a mesh lacks its colours: %s\n", inputs->colours_missing);
     if (inputs->coarse)
-        fprintf(stderr,
-                "%s has large faces: points are spread over them, and the largest stay triangles "
-                "(--sample none: its vertices alone)\n",
-                inputs->coarse);
+        fprintf(stderr, "%s has large faces: %s (--sample none: its vertices alone)\n",
+                inputs->coarse,
+                s->points_in > 0 ? "points are spread over them, and the largest stay triangles"
+                                 : "they stay triangles");
     if (inputs->suspect)
         fprintf(
             stderr,
