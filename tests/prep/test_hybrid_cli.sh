@@ -57,7 +57,7 @@ printf 'v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 2 2 3\nf 1 2 5\nf 2 3 5\nf 3 4 5\n
 run "$STIPPLE" prep "$FOLDER/roof.obj" -o "$FOLDER/r.stipple"
 expect_code 0
 expect_text err "4 triangles are stored"
-expect_text err "has large faces: points are spread over them"
+expect_text err "has large faces: they stay triangles"
 run "$STIPPLE" verify "$FOLDER/r.stipple"
 expect_code 0
 run "$STIPPLE" prep "$FOLDER/roof.obj" -o "$FOLDER/v.stipple" --sample none
