@@ -141,8 +141,9 @@ typedef struct stp_chunk_entry {
  * (axis + 1 + k) % 3, the sample of (column, row) is at across[k][0] + column across[k][1] + row
  * across[k][2] + height across[k][3]. Lengths are relative to the chunk's origin. */
 typedef struct stp_raster {
+    bool level;    /* of a survey: columns go along x, rows along y, and normals are upwards */
     unsigned axis; /* 0 x, 1 y, 2 z */
-    double across[2][4];
+    double across[2][4]; /* unless it is level, all but [k][0] are floats: a block stores them so */
 } stp_raster;
 
 /* A patch whose level-0 samples are those of a square of 8 x 8 of a grid, in Morton order. */

@@ -68,7 +68,7 @@ stp_status stp_scan_find_step(stp_scan *scan, bool fine, double *step, stp_error
     stp_point *points = NULL;
     common all = {.count = fine ? STEP_COUNT : SURVEY_STEPS, .box = stp_dbox_empty()};
     size_t count = 1;
-    all.heights = stp_scan_get_info(scan)->raster.columns > 0;
+    all.heights = !fine && stp_scan_get_info(scan)->raster.columns > 0;
     if (stp_scan_get_info(scan)->coordinate_step > 0.0) {
         *step = stp_scan_get_info(scan)->coordinate_step;
         return STP_OK;

@@ -141,9 +141,8 @@ static stp_status stream_vertices(stp_scan *scan, stp_error *err)
     return status;
 }
 
-/* Reads the whole file as a mesh and closes it, if it has edges, if faces are needed, or if it may
- * be a coarse mesh: larger files are scans. If it turns out not to be coarse, or if faces or edges
- * are cut off, the file stays open. */
+/* Reads the whole file as a mesh and closes it, if it has edges, faces are needed, or it may be
+ * coarse: larger files are scans. If it is not, or faces or edges are cut off, it stays open. */
 static stp_status hold_mesh(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -154,6 +153,7 @@ static stp_status hold_mesh(stp_scan *scan, stp_error *err)
     const bool wants_faces = normals || textured || params->sample_count > 0 || params->hybrid;
     const bool needed = ply->edges || (ply->faces && wants_faces);
     const bool may_be_coarse = samples_coarse(params) && !params->salvage && ply->faces &&
+                               ply->grid.columns == 0 &&
                                ply->vertex->count <= STP_COARSE_VERTEX_LIMIT;
     uint64_t samples = 0;
     if (!needed && !may_be_coarse)

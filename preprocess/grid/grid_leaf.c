@@ -236,7 +236,8 @@ static void add_squares(tile *t)
 static stp_raster raster_of(const stp_height_grid *grid, stp_dvec3 origin)
 {
     const stp_scan_raster *r = &grid->raster;
-    return (stp_raster){.axis = 2,
+    return (stp_raster){.level = true,
+                        .axis = 2,
                         .across = {{r->x - origin.x, r->dx}, {r->y - origin.y, 0.0, -r->dy}}};
 }
 

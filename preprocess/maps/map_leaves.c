@@ -242,7 +242,7 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Sorts the squares of a leaf by map, but for that as they were. */
+/* Sorts the squares of a leaf by map, and those of a map as they were. */
 static stp_status sort_by_map(const stp_map_square *squares, uint32_t count, leaf_maps *out,
                               stp_error *err)
 {

@@ -54,7 +54,8 @@ stp_dvec3 stp_map_snapped(const stp_map *map, const stp_raster *raster, uint32_t
     return (stp_dvec3){at[0], at[1], at[2]};
 }
 
-/* The slopes of the plane that fits best through a window; false if it is all on one line. */
+/* The slopes of the plane that fits best through a window, as formats/chunk/codec/square_normal.c
+ * finds them; false if it is all on one line. */
 static bool fit(const double *heights, double out[2])
 {
     double n = 0.0, x = 0.0, y = 0.0, z = 0.0, xx = 0.0, xy = 0.0, yy = 0.0, xz = 0.0, yz = 0.0;

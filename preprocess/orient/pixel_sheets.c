@@ -15,70 +15,112 @@
 #define PAIRS 65536u
 #define PAIR_PIXELS 16u
 
+/* An image, and which records and pixels of all images are its own. */
 typedef struct image {
-    stp_cloud *cloud;
     stp_dvec3 station;
-    uint32_t *points; /* by pixel: the point, or NONE */
+    uint64_t first, begin;
     uint32_t columns, rows;
-    stp_forest forest; /* of sheets */
 } image;
+
+typedef struct joining {
+    stp_cloud *cloud;
+    image *images; /* in the order of records */
+    size_t count;
+    uint64_t pixels;
+    uint32_t *points;  /* by pixel of all images: the point, or NONE */
+    stp_forest forest; /* of sheets */
+} joining;
 
 #define NONE UINT32_MAX
 
-static bool is_of_image(const stp_cloud *cloud, uint32_t i)
+static uint64_t pixels_of(const image *m)
 {
-    return cloud->points[i].given == STP_GIVEN_IMAGE && cloud->sheets[i] != STP_SHEET_NONE;
+    return (uint64_t)m->columns * m->rows;
 }
 
-/* Finds the points of the image, whose first record is `first`. *sheets: more than all numbers of
- * sheets. Returns how many points there are. */
-static uint32_t find_points(image *m, uint64_t first, uint32_t *sheets)
+/* Lists the images that one station saw and whose pixels are their files' records. */
+static stp_status list_images(joining *j, const stp_prep_source *source, stp_error *err)
 {
-    const uint64_t pixels = (uint64_t)m->columns * m->rows;
-    const stp_cloud *cloud = m->cloud;
-    uint32_t count = 0;
-    *sheets = 0;
-    for (uint64_t i = 0; i < pixels; i++)
-        m->points[i] = NONE;
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        const uint64_t pixel = cloud->points[i].source - first; /* before it: a large number */
-        if (cloud->sheets[i] != STP_SHEET_NONE && cloud->sheets[i] >= *sheets)
-            *sheets = cloud->sheets[i] + 1;
-        if (pixel >= pixels || !is_of_image(cloud, i))
-            continue;
-        m->points[pixel] = i;
-        count++;
+    stp_status status = STP_OK;
+    uint64_t first = 0;
+    STP_TRY(stp_alloc(&j->images, source->file_count, sizeof *j->images, "images", err));
+    for (size_t f = 0; f < source->file_count; f++) {
+        const stp_prep_file *file = &source->files[f];
+        const uint64_t pixels = (uint64_t)file->grid.columns * file->grid.rows;
+        if (pixels > 0 && pixels <= file->point_count && file->grid.cell_count == 0 &&
+            file->station_count == 1) {
+            j->images[j->count++] = (image){source->stations[file->station_begin], first, j->pixels,
+                                            file->grid.columns, file->grid.rows};
+            j->pixels += pixels;
+        }
+        first += file->point_count;
     }
-    return count;
+done:
+    return status;
+}
+
+/* The image that a record may belong to: the last one that begins no later. */
+static const image *image_of(const joining *j, uint64_t record)
+{
+    size_t low = 0, high = j->count;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (j->images[middle].first <= record)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low > 0 ? &j->images[low - 1] : NULL;
+}
+
+/* Finds the points of all images. Returns a number above those of all sheets. */
+static uint32_t find_points(joining *j)
+{
+    const stp_cloud *cloud = j->cloud;
+    uint32_t sheets = 0;
+    for (uint64_t i = 0; i < j->pixels; i++)
+        j->points[i] = NONE;
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        const uint64_t record = cloud->points[i].source;
+        const image *m = image_of(j, record);
+        if (cloud->sheets[i] == STP_SHEET_NONE)
+            continue;
+        sheets = cloud->sheets[i] >= sheets ? cloud->sheets[i] + 1 : sheets;
+        if (m && record - m->first < pixels_of(m) && cloud->points[i].given == STP_GIVEN_IMAGE)
+            j->points[m->begin + (record - m->first)] = i;
+    }
+    return sheets;
 }
 
 /* How far two points are off each other's plane, by the square of the distance to the camera. */
-static double distance_of(const image *m, uint32_t a, uint32_t b)
+static double distance_of(const stp_cloud *cloud, const image *m, uint32_t a, uint32_t b)
 {
-    const stp_dvec3 p = m->cloud->points[a].position, q = m->cloud->points[b].position;
+    const stp_dvec3 p = cloud->points[a].position, q = cloud->points[b].position;
     const stp_dvec3 step = stp_dvec3_sub(q, p), ray = stp_dvec3_sub(p, m->station);
-    const double off_a = stp_dvec3_dot(stp_dvec3_from_float(stp_cloud_normal(m->cloud, a)), step);
-    const double off_b = stp_dvec3_dot(stp_dvec3_from_float(stp_cloud_normal(m->cloud, b)), step);
+    const double off_a = stp_dvec3_dot(stp_dvec3_from_float(stp_cloud_normal(cloud, a)), step);
+    const double off_b = stp_dvec3_dot(stp_dvec3_from_float(stp_cloud_normal(cloud, b)), step);
     return fmax(fabs(off_a), fabs(off_b)) / stp_dvec3_dot(ray, ray);
 }
 
-/* The other point of pair i: so many pixels to the right of a pixel, or below it. NONE if one of
- * them is not. */
-static uint32_t other_of(const image *m, uint64_t i, uint32_t pixels, uint32_t *point)
+/* The other point of pair i of an image: so many pixels to the right of a pixel, or below it. NONE
+ * if one of them is not. */
+static uint32_t other_of(const joining *j, const image *m, uint64_t i, uint32_t pixels,
+                         uint32_t *point)
 {
     const uint64_t pixel = i / 2;
     const bool below = i % 2;
     const uint32_t column = (uint32_t)(pixel % m->columns), row = (uint32_t)(pixel / m->columns);
-    *point = m->points[pixel];
+    const uint32_t *own = j->points + m->begin;
+    *point = own[pixel];
     if (*point == NONE || (below ? m->rows - row : m->columns - column) <= pixels)
         return NONE;
-    return m->points[pixel + (uint64_t)pixels * (below ? m->columns : 1)];
+    return own[pixel + (uint64_t)pixels * (below ? m->columns : 1)];
 }
 
 /* The median of all pairs; 0 without any. Errors: OUT_OF_MEMORY. */
-static stp_status find_median(const image *m, double *out, stp_error *err)
+static stp_status find_median(const joining *j, const image *m, double *out, stp_error *err)
 {
-    const uint64_t pairs = 2 * (uint64_t)m->columns * m->rows;
+    const uint64_t pairs = 2 * pixels_of(m);
     const uint64_t step = (pairs / PAIRS + 1) | 1; /* odd: both directions count */
     double *found = NULL;
     size_t count = 0;
@@ -87,9 +129,9 @@ static stp_status find_median(const image *m, double *out, stp_error *err)
         return status;
     for (uint64_t i = 0; i < pairs; i += step) {
         uint32_t a;
-        const uint32_t b = other_of(m, i, PAIR_PIXELS, &a);
+        const uint32_t b = other_of(j, m, i, PAIR_PIXELS, &a);
         if (b != NONE)
-            found[count++] = distance_of(m, a, b);
+            found[count++] = distance_of(j->cloud, m, a, b);
     }
     stp_sort_doubles(found, count);
     *out = count > 0 ? found[count / 2] : 0.0;
@@ -97,54 +139,36 @@ static stp_status find_median(const image *m, double *out, stp_error *err)
     return STP_OK;
 }
 
-static void join(image *m, double limit)
+static void join_image(joining *j, const image *m, double limit)
 {
-    const uint64_t pairs = 2 * (uint64_t)m->columns * m->rows;
-    for (uint64_t i = 0; i < pairs; i++) {
+    const uint32_t *sheets = j->cloud->sheets;
+    for (uint64_t i = 0; i < 2 * pixels_of(m); i++) {
         uint32_t a;
-        const uint32_t b = other_of(m, i, 1, &a);
-        if (b != NONE && distance_of(m, a, b) <= limit)
-            stp_forest_join(&m->forest, m->cloud->sheets[a], m->cloud->sheets[b], false);
+        const uint32_t b = other_of(j, m, i, 1, &a);
+        if (b != NONE && distance_of(j->cloud, m, a, b) <= limit)
+            stp_forest_join(&j->forest, sheets[a], sheets[b], false);
     }
-}
-
-static stp_status join_image(stp_cloud *cloud, const stp_prep_file *file, stp_dvec3 station,
-                             uint64_t first, stp_error *err)
-{
-    stp_status status = STP_OK;
-    image m = {
-        .cloud = cloud, .station = station, .columns = file->grid.columns, .rows = file->grid.rows};
-    uint32_t sheets = 0;
-    double median = 0.0;
-    uint8_t parity = 0;
-    STP_TRY(stp_spill_alloc(cloud->spill, &m.points, (size_t)m.columns * m.rows, sizeof *m.points,
-                            "pixels", err));
-    if (find_points(&m, first, &sheets) == 0)
-        goto done;
-    STP_TRY(stp_forest_create(&m.forest, sheets, cloud->spill, err));
-    STP_TRY(find_median(&m, &median, err));
-    join(&m, MEDIANS * median);
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        if (cloud->sheets[i] != STP_SHEET_NONE)
-            cloud->sheets[i] = stp_forest_find(&m.forest, cloud->sheets[i], &parity);
-done:
-    stp_forest_clear(&m.forest);
-    stp_spill_free(cloud->spill, m.points);
-    return status;
 }
 
 stp_status stp_pixel_sheets_join(stp_cloud *cloud, const stp_prep_source *source, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint64_t first = 0;
-    for (size_t f = 0; f < source->file_count; f++) {
-        const stp_prep_file *file = &source->files[f];
-        const uint64_t pixels = (uint64_t)file->grid.columns * file->grid.rows;
-        if (pixels > 0 && pixels <= file->point_count && file->grid.cell_count == 0 &&
-            file->station_count == 1)
-            STP_TRY(join_image(cloud, file, source->stations[file->station_begin], first, err));
-        first += file->point_count;
+    joining j = {.cloud = cloud};
+    uint8_t parity = 0;
+    STP_TRY(list_images(&j, source, err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &j.points, j.pixels, sizeof *j.points, "pixels", err));
+    STP_TRY(stp_forest_create(&j.forest, find_points(&j), cloud->spill, err));
+    for (size_t i = 0; i < j.count; i++) {
+        double median = 0.0;
+        STP_TRY(find_median(&j, &j.images[i], &median, err));
+        join_image(&j, &j.images[i], MEDIANS * median);
     }
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        if (cloud->sheets[i] != STP_SHEET_NONE)
+            cloud->sheets[i] = stp_forest_find(&j.forest, cloud->sheets[i], &parity);
 done:
+    stp_forest_clear(&j.forest);
+    stp_spill_free(cloud->spill, j.points);
+    free(j.images);
     return status;
 }

@@ -54,7 +54,7 @@ typedef struct stp_patch_ground {
     bool copied;      /* the items are patch vertices from below: stored unchanged */
     int vertex_least; /* exponent of the finest lattice of vertices */
     unsigned
-        normal_bits; /* of the grid of level-0 normals; level l has l bits more, up to 12 (9) */
+        normal_bits; /* of the grid of level-0 normals; level l has l more, up to 12; squares 9 */
     bool even;       /* squares: merged by plain means, whatever their radii; then 9 bits */
 } stp_patch_ground;
 

@@ -40,7 +40,7 @@ stp_status __wrap_stp_alloc(void *out, size_t count, size_t size, const char *wh
 /* A level one, and two tilted ones; their slopes are floats. */
 enum { RASTERS = 3 };
 static const stp_raster rasters[RASTERS] = {
-    {.axis = 2, .across = {{-17.0, 0.5}, {90.0, 0.0, -0.25}}},
+    {.level = true, .axis = 2, .across = {{-17.0, 0.5}, {90.0, 0.0, -0.25}}},
     {.axis = 0, .across = {{11.0, 0.5, 0.125, -0.75}, {-5.0, -0.25, 0.5, 0.375}}},
     {.axis = 1, .across = {{3.0, -0.375, 0.25, 0.5}, {7.0, 0.25, 0.4375, -0.875}}}};
 

@@ -33,18 +33,17 @@ def children_of(patch, level):
 class Raster:
     """Heights go along `axis`; across[k] tells the places along axis (axis + 1 + k) % 3."""
 
-    def __init__(self, axis, across, first, name):
-        self.axis, self.across, self.first = axis, across, first
+    def __init__(self, level, axis, across, first, name):
+        self.level, self.axis, self.across, self.first = level, axis, across, first
         self.area = across[0][1] * across[1][2] - across[0][2] * across[1][1]
         require(axis < 3 and self.area and all(abs(n) <= 8e15 for a in across for n in a),
                 f"{name}: a raster out of range")
-        self.level = axis == 2 and not any((across[0][2], across[0][3], across[1][1], across[1][3]))
         self.others = [(axis + 1) % 3, (axis + 2) % 3]
 
 
 def level_raster(cursor):
     x, y, dx, dy, column, row = struct.unpack("<4d2I", cursor.take(40))
-    return [Raster(2, ((x, dx, 0.0, 0.0), (y, 0.0, dy, 0.0)), (column, row), cursor.name)]
+    return [Raster(True, 2, ((x, dx, 0.0, 0.0), (y, 0.0, dy, 0.0)), (column, row), cursor.name)]
 
 
 def tilted_rasters(cursor, patches):
@@ -52,7 +51,7 @@ def tilted_rasters(cursor, patches):
     require(count <= patches, f"{cursor.name}: more rasters than patches")
     for _ in range(count):
         axis, *n = struct.unpack("<Bd3fd3f2I", cursor.take(49))
-        out.append(Raster(axis, (n[:4], n[4:8]), tuple(n[8:]), cursor.name))
+        out.append(Raster(False, axis, (n[:4], n[4:8]), tuple(n[8:]), cursor.name))
     return out
 
 
@@ -288,7 +287,7 @@ def add_normals(block, level, reach, samples, cells, shift):
     for i, (s, (patch, row)) in enumerate(zip(samples, cells)):
         slopes = block.fitted(level, i, reach) if reach else block.slopes(level, i, block.levels[level].z)
         x, y, z = normal_of(block.rasters[block.levels[level].rasters[i]], slopes, factor)
-        m = abs(x) + abs(y) + abs(z)
+        m = abs(x) + abs(y) + abs(z) or math.nan
         x, y = x / m, y / m
         if z < 0.0:
             x, y = math.copysign(1.0 - abs(y), x), math.copysign(1.0 - abs(x), y)

@@ -292,7 +292,9 @@ static stp_status decode_blocks(const uint8_t *bytes, size_t size, int segment, 
         scratch->shares->bytes[STP_SHARE_FRAME] += stp_block_index_bytes(count, segment);
     if (segment == 0) {
         free(chunk->rasters);
+        free(chunk->squares);
         chunk->rasters = NULL;
+        chunk->squares = NULL;
         chunk->raster_count = 0;
         STP_TRY(take_ends(chunk, rows, count, err));
     }

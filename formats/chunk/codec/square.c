@@ -20,6 +20,9 @@
 #define RASTER_COLUMN LEVEL_COLUMNS
 #define TILTED_COLUMNS (LEVEL_COLUMNS + 1u)
 #define DELTA_MOST 32767
+/* A block of more patches is not coded as tilted: steps from square to square of a raster, and from
+ * raster to raster, are then sure to be no greater. */
+#define TILTED_PATCHES_MOST 8000u
 /* A sample lies this near to its place in a tilted grid, in columns and rows: else one of several
  * grids would do as well as another. */
 #define TILTED_OFF_MOST 0.125
@@ -31,20 +34,13 @@ static const int16_t square_beside[TILTED_COLUMNS] = {STP_BESIDE_NONE,  0,
                                                       STP_BESIDE_KINDS, STP_BESIDE_KINDS,
                                                       STP_BESIDE_NONE};
 
-bool stp_raster_is_level(const stp_raster *raster)
-{
-    const double(*a)[4] = raster->across;
-    return raster->axis == 2 && a[0][2] == 0.0 && a[0][3] == 0.0 && a[1][1] == 0.0 &&
-           a[1][3] == 0.0;
-}
-
 /* ---- finding ---- */
 
 /* The column and row nearest to a position. */
 static bool find_place(const stp_raster *raster, const double position[3], uint32_t out[2])
 {
     const double(*a)[4] = raster->across;
-    const double off_most = stp_raster_is_level(raster) ? DBL_MAX : TILTED_OFF_MOST;
+    const double off_most = raster->level ? DBL_MAX : TILTED_OFF_MOST;
     const double height = position[raster->axis];
     double rest[2], place[2];
     for (unsigned k = 0; k < 2; k++)
@@ -109,25 +105,37 @@ static bool follows(uint32_t place, uint32_t before)
     return labs((long)place - (long)before) <= DELTA_MOST;
 }
 
+/* Whether a tilted raster comes back as it is. */
+static bool is_of_floats(const stp_raster *raster)
+{
+    for (int k = 0; k < 2; k++)
+        for (int i = 1; i < 4; i++)
+            if ((double)(float)raster->across[k][i] != raster->across[k][i])
+                return false;
+    return true;
+}
+
+/* Whether a square can be coded in the block of the one before, which may be the same. */
+static bool may_follow(const stp_chunk *block, const stp_square *before, const stp_square *square)
+{
+    const stp_raster *raster = &block->rasters[square->raster];
+    if (raster->level)
+        return before->raster == square->raster && follows(square->column, before->column) &&
+               follows(square->row, before->row);
+    return !block->rasters[before->raster].level && is_of_floats(raster) &&
+           block->patch_count <= TILTED_PATCHES_MOST;
+}
+
 bool stp_squares_find(const stp_chunk *block, stp_square *out)
 {
     for (uint32_t p = 0; p < block->patch_count; p++) {
         const stp_square *before = &out[p ? p - 1 : 0];
         if (!find_square_in(block, p, p ? before->raster : 0, &out[p]))
             return false;
-        if (before->raster == out[p].raster &&
-            (!follows(out[p].column, before->column) || !follows(out[p].row, before->row)))
+        if (!may_follow(block, before, &out[p]))
             return false;
     }
     return true;
-}
-
-bool stp_squares_are_tilted(const stp_chunk *block, const stp_square *squares)
-{
-    for (uint32_t p = 0; p < block->patch_count; p++)
-        if (squares[p].raster != squares[0].raster)
-            return true;
-    return !stp_raster_is_level(&block->rasters[squares[0].raster]);
 }
 
 /* ---- coding ---- */
@@ -235,7 +243,7 @@ stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares,
     stp_status status = STP_OK;
     stp_table table = {0};
     used_rasters used = {0};
-    const bool tilted = stp_squares_are_tilted(block, squares);
+    const bool tilted = !block->rasters[squares[0].raster].level;
     STP_TRY(stp_alloc(&used.places, block->raster_count, sizeof *used.places, "rasters", err));
     STP_TRY(stp_alloc(&used.before, block->raster_count, sizeof *used.before, "rasters", err));
     for (uint32_t p = 0; p < block->patch_count; p++)
@@ -282,7 +290,8 @@ static const char *take_square(const stp_table *table, uint32_t p, unsigned coun
 
 static stp_raster get_level(const uint8_t *bytes)
 {
-    return (stp_raster){.axis = 2,
+    return (stp_raster){.level = true,
+                        .axis = 2,
                         .across = {{stp_get_f64(bytes), stp_get_f64(bytes + 16)},
                                    {stp_get_f64(bytes + 8), 0.0, stp_get_f64(bytes + 24)}}};
 }

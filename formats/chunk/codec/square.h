@@ -32,14 +32,10 @@ static inline uint32_t stp_square_row(uint32_t i)
     return stp_square_column(i >> 1);
 }
 
-/* Whether heights go along z, columns along x and rows along y. */
-bool stp_raster_is_level(const stp_raster *raster);
-
-/* Finds the squares of a block with all levels whose rasters are set. False if some patch is not a
- * square of a grid, or its square cannot be coded. out: one for each patch. */
+/* Finds the squares of a block with all levels whose rasters are set: all of one level raster, or
+ * all of tilted ones. False if some patch is not a square of a grid, or its square cannot be coded.
+ * out: one for each patch. */
 bool stp_squares_find(const stp_chunk *block, stp_square *out);
-/* Whether they are to be coded as on tilted planes. */
-bool stp_squares_are_tilted(const stp_chunk *block, const stp_square *squares);
 
 /* Appends rasters and squares. Errors: OUT_OF_MEMORY. */
 stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares, stp_bytes *out,

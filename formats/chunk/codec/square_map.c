@@ -159,14 +159,14 @@ static double nearest(double x)
     return nearbyint(x);
 }
 
-/* Of level grids, places are whole numbers: those that the samples have. */
+/* Of level grids, places across are whole numbers. */
 static void place_finest(const stp_chunk *block, uint32_t p, const stp_square_map *map)
 {
     const stp_square *square = &map->squares[p];
     const stp_square_grid *grid = stp_square_grid_of(map, p);
     const stp_square_level *level = &grid->level[0];
     const double(*a)[4] = grid->raster->across;
-    const bool flat = stp_raster_is_level(grid->raster);
+    const bool flat = grid->raster->level;
     const double inverse = ldexp(1.0, -block->patches[p].exponent);
     uint32_t i = block->level_begin[0][p];
     for (unsigned k = 0; k < SQUARE_SAMPLES; k++) {
@@ -197,7 +197,7 @@ static void place_merged(const stp_chunk *block, uint32_t p, int l, const stp_sq
 {
     const stp_square_grid *grid = stp_square_grid_of(map, p);
     const stp_square_level *finer = &grid->level[l - 1], *level = &grid->level[l];
-    const bool flat = stp_raster_is_level(grid->raster);
+    const bool flat = grid->raster->level;
     const unsigned count = block->patches[p].counts[l], under = block->patches[p].counts[l - 1];
     for (unsigned j = 0; j < count; j++) {
         const uint32_t i = block->level_begin[l][p] + j;

@@ -113,7 +113,7 @@ void stp_square_normal_of(const stp_square_normals *normals, const stp_raster *r
                           const double slopes[2], double out[2])
 {
     double n[3];
-    if (stp_raster_is_level(raster))
+    if (raster->level)
         find_level(raster, normals->length, slopes, n);
     else
         find_tilted(raster, normals->length, slopes, n);

@@ -7,8 +7,9 @@
  * beside it (KHR_texture_transform), that repeat, end or are mirrored. If faces have images,
  * colours of vertices are left out. Skins, morphs and animations are left at rest. Meshes
  * compressed by Draco (KHR_draco_mesh_compression) and meshoptimizer (EXT_meshopt_compression) are
- * read. Source: glTF 2.0 Specification (Khronos). Memory: the file, its buffers and one decoded
- * primitive, beside the mesh. Threads: any, one file each. */
+ * read. Source: glTF 2.0 Specification (Khronos). Memory: the file, its buffers, views that
+ * meshoptimizer compressed, and one primitive of Draco, beside the mesh. Threads: any, one file
+ * each. */
 #ifndef STP_FORMATS_SCAN_GLTF_GLTF_H
 #define STP_FORMATS_SCAN_GLTF_GLTF_H
 

@@ -32,6 +32,17 @@ typedef enum stp_gltf_list {
     STP_GLTF_LIST_COUNT
 } stp_gltf_list;
 
+/* A decoded buffer view. */
+typedef struct stp_gltf_unpacked_view {
+    stp_gltf_bytes bytes; /* data NULL: nobody asked for it yet, or it is not compressed */
+    size_t stride;
+} stp_gltf_unpacked_view;
+
+typedef struct stp_gltf_unpacked {
+    uint64_t bytes; /* of all views */
+    stp_gltf_unpacked_view *views;
+} stp_gltf_unpacked;
+
 typedef struct stp_gltf_file {
     const char *path; /* borrowed */
     uint8_t *bytes;
@@ -42,7 +53,7 @@ typedef struct stp_gltf_file {
     stp_gltf_bytes binary; /* of a .glb */
     stp_gltf_bytes *buffers;
     uint32_t buffer_count;
-    struct stp_gltf_unpacked *views; /* by view: decoded bytes of those that are compressed */
+    stp_gltf_unpacked *unpacked; /* owned */
 } stp_gltf_file;
 
 /* The items of a sparse accessor that others take the place of, in ascending order. */
@@ -60,6 +71,12 @@ typedef struct stp_gltf_numbers {
     unsigned components, type; /* type: as glTF has it, 5120 (a byte) to 5126 (a float) */
     bool normalized;
 } stp_gltf_numbers;
+
+/* A little-endian number of 32 bits. */
+static inline uint32_t stp_gltf_word(const uint8_t *bytes)
+{
+    return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+}
 
 /* Errors: as stp_gltf_read. */
 stp_status stp_gltf_file_open(stp_gltf_file *out, const char *path, stp_error *err);

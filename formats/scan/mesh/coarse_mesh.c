@@ -82,6 +82,8 @@ stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_
         (sums.long_area < STP_COARSE_SHARE * sums.area &&
          sums.texels <= STP_COARSE_TEXELS * vertices))
         goto done;
+    if (mesh->attributes & STP_POINT_HAS_STATION && 2.0 * vertices < (double)mesh->point_count)
+        goto done; /* a scan beside a few faces: samples have no stations */
     *sample_count =
         (uint64_t)fmax(vertices, fmax(fmin(sums.area * across * across, STP_COARSE_POINT_LIMIT),
                                       fmin(sums.texels, STP_COARSE_TEXEL_LIMIT)));

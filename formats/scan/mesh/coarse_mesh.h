@@ -5,7 +5,8 @@
  * in long faces. Meshes of scans have less than 1/100 of their area there, drawn ones nearly all. A
  * mesh is coarse, too, if its images have more than STP_COARSE_TEXELS texels on the faces for each
  * vertex: the vertices would lose the picture. Vertices without a face stay points beside the
- * samples. Threads: any, one mesh each. */
+ * samples; but if they are more than half, and stations saw them, the mesh is not coarse. Threads:
+ * any, one mesh each. */
 #ifndef STP_FORMATS_SCAN_MESH_COARSE_MESH_H
 #define STP_FORMATS_SCAN_MESH_COARSE_MESH_H
 

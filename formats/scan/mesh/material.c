@@ -393,7 +393,7 @@ bool stp_materials_colour(const stp_materials *m, size_t triangle, const double 
     const uint8_t *texel =
         at->rgb[(size_t)texel_at(1.0 - v, at->height, material->wrap[1]) * at->width +
                 texel_at(u, at->width, material->wrap[0])];
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < 3; k++) /* a product of sRGB is nearly that of linear light */
         rgb[k] = (uint16_t)(texel[k] * (material->tinted ? material->rgb[k] / 255u : 257u));
     return true;
 }

@@ -1,11 +1,10 @@
 /* The colours of a mesh's faces: the materials of OBJ files (MTL: Kd and map_Kd) and of glTF, and
  * images, which PLY files name, too.
  *
- * Texture coordinates are (u right, v up), from 0 to 1 over an image, which goes on beyond as the
- * material says. An
- * image is held as levels, each of half the size of the one before, and looked up where its texels
- * are about as far apart as the points. Images that are larger than STP_TEXTURE_TEXELS are halved
- * first. A file that is missing or no image costs its colours alone; `missing` names it.
+ * Texture coordinates are (u right, v up), from 0 to 1 over an image; a material says what is
+ * beyond. An image is held as levels, each of half the size of the one before, and looked up where
+ * its texels are about as far apart as the points. Images that are larger than STP_TEXTURE_TEXELS
+ * are halved first. A file that is missing or no image costs its colours alone; `missing` names it.
  *
  * Memory: 28 bytes a triangle, 4 a texel. Threads: one at a time; colours may be looked up on any.
  */
