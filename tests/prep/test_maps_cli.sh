@@ -54,11 +54,11 @@ refuse --maps --precision exact "--precision exact"
 refuse --maps --attributes all "--attributes"
 refuse --maps --orient none "--orient none"
 
-# A ceiling, along the axes: its map looks down.
+# A ceiling, exactly along the axes: its map looks down.
 awk 'BEGIN {
-    print "ply\nformat ascii 1.0\nelement vertex 1600\nproperty float x\nproperty float y\nproperty float z"
+    print "ply\nformat ascii 1.0\nelement vertex 2048\nproperty float x\nproperty float y\nproperty float z"
     print "property float nx\nproperty float ny\nproperty float nz\nend_header"
-    for (i = 0; i < 1600; i++) print i % 40 / 10, int(i / 40) / 10, 3, 0, 0, -1
+    for (i = 0; i < 2048; i++) print i % 64, int(i / 64), 3, 0, 0, -1
 }' >"$FOLDER/ceiling.ply"
 run "$STIPPLE" prep "$FOLDER/ceiling.ply" --maps -o "$FOLDER/ceiling.stipple"
 expect_code 0
@@ -73,7 +73,7 @@ end = data.index(b"end_header\n") + 11
 names = [line.split()[1:] for line in data[:end].decode().splitlines() if line.startswith("property")]
 rows = struct.Struct("<" + "".join({"float": "f", "double": "d", "uchar": "B"}[kind] for kind, _ in names))
 normals = [dict(zip((name for _, name in names), row))["nz"] for row in rows.iter_unpack(data[end:])]
-sys.exit(len(normals) < 1600 or max(normals) > -0.99)
+sys.exit(len(normals) < 2048 or max(normals) > -0.99)
 END
 
 # The same picture as of points, but for what resampling changes.
