@@ -101,6 +101,8 @@ vec3s stp_map_normal(const stp_raster *raster,
     if (!fit(heights, slopes))
         return surface;
     stp_square_normal_of(&world, raster, slopes, place);
+    if (!isfinite(place[0]) || !isfinite(place[1])) /* spacings that no float holds */
+        return surface;
     for (int i = 0; i < 2; i++)
         uv[i] = stp_normal_grid_code((int32_t)floor(place[i] / (1u << shift) + 0.5), shift);
     stp_normal_codes_put(uv, code);

@@ -22,8 +22,8 @@ stp_raster stp_map_raster(const stp_map_frame *frame, stp_dvec3 origin);
 stp_dvec3 stp_map_snapped(const stp_map *map, const stp_raster *raster, uint32_t column,
                           uint32_t row, double step);
 /* The normal that a sample is stored with, on the grid of `bits` (normal_grid.h): of the plane
- * through the samples around; `surface` if they are all on one line. heights: of the window, row by
- * row, along the raster's axis; NaN: no sample. */
+ * through the samples around; `surface` if they are all on one line, or too near for floats.
+ * heights: of the window, row by row, along the raster's axis; NaN: no sample. */
 vec3s stp_map_normal(const stp_raster *raster,
                      const double heights[STP_MAP_WINDOW * STP_MAP_WINDOW], vec3s surface,
                      unsigned bits);
