@@ -1,5 +1,6 @@
 /* Makes a tile of a grid of heights a leaf. */
 #include "base/memory.h"
+#include "formats/chunk/codec/plane_fit.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/grid/height_grid.h"
 
@@ -53,11 +54,6 @@ static void load(tile *t)
     }
 }
 
-/* The sums of a window that a plane through its samples needs. Heights are over the middle's. */
-typedef struct sums {
-    double n, x, y, z, xx, xy, yy, xz, yz;
-} sums;
-
 static double difference(const double *a, const double *b)
 {
     return isnan(*a) || isnan(*b) ? INFINITY : fabs(*a - *b);
@@ -79,11 +75,11 @@ static cliff cliff_at(const stp_height_grid *grid, const double *middle)
                    CLIFF_STEPS * y + CLIFF_SLOPE * grid->raster.dy, CLIFF_NOISE * grid->noise};
 }
 
-static sums sum_window(const stp_height_grid *grid, const double *middle)
+static stp_plane_sums sum_window(const stp_height_grid *grid, const double *middle)
 {
     const int reach = (int)grid->reach;
     const cliff far = cliff_at(grid, middle);
-    sums s = {0};
+    stp_plane_sums s = {0};
     for (int j = -reach; j <= reach; j++)
         for (int i = -reach; i <= reach; i++) {
             const double z = middle[j * (int)SIDE_WITH_REACH + i] - *middle;
@@ -91,15 +87,7 @@ static sums sum_window(const stp_height_grid *grid, const double *middle)
                 (i ? abs(i) * far.by_column : 0.0) + (j ? abs(j) * far.by_row : 0.0) + far.least;
             if (!(fabs(z) <= off)) /* a cliff, or no sample */
                 continue;
-            s.n += 1.0;
-            s.x += i;
-            s.y += j;
-            s.z += z;
-            s.xx += i * i;
-            s.xy += i * j;
-            s.yy += j * j;
-            s.xz += i * z;
-            s.yz += j * z;
+            stp_plane_add(&s, i, j, z);
         }
     return s;
 }
@@ -108,20 +96,10 @@ static sums sum_window(const stp_height_grid *grid, const double *middle)
  * nothing. Rows go down in y. */
 static stp_dvec3 normal_of(const stp_height_grid *grid, const double *middle)
 {
-    const sums s = sum_window(grid, middle);
-    const double xx = s.xx - s.x * s.x / s.n, yy = s.yy - s.y * s.y / s.n;
-    const double xy = s.xy - s.x * s.y / s.n;
-    const double xz = s.xz - s.x * s.z / s.n, yz = s.yz - s.y * s.z / s.n;
-    const double det = xx * yy - xy * xy;
-    double a = 0.0, b = 0.0; /* height by column and by row */
-    if (det > 1e-9) {
-        a = (xz * yy - yz * xy) / det;
-        b = (yz * xx - xz * xy) / det;
-    } else if (xx > 1e-9 || yy > 1e-9) { /* all on one line */
-        a = xx > 1e-9 ? xz / xx : 0.0;
-        b = xx > 1e-9 ? 0.0 : yz / yy;
-    }
-    const stp_dvec3 n = {-a / grid->raster.dx, b / grid->raster.dy, 1.0};
+    const stp_plane_sums s = sum_window(grid, middle);
+    double slopes[2]; /* height by column and by row */
+    (void)stp_plane_slopes(&s, slopes);
+    const stp_dvec3 n = {-slopes[0] / grid->raster.dx, slopes[1] / grid->raster.dy, 1.0};
     return stp_dvec3_normalize(n);
 }
 

@@ -1,13 +1,11 @@
 /* Places and normals of a map's samples as a chunk codes them. */
 #include "preprocess/maps/map_raster.h"
 
+#include "formats/chunk/codec/plane_fit.h"
 #include "formats/chunk/codec/square_normal.h"
 #include "formats/chunk/normal_grid.h"
 
 #include <math.h>
-
-/* Least determinant of a plane, for samples one apart. */
-#define DETERMINANT_LEAST 0.5
 
 static void to_numbers(stp_dvec3 v, double out[3])
 {
@@ -54,51 +52,23 @@ stp_dvec3 stp_map_snapped(const stp_map *map, const stp_raster *raster, uint32_t
     return (stp_dvec3){at[0], at[1], at[2]};
 }
 
-/* The slopes of the plane that fits best through a window, as formats/chunk/codec/square_normal.c
- * finds them; false if it is all on one line. */
-static bool fit(const double *heights, double out[2])
-{
-    double n = 0.0, x = 0.0, y = 0.0, z = 0.0, xx = 0.0, xy = 0.0, yy = 0.0, xz = 0.0, yz = 0.0;
-    const int reach = STP_MAP_NORMAL_REACH;
-    const double middle = heights[STP_MAP_WINDOW * STP_MAP_WINDOW / 2];
-    for (int j = -reach; j <= reach; j++)
-        for (int i = -reach; i <= reach; i++) {
-            const double h = *heights++ - middle;
-            if (isnan(h))
-                continue;
-            n += 1.0;
-            x += i;
-            y += j;
-            z += h;
-            xx += i * i;
-            xy += i * j;
-            yy += j * j;
-            xz += i * h;
-            yz += j * h;
-        }
-    xx -= x * x / n;
-    yy -= y * y / n;
-    xy -= x * y / n;
-    xz -= x * z / n;
-    yz -= y * z / n;
-    const double det = xx * yy - xy * xy;
-    if (!(det >= DETERMINANT_LEAST))
-        return false;
-    out[0] = (xz * yy - yz * xy) / det;
-    out[1] = (yz * xx - xz * xy) / det;
-    return true;
-}
-
 vec3s stp_map_normal(const stp_raster *raster,
                      const double heights[STP_MAP_WINDOW * STP_MAP_WINDOW], vec3s surface,
                      unsigned bits)
 {
     const stp_square_normals world = {.reach = STP_MAP_NORMAL_REACH, .length = 1.0};
     const unsigned shift = STP_NORMAL_BITS - bits;
+    const double middle = heights[STP_MAP_WINDOW * STP_MAP_WINDOW / 2];
+    const int reach = STP_MAP_NORMAL_REACH;
+    stp_plane_sums sums = {0};
     double slopes[2], place[2];
     int32_t uv[2];
     uint8_t code[3];
-    if (!fit(heights, slopes))
+    for (int j = -reach; j <= reach; j++)
+        for (int i = -reach; i <= reach; i++, heights++)
+            if (!isnan(*heights))
+                stp_plane_add(&sums, i, j, *heights - middle);
+    if (!stp_plane_slopes(&sums, slopes))
         return surface;
     stp_square_normal_of(&world, raster, slopes, place);
     if (!isfinite(place[0]) || !isfinite(place[1])) /* spacings that no float holds */

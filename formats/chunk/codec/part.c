@@ -207,7 +207,7 @@ static stp_status patches_encode(const stp_chunk *chunk, const block_squares *sq
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
     table.squares = squares->found;
-    table.tilted = squares->found && !chunk->rasters[squares->of[0].raster].level;
+    table.tilted = squares->found && stp_squares_are_tilted(chunk, squares->of);
     stp_patches_encode(chunk->patches, &table);
     STP_TRY(stp_table_encode(&table, out, err));
     if (squares->found)

@@ -243,7 +243,7 @@ stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares,
     stp_status status = STP_OK;
     stp_table table = {0};
     used_rasters used = {0};
-    const bool tilted = !block->rasters[squares[0].raster].level;
+    const bool tilted = stp_squares_are_tilted(block, squares);
     STP_TRY(stp_alloc(&used.places, block->raster_count, sizeof *used.places, "rasters", err));
     STP_TRY(stp_alloc(&used.before, block->raster_count, sizeof *used.before, "rasters", err));
     for (uint32_t p = 0; p < block->patch_count; p++)

@@ -37,6 +37,12 @@ static inline uint32_t stp_square_row(uint32_t i)
  * out: one for each patch. */
 bool stp_squares_find(const stp_chunk *block, stp_square *out);
 
+/* Whether squares that were found are of tilted rasters. */
+static inline bool stp_squares_are_tilted(const stp_chunk *block, const stp_square *squares)
+{
+    return !block->rasters[squares[0].raster].level;
+}
+
 /* Appends rasters and squares. Errors: OUT_OF_MEMORY. */
 stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares, stp_bytes *out,
                               stp_error *err);

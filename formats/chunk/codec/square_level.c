@@ -290,14 +290,14 @@ static unsigned kind_of(const coder *c, uint32_t sample)
     const stp_square_level *on = &c->grid->level[c->level];
     const stp_raster *raster = c->grid->raster;
     const stp_sample *s = &c->block->samples[c->level][sample];
-    const double *tilt[2] = {&raster->across[0][3], &raster->across[1][3]};
+    const double tilt[2] = {raster->across[0][3], raster->across[1][3]};
     int32_t uv[2];
     stp_normal_codes_get(s->normal, uv);
     const stp_ivec3 n = stp_integer_normal(uv[0], uv[1]);
     const double length = (double)(n.v[0] * n.v[0] + n.v[1] * n.v[1] + n.v[2] * n.v[2]);
-    const double all = length * (1.0 + (*tilt[0] * *tilt[0] + *tilt[1] * *tilt[1]));
-    const double along = n.v[raster->axis] + (*tilt[0] * n.v[(raster->axis + 1) % 3] +
-                                              *tilt[1] * n.v[(raster->axis + 2) % 3]);
+    const double all = length * (1.0 + (tilt[0] * tilt[0] + tilt[1] * tilt[1]));
+    const double along = n.v[raster->axis] + (tilt[0] * n.v[(raster->axis + 1) % 3] +
+                                              tilt[1] * n.v[(raster->axis + 2) % 3]);
     const double upright = along * along;
     unsigned kind = 0;
     for (double ratio = M_SQRT2; kind + 1 < STEEPNESS_COUNT && all >= ratio * upright; ratio *= 2.0)

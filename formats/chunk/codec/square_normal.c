@@ -1,6 +1,7 @@
 /* Finds normals from heights. */
 #include "formats/chunk/codec/square_normal.h"
 
+#include "formats/chunk/codec/plane_fit.h"
 #include "formats/chunk/codec/predict_normal.h"
 
 #include <math.h>
@@ -50,32 +51,22 @@ stp_square_normals stp_square_normals_begin(const stp_square_map *map, int level
 static void fit(const stp_square_normals *n, const stp_square_grid *grid, int column, int row,
                 double out[2])
 {
-    double w[SUMS] = {0.0}, y = 0.0, xy = 0.0, yy = 0.0, yz = 0.0;
+    stp_plane_sums w = {0};
     for (int j = -n->reach; j <= n->reach; j++) {
         if (row + j < 0 || row + j >= grid->level[n->level].cell_rows)
             continue;
         const double *sums = sums_at(grid, n->level, column, row + j);
-        for (int s = 0; s < SUMS; s++)
-            w[s] += sums[s];
-        y += j * sums[N];
-        xy += j * sums[I];
-        yy += j * j * sums[N];
-        yz += j * sums[Z];
+        w.n += sums[N];
+        w.x += sums[I];
+        w.y += j * sums[N];
+        w.z += sums[Z];
+        w.xx += sums[II];
+        w.xy += j * sums[I];
+        w.yy += j * j * sums[N];
+        w.xz += sums[IZ];
+        w.yz += j * sums[Z];
     }
-    const double xx = w[II] - w[I] * w[I] / w[N], xz = w[IZ] - w[I] * w[Z] / w[N];
-    yy -= y * y / w[N];
-    xy -= w[I] * y / w[N];
-    yz -= y * w[Z] / w[N];
-    const double det = xx * yy - xy * xy;
-    out[0] = out[1] = 0.0;
-    if (det > 0x1p-20) {
-        out[0] = (xz * yy - yz * xy) / det;
-        out[1] = (yz * xx - xz * xy) / det;
-    } else if (xx > 0x1p-20) { /* all on one line */
-        out[0] = xz / xx;
-    } else if (yy > 0x1p-20) {
-        out[1] = yz / yy;
-    }
+    (void)stp_plane_slopes(&w, out);
 }
 
 void stp_square_slopes_at(const stp_square_normals *normals, const stp_square_grid *grid,
