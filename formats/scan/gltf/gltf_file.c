@@ -105,6 +105,23 @@ stp_status stp_gltf_index(const stp_gltf_file *f, const cJSON *object, const cha
     return status;
 }
 
+stp_status stp_gltf_range(const stp_gltf_file *f, const cJSON *object, stp_gltf_bytes *out,
+                          stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t offset, size;
+    uint32_t buffer;
+    STP_TRY(stp_gltf_index(f, object, "buffer", &buffer, err));
+    STP_TRY(stp_gltf_whole(f, object, "byteOffset", 0, &offset, err));
+    STP_TRY(stp_gltf_whole(f, object, "byteLength", 0, &size, err));
+    if (buffer >= f->buffer_count || offset > f->buffers[buffer].size ||
+        size > f->buffers[buffer].size - offset)
+        return stp_gltf_corrupt(f, err, "a buffer view reaches beyond its buffer");
+    *out = (stp_gltf_bytes){.data = f->buffers[buffer].data + offset, .size = (size_t)size};
+done:
+    return status;
+}
+
 /* ---- what URIs name ---- */
 
 /* The value of a digit of base64 (RFC 4648); 64: it is none. */
@@ -213,25 +230,6 @@ done:
     return status;
 }
 
-static stp_status begin_unpacked(stp_gltf_file *f, stp_error *err)
-{
-    stp_status status = STP_OK;
-    STP_TRY(stp_alloc(&f->unpacked, 1, sizeof *f->unpacked, "buffer views", err));
-    STP_TRY(stp_alloc(&f->unpacked->views, f->counts[STP_GLTF_VIEWS], sizeof *f->unpacked->views,
-                      "buffer views", err));
-done:
-    return status;
-}
-
-static void end_unpacked(stp_gltf_file *f)
-{
-    for (uint32_t i = 0; f->unpacked && f->unpacked->views && i < f->counts[STP_GLTF_VIEWS]; i++)
-        free(f->unpacked->views[i].bytes.owned);
-    if (f->unpacked)
-        free(f->unpacked->views);
-    free(f->unpacked);
-}
-
 /* ---- the file ---- */
 
 bool stp_gltf_requires(const stp_gltf_file *f, const char *extension)
@@ -297,7 +295,9 @@ stp_status stp_gltf_file_open(stp_gltf_file *out, const char *path, stp_error *e
     STP_TRY(check_extensions(&f, err));
     STP_TRY(list_items(&f, err));
     STP_TRY(load_buffers(&f, err));
-    STP_TRY(begin_unpacked(&f, err));
+    STP_TRY(stp_alloc(&f.unpacked,
+                      sizeof *f.unpacked + f.counts[STP_GLTF_VIEWS] * sizeof *f.unpacked->views, 1,
+                      "buffer views", err));
     *out = f;
     f = (stp_gltf_file){0};
 done:
@@ -309,7 +309,9 @@ void stp_gltf_file_close(stp_gltf_file *f)
 {
     for (uint32_t i = 0; i < f->buffer_count; i++)
         free(f->buffers[i].owned);
-    end_unpacked(f);
+    for (uint32_t i = 0; f->unpacked && i < f->counts[STP_GLTF_VIEWS]; i++)
+        free(f->unpacked->views[i].bytes.owned);
+    free(f->unpacked);
     for (int i = 0; i < STP_GLTF_LIST_COUNT; i++)
         free(f->lists[i]);
     free(f->buffers);

@@ -40,7 +40,7 @@ typedef struct stp_gltf_unpacked_view {
 
 typedef struct stp_gltf_unpacked {
     uint64_t bytes; /* of all views */
-    stp_gltf_unpacked_view *views;
+    stp_gltf_unpacked_view views[];
 } stp_gltf_unpacked;
 
 typedef struct stp_gltf_file {
@@ -90,6 +90,10 @@ stp_status stp_gltf_whole(const stp_gltf_file *file, const cJSON *object, const 
 /* The number of an item in another list; STP_GLTF_NONE if the key is missing. Errors: CORRUPT. */
 stp_status stp_gltf_index(const stp_gltf_file *file, const cJSON *object, const char *key,
                           uint32_t *out, stp_error *err);
+/* The bytes of a buffer that `buffer`, `byteOffset` and `byteLength` of an object name; nothing to
+ * free. Errors: CORRUPT. */
+stp_status stp_gltf_range(const stp_gltf_file *file, const cJSON *object, stp_gltf_bytes *out,
+                          stp_error *err);
 /* The bytes of a buffer view. Errors: CORRUPT. */
 stp_status stp_gltf_view(const stp_gltf_file *file, uint32_t index, const uint8_t **data,
                          size_t *size, size_t *stride, stp_error *err);

@@ -14,8 +14,8 @@
 #define STRIDE_MOST 256u
 
 typedef struct packed_view {
-    const uint8_t *data;
-    uint64_t size, count, stride;
+    stp_gltf_bytes bytes;
+    uint64_t count, stride;
     const char *mode, *filter;
 } packed_view;
 
@@ -30,25 +30,18 @@ static stp_status read_view(const stp_gltf_file *f, const cJSON *extension, pack
                             stp_error *err)
 {
     stp_status status = STP_OK;
-    uint64_t offset;
-    uint32_t buffer;
     *out = (packed_view){.mode = word_of(extension, "mode", ""),
                          .filter = word_of(extension, "filter", "NONE")};
-    STP_TRY(stp_gltf_index(f, extension, "buffer", &buffer, err));
-    STP_TRY(stp_gltf_whole(f, extension, "byteOffset", 0, &offset, err));
-    STP_TRY(stp_gltf_whole(f, extension, "byteLength", 0, &out->size, err));
+    STP_TRY(stp_gltf_range(f, extension, &out->bytes, err));
     STP_TRY(stp_gltf_whole(f, extension, "byteStride", 0, &out->stride, err));
     STP_TRY(stp_gltf_whole(f, extension, "count", 0, &out->count, err));
-    if (buffer >= f->buffer_count || offset > f->buffers[buffer].size ||
-        out->size > f->buffers[buffer].size - offset)
-        return stp_gltf_corrupt(f, err, "a view of meshopt reaches beyond its buffer");
     const bool attributes = strcmp(out->mode, "ATTRIBUTES") == 0;
     const bool strides = attributes
                              ? out->stride > 0 && out->stride <= STRIDE_MOST && out->stride % 4 == 0
                              : out->stride == 2 || out->stride == 4;
-    if (!strides || out->count > (BYTES_MOST * out->size + BYTES_FREE) / out->stride)
+    if (!strides ||
+        out->count > (BYTES_MOST * (uint64_t)out->bytes.size + BYTES_FREE) / out->stride)
         return stp_gltf_corrupt(f, err, "a view of meshopt has a size that its bytes cannot have");
-    out->data = f->buffers[buffer].data + offset;
 done:
     return status;
 }
@@ -71,14 +64,15 @@ static bool undo_filter(const packed_view *v, void *data)
 /* False if the stream is damaged, or of a mode that is not known. */
 static bool unpack(const packed_view *v, void *data)
 {
-    const size_t count = (size_t)v->count, stride = (size_t)v->stride, size = (size_t)v->size;
+    const size_t count = (size_t)v->count, stride = (size_t)v->stride, size = v->bytes.size;
+    const uint8_t *bytes = v->bytes.data;
     if (strcmp(v->mode, "ATTRIBUTES") == 0)
-        return meshopt_decodeVertexBuffer(data, count, stride, v->data, size) == 0 &&
+        return meshopt_decodeVertexBuffer(data, count, stride, bytes, size) == 0 &&
                undo_filter(v, data);
     if (strcmp(v->mode, "TRIANGLES") == 0)
-        return count % 3 == 0 && meshopt_decodeIndexBuffer(data, count, stride, v->data, size) == 0;
+        return count % 3 == 0 && meshopt_decodeIndexBuffer(data, count, stride, bytes, size) == 0;
     return strcmp(v->mode, "INDICES") == 0 &&
-           meshopt_decodeIndexSequence(data, count, stride, v->data, size) == 0;
+           meshopt_decodeIndexSequence(data, count, stride, bytes, size) == 0;
 }
 
 stp_status stp_gltf_meshopt_decode(const stp_gltf_file *f, const cJSON *extension,

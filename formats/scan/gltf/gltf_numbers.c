@@ -45,8 +45,8 @@ stp_status stp_gltf_view(const stp_gltf_file *f, uint32_t index, const uint8_t *
 {
     stp_status status = STP_OK;
     const cJSON *view = stp_gltf_item(f, STP_GLTF_VIEWS, index);
-    uint64_t offset, bytes, step;
-    uint32_t buffer;
+    stp_gltf_bytes bytes;
+    uint64_t step;
     if (view == NULL)
         return stp_gltf_corrupt(f, err, "there is no buffer view %u", index);
     const stp_gltf_unpacked_view *unpacked;
@@ -57,15 +57,10 @@ stp_status stp_gltf_view(const stp_gltf_file *f, uint32_t index, const uint8_t *
         *stride = unpacked->stride;
         return STP_OK;
     }
-    STP_TRY(stp_gltf_index(f, view, "buffer", &buffer, err));
-    STP_TRY(stp_gltf_whole(f, view, "byteOffset", 0, &offset, err));
-    STP_TRY(stp_gltf_whole(f, view, "byteLength", 0, &bytes, err));
+    STP_TRY(stp_gltf_range(f, view, &bytes, err));
     STP_TRY(stp_gltf_whole(f, view, "byteStride", 0, &step, err));
-    if (buffer >= f->buffer_count || offset > f->buffers[buffer].size ||
-        bytes > f->buffers[buffer].size - offset)
-        return stp_gltf_corrupt(f, err, "buffer view %u reaches beyond its buffer", index);
-    *data = f->buffers[buffer].data + offset;
-    *size = (size_t)bytes;
+    *data = bytes.data;
+    *size = bytes.size;
     *stride = (size_t)step;
 done:
     return status;
