@@ -228,58 +228,32 @@ static void add_square(making *m, const stp_map_square *square)
     m->ends[m->squares++] = m->count;
 }
 
-/* The maps of a leaf, in the order in which its squares come to them, and their squares. */
-typedef struct leaf_maps {
-    uint32_t *maps;
-    uint32_t *places; /* squares, map by map */
-    uint32_t *ends;   /* of a map's places */
-    uint32_t count;
-} leaf_maps;
-
 static int compare(const void *a, const void *b)
 {
     const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
     return (x > y) - (x < y);
 }
 
-/* Sorts the squares of a leaf by map, and those of a map as they were. */
-static stp_status sort_by_map(const stp_map_square *squares, uint32_t count, leaf_maps *out,
-                              stp_error *err)
+/* Sorts the squares of a leaf by map, and maps by their first squares.
+ * out: for each square the first of its map << 32 | its place. map_count: of different maps. */
+static void sort_by_map(const stp_map_square *squares, uint32_t count, uint64_t *out,
+                        uint32_t *map_count)
 {
-    stp_status status = STP_OK;
-    uint64_t *keys = NULL,
-             *firsts = NULL; /* map, then square; first square, then its key's place */
-    STP_TRY(stp_alloc(&keys, count, sizeof *keys, "patches", err));
-    STP_TRY(stp_alloc(&firsts, count, sizeof *firsts, "patches", err));
-    STP_TRY(stp_alloc(&out->maps, count, sizeof *out->maps, "patches", err));
-    STP_TRY(stp_alloc(&out->places, count, sizeof *out->places, "patches", err));
-    STP_TRY(stp_alloc(&out->ends, count, sizeof *out->ends, "patches", err));
     for (uint32_t i = 0; i < count; i++)
-        keys[i] = (uint64_t)squares[i].map << 32 | i;
-    qsort(keys, count, sizeof *keys, compare);
-    for (uint32_t i = 0; i < count; i++)
-        if (i == 0 || keys[i] >> 32 != keys[i - 1] >> 32)
-            firsts[out->count++] = keys[i] << 32 | i;
-    qsort(firsts, out->count, sizeof *firsts, compare);
-    uint32_t end = 0;
-    for (uint32_t m = 0; m < out->count; m++) {
-        const uint64_t map = keys[(uint32_t)firsts[m]] >> 32;
-        out->maps[m] = (uint32_t)map;
-        for (uint32_t i = (uint32_t)firsts[m]; i < count && keys[i] >> 32 == map; i++)
-            out->places[end++] = (uint32_t)keys[i];
-        out->ends[m] = end;
+        out[i] = (uint64_t)squares[i].map << 32 | i;
+    qsort(out, count, sizeof *out, compare);
+    uint64_t map = UINT64_MAX, first = 0;
+    *map_count = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t place = (uint32_t)out[i];
+        if (out[i] >> 32 != map) {
+            map = out[i] >> 32;
+            first = (uint64_t)place << 32;
+            ++*map_count;
+        }
+        out[i] = first | place;
     }
-done:
-    free(keys);
-    free(firsts);
-    return status;
-}
-
-static void leaf_maps_clear(leaf_maps *l)
-{
-    free(l->maps);
-    free(l->places);
-    free(l->ends);
+    qsort(out, count, sizeof *out, compare);
 }
 
 /* Squares since the last ones that lie together. */
@@ -296,18 +270,19 @@ static void end_together(making *m)
 
 /* Squares of one map lie together, or of maps that follow each other. Blocks end where they end: a
  * map in two blocks costs a raster, and normals at the cut. */
-static void add_maps(making *m, const stp_maps *maps, const leaf_maps *leaf,
-                     const stp_map_square *squares)
+static void add_maps(making *m, const stp_maps *maps, const stp_map_square *squares,
+                     const uint64_t *order, uint32_t count)
 {
-    uint32_t next = 0;
-    for (uint32_t i = 0; i < leaf->count; i++) {
-        const uint32_t more = leaf->ends[i] - next, before = open_squares(m);
-        m->map = &maps->maps[leaf->maps[i]];
+    for (uint32_t next = 0, end = 0; next < count; next = end) {
+        while (end < count && order[end] >> 32 == order[next] >> 32)
+            end++;
+        const uint32_t before = open_squares(m);
+        m->map = &maps->maps[squares[(uint32_t)order[next]].map];
         m->raster = stp_map_raster(&m->map->frame, m->map->frame.origin);
-        if (before >= TOGETHER_LEAST && before + more > STP_PATCH_SAMPLES)
+        if (before >= TOGETHER_LEAST && before + (end - next) > STP_PATCH_SAMPLES)
             end_together(m);
-        for (; next < leaf->ends[i]; next++) {
-            add_square(m, &squares[leaf->places[next]]);
+        for (; next < end; next++) {
+            add_square(m, &squares[(uint32_t)order[next]]);
             if (open_squares(m) == STP_PATCH_SAMPLES)
                 end_together(m);
         }
@@ -315,17 +290,13 @@ static void add_maps(making *m, const stp_maps *maps, const leaf_maps *leaf,
     end_together(m);
 }
 
-/* Gives the chunk the rasters of its maps, and adds what its samples were moved by. */
-static void finish(stp_built_chunk *out, const making *m, const stp_maps *maps,
-                   const leaf_maps *leaf, stp_raster *rasters)
+/* The rasters of a leaf's maps. */
+static void find_rasters(const stp_maps *maps, const stp_map_square *squares, const uint64_t *order,
+                         uint32_t count, stp_dvec3 origin, stp_raster *out)
 {
-    for (uint32_t i = 0; i < leaf->count; i++)
-        rasters[i] = stp_map_raster(&maps->maps[leaf->maps[i]].frame, out->origin);
-    out->chunk->rasters = rasters;
-    out->chunk->raster_count = leaf->count;
-    out->chunk->reach = STP_MAP_NORMAL_REACH;
-    out->displacement.sum += m->moved;
-    out->displacement.greatest += m->moved_most;
+    for (uint32_t i = 0; i < count; i++)
+        if (i == 0 || order[i] >> 32 != order[i - 1] >> 32)
+            *out++ = stp_map_raster(&maps->maps[squares[(uint32_t)order[i]].map].frame, origin);
 }
 
 stp_status stp_map_leaf_build(const stp_map_leaves *leaves, uint32_t leaf,
@@ -334,16 +305,19 @@ stp_status stp_map_leaf_build(const stp_map_leaves *leaves, uint32_t leaf,
 {
     stp_status status = STP_OK;
     const stp_leaf_run *run = &leaves->leaves[leaf];
-    const uint32_t squares = run->end - run->begin;
+    const stp_map_square *squares = leaves->squares + run->begin;
+    const uint32_t count = run->end - run->begin;
+    uint32_t map_count;
     making m = {.params = params};
-    leaf_maps own = {0};
+    uint64_t *order = NULL;
     stp_raster *rasters = NULL;
-    STP_TRY(sort_by_map(leaves->squares + run->begin, squares, &own, err));
-    STP_TRY(stp_alloc(&rasters, own.count, sizeof *rasters, "rasters", err));
-    STP_TRY(stp_alloc(&m.items, (size_t)squares * SQUARE_SAMPLES, sizeof *m.items, "samples", err));
-    STP_TRY(stp_alloc(&m.ends, squares, sizeof *m.ends, "patches", err));
-    STP_TRY(stp_alloc(&m.together, squares, sizeof *m.together, "patches", err));
-    add_maps(&m, leaves->maps, &own, leaves->squares + run->begin);
+    STP_TRY(stp_alloc(&order, count, sizeof *order, "patches", err));
+    sort_by_map(squares, count, order, &map_count);
+    STP_TRY(stp_alloc(&rasters, map_count, sizeof *rasters, "rasters", err));
+    STP_TRY(stp_alloc(&m.items, (size_t)count * SQUARE_SAMPLES, sizeof *m.items, "samples", err));
+    STP_TRY(stp_alloc(&m.ends, count, sizeof *m.ends, "patches", err));
+    STP_TRY(stp_alloc(&m.together, count, sizeof *m.together, "patches", err));
+    add_maps(&m, leaves->maps, squares, order, count);
     const stp_item_group group = {.items = m.items,
                                   .run_ends = m.ends,
                                   .together_ends = m.together,
@@ -351,10 +325,15 @@ stp_status stp_map_leaf_build(const stp_map_leaves *leaves, uint32_t leaf,
                                   .run_count = m.squares,
                                   .together_count = m.together_count};
     STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
-    finish(out, &m, leaves->maps, &own, rasters);
+    find_rasters(leaves->maps, squares, order, count, out->origin, rasters);
+    out->chunk->rasters = rasters;
+    out->chunk->raster_count = map_count;
+    out->chunk->reach = STP_MAP_NORMAL_REACH;
+    out->displacement.sum += m.moved;
+    out->displacement.greatest += m.moved_most;
     rasters = NULL;
 done:
-    leaf_maps_clear(&own);
+    free(order);
     free(rasters);
     free(m.items);
     free(m.ends);
