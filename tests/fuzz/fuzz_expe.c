@@ -3,11 +3,11 @@
 #include "tests/fuzz/fuzz_scan.h"
 
 static const char *const texts[] = {
-    "[Expe/PointSet/Binary/0.1]\nproperty position 12\nproperty radius 4\nproperty normal 12\n"
-    "property color 4\nnofpoints 2\ndata\n0123456789abcdef0123456789abcdefghijklmnopqrstuvwxyzABCD"
-    "EFGHIJKL",
-    "[Expe/PointSet/Binary/0.1]\nnofpoints 1\nproperty own 1\nproperty position 12\ndata\n"
-    "0123456789abc",
+    ("[Expe/PointSet/Binary/0.1]\nproperty position 12\nproperty radius 4\nproperty normal 12\n"
+     "property color 4\nnofpoints 2\ndata\n0123456789abcdef0123456789abcdefghijklmnopqrstuvwxyzAB"
+     "CDEFGHIJKL"),
+    ("[Expe/PointSet/Binary/0.1]\nnofpoints 1\nproperty own 1\nproperty position 12\ndata\n"
+     "0123456789abc"),
     "[Expe/PointSet/Ascii/0.1]\nproperty position 12\nnofpoints 1\ndata\n1 2 3\n",
 };
 
