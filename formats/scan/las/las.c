@@ -33,6 +33,8 @@ static stp_status find_depth(las_reader *las, stp_error *err)
     stp_las_seen seen = {0};
     for (unsigned block = 0; block < blocks; block++) {
         uint64_t first = stp_spread_begin(total, block, blocks);
+        const uint64_t chunk = s->laz ? stp_laz_team_chunk_begin(s->laz, first) : 0;
+        first = chunk >= s->next ? chunk : first;  /* nothing before it is unpacked in vain */
         first = first > s->next ? first : s->next; /* else blocks of small files would overlap */
         uint64_t end =
             total - first < STP_LAS_SAMPLE_POINTS ? total : first + STP_LAS_SAMPLE_POINTS;

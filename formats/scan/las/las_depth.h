@@ -14,8 +14,8 @@
 #include <stdint.h>
 
 /* Points are looked at in this many blocks of this many points, spread over the file. All points of
- * a smaller file are looked at. A compressed file has fewer blocks, because each block is unpacked
- * from the begin of its chunk. */
+ * a smaller file are looked at. A compressed file has fewer blocks, and each begins where a chunk
+ * begins, unless it is not the first of its chunk: a chunk is unpacked from its beginning. */
 #define STP_LAS_SAMPLE_BLOCKS 64u
 #define STP_LAS_SAMPLE_BLOCKS_COMPRESSED 16u
 #define STP_LAS_SAMPLE_POINTS 512u

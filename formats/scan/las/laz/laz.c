@@ -290,6 +290,11 @@ uint64_t stp_laz_chunk_points(const stp_laz *laz)
     return even ? laz->layout.chunk_points : 0;
 }
 
+uint64_t stp_laz_chunk_begin(const stp_laz *laz, uint64_t point)
+{
+    return laz->chunks.list[find_chunk(laz, point)].first;
+}
+
 uint64_t stp_laz_chunk_at(const stp_laz *laz, uint64_t point)
 {
     const size_t index = find_chunk(laz, point);

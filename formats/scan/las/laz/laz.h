@@ -34,6 +34,9 @@ stp_status stp_laz_open(stp_laz **out, const stp_laz_params *params, stp_error *
 stp_status stp_laz_seek(stp_laz *laz, uint64_t point, stp_error *err);
 /* Where seeks cost little: at multiples of so many points. 0: nowhere, chunks have many sizes. */
 uint64_t stp_laz_chunk_points(const stp_laz *laz);
+/* The first point of the last known chunk that begins at or before this point: seeking there costs
+ * little. */
+uint64_t stp_laz_chunk_begin(const stp_laz *laz, uint64_t point);
 /* The points of the chunk that begins at this point. 0: none is known to. */
 uint64_t stp_laz_chunk_at(const stp_laz *laz, uint64_t point);
 /* The points of the open chunk that are not read yet. 0: none is open. */

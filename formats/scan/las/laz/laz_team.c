@@ -97,6 +97,11 @@ uint64_t stp_laz_team_chunk_points(const stp_laz_team *team)
     return stp_laz_chunk_points(team->readers[0]);
 }
 
+uint64_t stp_laz_team_chunk_begin(const stp_laz_team *team, uint64_t point)
+{
+    return stp_laz_chunk_begin(team->readers[0], point);
+}
+
 void stp_laz_team_together(stp_laz_team *team)
 {
     team->alone = team->reader_count < 2;

@@ -23,8 +23,9 @@ stp_status stp_laz_team_open(stp_laz_team **out, const stp_laz_params *params, s
 void stp_laz_team_together(stp_laz_team *team);
 /* As stp_laz_seek. One reader reads on from there. */
 stp_status stp_laz_team_seek(stp_laz_team *team, uint64_t point, stp_error *err);
-/* As stp_laz_chunk_points. */
+/* As stp_laz_chunk_points and stp_laz_chunk_begin. */
 uint64_t stp_laz_team_chunk_points(const stp_laz_team *team);
+uint64_t stp_laz_team_chunk_begin(const stp_laz_team *team, uint64_t point);
 /* As stp_laz_read. */
 stp_status stp_laz_team_read(stp_laz_team *team, unsigned char *records, size_t count,
                              stp_error *err);
