@@ -54,6 +54,10 @@ static inline void fuzz_check_numbers(const stp_scan *scan, size_t count)
         fuzz_require(stp_attribute_find(list, list->items[i].name) == i, "names are unique");
 }
 
+/* Of a packed file that declares 2^60 points, all but a few are lost. They come one by one, and
+ * prep would refuse so many before it reads them. */
+#define FUZZ_LOST_MOST 1000000u
+
 /* Reads a scan to its end. A failure must have a message. A success must give as many points as it
  * promised, all in range. */
 static inline void fuzz_read_scan(const char *path, const stp_scan_params *params)
@@ -73,6 +77,8 @@ static inline void fuzz_read_scan(const char *path, const stp_scan_params *param
         fuzz_take_triangles(scan);
     }
     while (status == STP_OK && count > 0) {
+        if (params && params->salvage && total > FUZZ_LOST_MOST)
+            goto done;
         status = stp_scan_read(scan, points, 100, &count, &err);
         for (size_t i = 0; i < count && status == STP_OK; i++) {
             const vec3s n = points[i].normal;
@@ -90,6 +96,7 @@ static inline void fuzz_read_scan(const char *path, const stp_scan_params *param
         fuzz_require(total == stp_scan_get_info(scan)->point_count, "all points are read");
     else
         fuzz_require(status == err.status && err.message[0], "a failure says why");
+done:
     stp_scan_close(&scan);
 }
 

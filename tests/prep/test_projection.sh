@@ -89,10 +89,32 @@ for zone in "a 32 9" "b 33 15"; do
 done
 run "$STIPPLE" prep "$FOLDER/two/a.xyz" "$FOLDER/two/b.xyz" --to EPSG:32632 -o "$FOLDER/m.stipple" --force --precision 0.0002
 [ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
-expect_text err "2 of 2 inputs brought to WGS 84 / UTM zone 32N"
+expect_text err "1 of 2 inputs brought to WGS 84 / UTM zone 32N"
 utm 32 <"$FOLDER/degrees" | awk '{ print; $3 += 50; print }' | sort >"$FOLDER/expected"
 points "$FOLDER/m.stipple" >"$FOLDER/found"
 near "$FOLDER/expected" "$FOLDER/found" 0.001
+# Without --to, the first input's system is the one of all, and inputs that are in it stay as they are.
+run "$STIPPLE" prep "$FOLDER/two" -o "$FOLDER/m.stipple" --force --precision 0.0002
+[ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+expect_text err "1 of 2 inputs brought to WGS 84 / UTM zone 32N"
+points "$FOLDER/m.stipple" >"$FOLDER/found"
+near "$FOLDER/expected" "$FOLDER/found" 0.001
+# Two texts of one system: nothing moves, and normals stay.
+mkdir "$FOLDER/same"
+printf 'ply\nformat ascii 1.0\nelement vertex 1\nproperty double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\nend_header\n500000 5000000 7 0.6 0 0.8\n' |
+    tee "$FOLDER/same/a.ply" >"$FOLDER/same/b.ply"
+cp "$FOLDER/two/a.prj" "$FOLDER/same/a.prj"
+sed 's/32N"/32N (ours)"/; s/,PARAMETER/, PARAMETER/g' "$FOLDER/two/a.prj" >"$FOLDER/same/b.prj"
+run "$STIPPLE" prep "$FOLDER/same" -o "$FOLDER/m.stipple" --force
+[ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+! grep -q 'brought to' "$FOLDER/err" || fail "$command: $(cat "$FOLDER/err")"
+"$STIPPLE" export "$FOLDER/m.stipple" -o "$FOLDER/same.ply" --force --quiet
+strings "$FOLDER/same.ply" | grep -q 'nx' || fail "the normals of one system are gone"
+# A system that PROJ does not know: the points stay, and a sentence says so.
+printf 'PROJCS["of a dream",GEOGCS["of a dream"' >"$FOLDER/same/b.prj"
+run "$STIPPLE" prep "$FOLDER/same" -o "$FOLDER/m.stipple" --force
+[ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+expect_text err "1 of 2 inputs name a system that PROJ does not know"
 cp "$FOLDER/degrees" "$FOLDER/two/c.xyz"
 printf '%s' "$wgs84" >"$FOLDER/two/c.prj"
 run "$STIPPLE" prep "$FOLDER/two/b.xyz" "$FOLDER/two/c.xyz" -o "$FOLDER/m.stipple" --force --precision 0.0002
@@ -101,6 +123,22 @@ expect_text err "1 of 2 inputs brought to WGS 84 / UTM zone 33N"
 awk '{ print; $3 -= 50; print }' "$FOLDER/two/b.xyz" | sort >"$FOLDER/expected"
 points "$FOLDER/m.stipple" >"$FOLDER/found"
 near "$FOLDER/expected" "$FOLDER/found" 0.001
+
+# Published places, to a centimetre, and heights in the unit of the plane: EPSG's Guidance Note 7-2, examples of the
+# Transverse Mercator and of Lambert's conics.
+published() { # datum, its code, ellipsoid, longitude, latitude, system, easting, northing, height from 10
+    echo "$4 $5 10" >"$FOLDER/published.xyz"
+    printf 'GEOGCS["%s",DATUM["%s",SPHEROID["%s",%s],AUTHORITY["EPSG","%s"]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]' \
+        "$1" "$1" "${3%%,*}" "${3#*,}" "$2" >"$FOLDER/published.prj"
+    run "$STIPPLE" prep "$FOLDER/published.xyz" --to "$6" -o "$FOLDER/m.stipple" --force --precision 0.0002
+    [ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+    echo "$7 $8 $9" >"$FOLDER/expected"
+    points "$FOLDER/m.stipple" >"$FOLDER/found"
+    near "$FOLDER/expected" "$FOLDER/found" 0.01
+}
+published OSGB_1936 6277 'Airy 1830,6377563.396,299.3249646' 0.5 50.5 EPSG:27700 577274.99 69740.50 10
+published Jamaica_1969 6242 'Clarke 1866,6378206.4,294.978698213898' -76.94368333333 17.93216666667 EPSG:24200 255966.58 142493.51 10
+published North_American_Datum_1927 6267 'Clarke 1866,6378206.4,294.978698213898' -96 28.5 EPSG:32040 2963503.91 254759.80 32.808
 
 # A grid in degrees.
 awk 'BEGIN {

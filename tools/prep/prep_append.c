@@ -34,7 +34,6 @@ stp_status prep_append_begin(prep_system *system, const char *model, stp_error *
     metadata = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
     if (system_of(metadata))
         STP_TRY(stp_text_copy(&system->target, system_of(metadata), "a coordinate system", err));
-    system->joins = system->target != NULL;
 done:
     cJSON_Delete(metadata);
     stp_chunk_file_close(&file);

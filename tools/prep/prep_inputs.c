@@ -398,12 +398,14 @@ static stp_status note_step(const prep_inputs *in, size_t i, stp_scan *scan,
 {
     stp_status status = STP_OK;
     const stp_scan_info *info = stp_scan_get_info(scan);
-    const bool heights = info->raster.columns > 0; /* whose unit stays */
+    const stp_projection *way = in->facts[i].way.projection;
     double step = 0.0;
     if (info->edges.read ==
         0) /* the points that remain in a file of lines say nothing about its digits */
         STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
-    step *= in->facts[i].way.projection && !heights ? in->facts[i].way.unit : 1.0;
+    if (way)
+        step *=
+            info->raster.columns > 0 ? stp_projection_height_unit(way) : stp_projection_unit(way);
     source->floats = source->floats || (step == 0.0 && info->point_count > 0);
     if (step > 0.0 && (source->coordinate_step == 0.0 || step < source->coordinate_step))
         source->coordinate_step = step;

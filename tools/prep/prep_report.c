@@ -312,15 +312,24 @@ static void print_stage(const char *name, double seconds, uint64_t points, uint6
 static void print_system(const prep_inputs *in)
 {
     const stp_projection *way = NULL;
-    size_t count = 0;
-    for (size_t i = 0; i < in->count; i++)
-        if (in->facts[i].way.projection && !in->facts[i].why) {
-            way = way ? way : in->facts[i].way.projection;
-            count++;
-        }
+    size_t count = 0, scaled = 0, unknown = 0;
+    for (size_t i = 0; i < in->count; i++) {
+        const prep_way *this = &in->facts[i].way;
+        unknown += this->unknown && !in->facts[i].why;
+        if (!this->projection || in->facts[i].why)
+            continue;
+        way = way ? way : this->projection;
+        count++;
+        scaled += stp_projection_height_unit(this->projection) != 1.0;
+    }
     if (way)
-        fprintf(stderr, "%zu of %zu inputs brought to %s; heights as they are\n", count, in->count,
-                stp_projection_name(way));
+        fprintf(stderr, "%zu of %zu inputs brought to %s; heights %s\n", count, in->count,
+                stp_projection_name(way), scaled > 0 ? "to its unit" : "as they are");
+    if (unknown > 0)
+        fprintf(stderr,
+                "%zu of %zu inputs name a system that PROJ does not know: taken for that of the "
+                "others (--to names one)\n",
+                unknown, in->count);
 }
 
 void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)

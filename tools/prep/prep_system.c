@@ -13,8 +13,6 @@
 #define PRJ_BYTES_MAX 65536u
 /* The code of GeoTIFF for a system that the file defines itself. */
 #define USER_DEFINED 32767L
-/* On a great circle of the earth. */
-#define METRES_BY_DEGREE 111195.0
 /* Points looked at for a place. */
 #define LOOK_POINTS 256u
 
@@ -168,15 +166,17 @@ static stp_status check_told(const prep_system *system, const told *t, const cha
     return STP_OK;
 }
 
-/* Whether an input's system is the target's. */
-static bool is_target(const prep_system *system, const told *t)
+/* Whether an input is moved. One whose system PROJ does not know stays where it is. */
+static bool moves(const prep_system *system, const told *t, const char *to, prep_way *way)
 {
-    char *wkt = NULL;
-    bool same = t->definition == NULL || strcmp(t->definition, system->target) == 0;
-    if (!same && stp_system_wkt(&wkt, t->definition, NULL) == STP_OK)
-        same = strcmp(wkt, system->target) == 0;
-    free(wkt);
-    return same;
+    bool same = to == NULL || t->definition == NULL || strcmp(t->definition, to) == 0;
+    if (t->angles || t->definition == NULL)
+        return t->angles || system->wanted != NULL;
+    if (!same && stp_system_same(&same, t->definition, to, NULL) != STP_OK) {
+        way->unknown = system->wanted == NULL;
+        same = way->unknown;
+    }
+    return !same;
 }
 
 stp_status prep_system_choose(prep_system *system, const char *path, const stp_scan_params *params,
@@ -185,11 +185,10 @@ stp_status prep_system_choose(prep_system *system, const char *path, const stp_s
     stp_status status = STP_OK;
     told t = {0};
     stp_dvec3 at = {0.0, 0.0, 0.0};
-    way->unit = 1.0;
+    const char *to = system->wanted ? system->wanted : system->target;
     STP_TRY(find_told(&t, path, info, err));
-    const bool projects = system->projects || (system->joins && !is_target(system, &t));
-    if (system->wanted == NULL && !t.angles && !(projects && t.definition != NULL)) {
-        if (system->target == NULL && t.definition != NULL) {
+    if (!moves(system, &t, to, way)) {
+        if (system->target == NULL) {
             system->target = t.definition;
             t.definition = NULL;
         }
@@ -198,10 +197,7 @@ stp_status prep_system_choose(prep_system *system, const char *path, const stp_s
     STP_TRY(check_told(system, &t, path, info, err));
     if (t.angles)
         STP_TRY(find_place(path, params, &at, err));
-    const char *to = system->wanted ? system->wanted : system->target;
     STP_TRY(stp_projection_create(&way->projection, t.definition, to, at, err));
-    way->unit = t.angles ? METRES_BY_DEGREE : 1.0;
-    system->projects = !system->joins;
     if (system->target == NULL)
         STP_TRY(stp_text_copy(&system->target, stp_projection_wkt(way->projection),
                               "a coordinate system", err));

@@ -1,9 +1,10 @@
 /* The coordinate systems of inputs, and the one that they are brought to.
  *
- * Longitude and latitude are no lengths, so such inputs are projected: to the system of --to, else
- * to that of an input that is projected already, else to the zone of UTM in which the first point
- * lies. Other inputs are projected only with --to, or if an input before them was. An input's
- * system is what the file says, or a .prj file beside it. Heights stay as they are. */
+ * The one system is that of --to, else that of the model that points are added to, else that of the
+ * first input that says its own. Longitude and latitude are no lengths: if the first input has
+ * them, the system is the zone of UTM in which its first point lies. Inputs of other systems are
+ * projected; those that say none stay. An input's system is what the file says, or a .prj file
+ * beside it. */
 #ifndef STP_TOOLS_PREP_PREP_SYSTEM_H
 #define STP_TOOLS_PREP_PREP_SYSTEM_H
 
@@ -14,9 +15,7 @@
 
 typedef struct prep_system {
     const char *wanted; /* --to; NULL: none */
-    char *target;       /* that of an input so far; NULL: none is known */
-    bool projects;      /* some input was projected, so the next ones are */
-    bool joins;         /* the target is that of a model: inputs of other systems are projected */
+    char *target;       /* that of the model or of an input so far; NULL: none is known */
 } prep_system;
 
 /* The option --to. */
@@ -25,7 +24,7 @@ cli_option prep_system_option(const char **wanted);
 /* How an input is projected. */
 typedef struct prep_way {
     stp_projection *projection; /* NULL: positions stay */
-    double unit;                /* about what a unit of x and y becomes; 1 if positions stay */
+    bool unknown;               /* positions stay, since PROJ does not know the system */
 } prep_way;
 
 /* Chooses how the positions of an input are moved. Errors: UNSUPPORTED (no system is told, lines or

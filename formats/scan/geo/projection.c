@@ -32,6 +32,12 @@ stp_status stp_system_wkt(char **out, const char *definition, stp_error *err)
     return status == STP_OK ? library->system_wkt(out, definition, err) : status;
 }
 
+stp_status stp_system_same(bool *same, const char *a, const char *b, stp_error *err)
+{
+    const stp_status status = load(err);
+    return status == STP_OK ? library->system_same(same, a, b, err) : status;
+}
+
 stp_dvec3 stp_projection_apply(stp_projection *projection, stp_dvec3 position)
 {
     return library->apply(projection, position);
@@ -45,6 +51,16 @@ const char *stp_projection_name(const stp_projection *projection)
 const char *stp_projection_wkt(const stp_projection *projection)
 {
     return library->wkt(projection);
+}
+
+double stp_projection_unit(const stp_projection *projection)
+{
+    return library->unit(projection);
+}
+
+double stp_projection_height_unit(const stp_projection *projection)
+{
+    return library->height_unit(projection);
 }
 
 void stp_projection_destroy(stp_projection **projection)
