@@ -153,6 +153,8 @@ typedef struct row_coder {
     bool decode;
 } row_coder;
 
+#define ORIGIN_COLUMNS 6u
+
 STP_INLINE int16_t *next_cell(row_coder *c)
 {
     return stp_table_column(c->table, c->column++) + c->row;
@@ -190,10 +192,26 @@ STP_INLINE int32_t code_int(row_coder *c, int32_t predicted, int32_t value)
     return value;
 }
 
-/* Predicts the origin: the previous patch's origin on this patch's lattice. */
-STP_INLINE int32_t predict_origin(const stp_patch *previous, int exponent, int axis)
+/* Two cells: bits 3 to 18 of the difference, signed; then bits 0 to 2, with what is left above bit
+ * 18 beside them. predicted is a multiple of 8, and as a rule the value is, too. */
+STP_INLINE int32_t code_eighths(row_coder *c, int32_t predicted, int32_t value)
 {
-    int64_t origin = previous->origin[axis];
+    int16_t *middle = next_cell(c);
+    int16_t *rest = next_cell(c);
+    if (c->decode)
+        return (int32_t)((uint32_t)predicted + ((uint32_t)(int32_t)*middle << 3) +
+                         ((uint32_t)(*rest >> 3) << 19) + ((uint32_t)*rest & 7u));
+    const int32_t difference = (int32_t)((uint32_t)value - (uint32_t)predicted);
+    *middle = (int16_t)(difference >> 3);
+    *rest = (int16_t)((((difference >> 3) - *middle) >> 16) * 8 + (difference & 7));
+    return value;
+}
+
+/* Predicts the origin: a place so many steps from the previous patch's origin is at the next one's,
+ * on this patch's lattice. */
+STP_INLINE int32_t predict_origin(const stp_patch *previous, int exponent, int axis, int64_t steps)
+{
+    int64_t origin = previous->origin[axis] + steps;
     int shift = previous->exponent - exponent;
     if (shift > 0)
         origin = shift < 31 ? origin * ((int64_t)1 << shift) : 0;
@@ -244,11 +262,54 @@ STP_INLINE void code_errors(row_coder *c, uint8_t previous, unsigned quarter_cou
     values[0] = code_byte(c, values[1], values[0]);
 }
 
+STP_INLINE stp_ivec3 cone_axis_of(const stp_patch *p)
+{
+    const uint32_t word =
+        p->cone_axis[0] | (uint32_t)p->cone_axis[1] << 8 | (uint32_t)p->cone_axis[2] << 16;
+    return stp_integer_normal((int32_t)(word & 4095u), (int32_t)(word >> 12));
+}
+
+/* Codes the origin as columns of its own. */
+STP_INLINE void code_origin_alone(row_coder *c, const stp_patch *previous, stp_patch *p)
+{
+    for (int i = 0; i < 3; i++)
+        p->origin[i] = code_int(c, predict_origin(previous, p->exponent, i, 0), p->origin[i]);
+}
+
+/* Codes the origin by the centres of the two patches' bounding spheres, in the order A, B, C, C
+ * being the axis that the surface faces from one to the other; along C both are expected to lie on
+ * one plane. */
+STP_INLINE void code_origin(row_coder *c, const stp_patch *previous, stp_patch *p)
+{
+    stp_ivec3 n = {{0, 0, 0}};
+    int main_axis = 2;
+    int64_t rise = 0;
+    if (c->row > 0) {
+        const stp_ivec3 before = cone_axis_of(previous), own = cone_axis_of(p);
+        for (int i = 0; i < 3; i++)
+            n.v[i] = before.v[i] + own.v[i];
+        main_axis = stp_main_axis(n);
+    }
+    for (int k = 1; k <= 3; k++) {
+        const int axis = (main_axis + k) % 3;
+        uint32_t predicted = 0;
+        if (c->row > 0)
+            predicted = (uint32_t)predict_origin(previous, p->exponent, axis,
+                                                 previous->bound_centre[axis]) -
+                        p->bound_centre[axis];
+        if (k == 3 && n.v[axis] != 0)
+            predicted -= (uint32_t)(uint64_t)(rise / n.v[axis]);
+        predicted &= ~UINT32_C(7);
+        p->origin[axis] = code_eighths(c, (int32_t)predicted, p->origin[axis]);
+        rise += n.v[axis] * (int64_t)(int32_t)((uint32_t)p->origin[axis] - predicted);
+    }
+}
+
 STP_INLINE void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p)
 {
     p->exponent = (int16_t)code_short(c, (uint16_t)previous->exponent, (uint16_t)p->exponent);
-    for (int i = 0; i < 3; i++)
-        p->origin[i] = code_int(c, predict_origin(previous, p->exponent, i), p->origin[i]);
+    row_coder origin = *c; /* comes last, since it follows the cone's axis */
+    c->column += ORIGIN_COLUMNS;
     p->child = code_byte(c, previous->child, p->child);
     p->flags = code_byte(c, previous->flags, p->flags);
     p->counts[0] = code_byte(c, previous->counts[0], p->counts[0]);
@@ -268,6 +329,10 @@ STP_INLINE void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p
         uint16_t next = (uint16_t)(previous->first_below + previous->counts[0]);
         p->first_below = code_short(c, next, p->first_below);
     }
+    if (c->table->middles)
+        code_origin(&origin, previous, p);
+    else
+        code_origin_alone(&origin, previous, p);
 }
 
 STP_INLINE void code_patches(const stp_patch *in, stp_patch *out, const stp_table *table,
@@ -275,6 +340,8 @@ STP_INLINE void code_patches(const stp_patch *in, stp_patch *out, const stp_tabl
 {
     stp_patch previous;
     memset(&previous, 0, sizeof previous);
+    for (int i = 0; table->middles && i < 3; i++)
+        previous.bound_centre[i] = STP_PATCH_MIDDLE;
     for (uint32_t i = 0; i < table->row_count; i++) {
         row_coder c = {.table = table, .row = i, .decode = decode};
         stp_patch patch;

@@ -22,6 +22,10 @@ stp_status stp_patches_check_kinds(const stp_chunk *chunk, stp_error *err);
 /* Fills level_begin from the patches' counts. */
 void stp_patches_place(stp_chunk *chunk);
 
+/* Steps from a patch's origin to the centre of its bounding sphere, along each axis, in most
+ * patches: this many, or twice, four times as many and so on. */
+#define STP_PATCH_MIDDLE 512
+
 /* If the table has STP_LINKED_PATCH_COLUMN_COUNT columns, the last one is first_below. */
 void stp_patches_encode(const stp_patch *patches, const stp_table *table);
 void stp_patches_decode(stp_patch *patches, const stp_table *table);

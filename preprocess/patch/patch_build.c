@@ -282,17 +282,16 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
     return worst;
 }
 
-/* Sets the cone of normals and the bounding sphere of every disc and what it stands for. False if
+/* Sets the cone of normals, and the bounding sphere of every disc and what it stands for, around
+ * the patch vertex, so that the one place is known with the other. False if
  * the sphere is too large for the patch's lattice. */
 static bool bound(builder *b)
 {
     stp_patch *patch = b->patch;
     stp_dvec3 sum = {0.0, 0.0, 0.0};
-    stp_dbox box = stp_dbox_empty();
     unsigned common = UINT8_MAX; /* flags that all samples have */
     for (unsigned i = 0; i < b->count; i++) {
         sum = stp_dvec3_add(sum, b->discs[0][i].normal);
-        stp_dbox_add(&box, b->discs[0][i].centre);
         common &= b->samples->level[0][i].flags;
     }
     if (~common & (STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL))
@@ -317,13 +316,8 @@ static bool bound(builder *b)
     }
     angle = stp_max(angle, acos(stp_max(-1.0, least_cosine)));
     patch->cone_angle = stp_cone_angle_encode(angle + 1e-6);
-    double step = ldexp(1.0, patch->exponent);
-    double middle[3] = {(box.min.x + box.max.x) / 2, (box.min.y + box.max.y) / 2,
-                        (box.min.z + box.max.z) / 2};
-    for (int axis_index = 0; axis_index < 3; axis_index++)
-        patch->bound_centre[axis_index] =
-            (uint16_t)stp_max(0.0, stp_min(65535.0, nearbyint(middle[axis_index] / step) -
-                                                        patch->origin[axis_index]));
+    memcpy(patch->bound_centre, b->samples->level[STP_LEVEL_COUNT - 1][0].position,
+           sizeof patch->bound_centre);
     stp_sample centre = {
         .position = {patch->bound_centre[0], patch->bound_centre[1], patch->bound_centre[2]}};
     stp_dvec3 c = stp_sample_position(&centre, patch);

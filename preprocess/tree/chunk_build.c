@@ -5,6 +5,7 @@
 #include "formats/chunk/measure/overhang.h"
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/patch.h"
+#include "preprocess/patch/middle.h"
 #include "preprocess/patch/partition.h"
 #include "preprocess/tree/vertex_item.h"
 
@@ -184,6 +185,7 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
     stp_item vertex;
     const stp_patch_ground ground = {a->origin, !a->leaf, a->vertex_least, a->normal_bits, a->even};
     if (stp_patch_build(items, order, count, &ground, &patch, &samples, &vertex)) {
+        stp_patch_centre(&patch, &samples);
         patch.child = child;
         patch.first_below = a->linked ? (uint16_t)order[0] : 0;
         if (a->resolution)
@@ -526,6 +528,7 @@ stp_status stp_chunk_build_made(stp_built_chunk *out, stp_dvec3 origin, uint32_t
         stp_patch_samples samples;
         stp_item vertex;
         STP_TRY(make(context, i, origin, &patch, &samples, &vertex, err));
+        stp_patch_centre(&patch, &samples);
         STP_TRY(append(&a, &patch, &samples, &vertex, err));
     }
     STP_TRY(finish(&a, out, err));

@@ -254,6 +254,7 @@ static void test_version_2_0(void **state)
     check_codecs("grid_2_0");
     check_codecs("odds_2_0");
     check_codecs("scale_2_0");
+    check_codecs("middles_2_0");
     check_codecs("squares_2_0");
     check_codecs("maps_2_0");
 }

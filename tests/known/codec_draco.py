@@ -88,18 +88,18 @@ def add_coordinate(child, axis, predicted, cell, scale):
 
 
 class Table:
-    """Rows of cells; of a block's table also the shift of normals, the scale, and whether level (1) or tilted (3)
-    squares follow."""
+    """Rows of cells; of a block's table also the shift of normals, the scale, whether level (1) or tilted (3) squares
+    follow, and whether patches are predicted by middles."""
 
-    def __init__(self, rows=(), shift=0, scale=None, squares=0):
-        self.rows, self.shift, self.scale, self.squares = rows, shift, scale, squares
+    def __init__(self, rows=(), shift=0, scale=None, squares=0, middles=0):
+        self.rows, self.shift, self.scale, self.squares, self.middles = rows, shift, scale, squares, middles
 
 
 def read_table(cursor, rows, columns, joined=False, level=None):
     if rows == 0:
         return Table()
     block = Cursor(cursor.take(cursor.number(4)), cursor.name)
-    mask, shift, by_odds, scale, squares = block.number(8), 0, False, None, 0
+    mask, shift, by_odds, scale, squares, middles = block.number(8), 0, False, None, 0, 0
     if joined:
         by_odds, mask = mask >> 59 & 1, mask & ~(1 << 59)
         if columns == SAMPLE_COLUMNS:
@@ -110,18 +110,19 @@ def read_table(cursor, rows, columns, joined=False, level=None):
         if columns >= patch_columns(False):
             squares = mask >> 57 & 3
             mask &= ~(3 << 57) if squares & 1 else -1
+            middles, mask = mask >> 56 & 1, mask & ~(1 << 56)
     require(mask >> columns == 0, f"{cursor.name}: the mask has bits beyond the last column")
     same = {c: signed(block.number(2), 16) for c in range(columns) if mask >> c & 1}
     table = {c: [same[c]] * rows for c in same}
     if by_odds:
-        table.update(read_columns(block, rows, columns, same))
+        table.update(read_columns(block, rows, columns, same, middles))
     else:
         for stream in streams_of(rows, columns, joined):
             varying = [c for c in stream if c not in same]
             cells = read_column(block, rows * len(varying)) if varying else []
             table.update((c, cells[i * rows:(i + 1) * rows]) for i, c in enumerate(varying))
     block.end()
-    return Table(list(zip(*(table[c] for c in range(columns)))), shift, scale, squares)
+    return Table(list(zip(*(table[c] for c in range(columns)))), shift, scale, squares, middles)
 
 
 def quarters(cells, patch, before):
@@ -142,15 +143,35 @@ def finer(cells, before):
     return out
 
 
-def patches_of(rows, linked):
+def place_before(before, exponent, axis, steps):
+    """The place so many steps from the origin of the patch before, on this lattice."""
+    shift, o = before.exponent - exponent, before.origin[axis] + steps
+    return 0 if abs(shift) > 30 else o << shift if shift >= 0 else trunc_div(o, 1 << -shift)
+
+
+def origin_by_middles(patch, before, cells):
+    n = [a + b for a, b in zip(integer_normal(patch.u, patch.v), integer_normal(before.u, before.v))] if before else [0, 0, 0]
+    axes = axes_of(n) if before else (0, 1, 2)
+    rise = 0
+    for k, axis in enumerate(axes):
+        o = place_before(before, patch.exponent, axis, before.bound[axis]) - patch.bound[axis] if before else 0
+        if k == 2 and n[axis]:
+            o -= trunc_div(rise * sign(n[axis]), abs(n[axis]))
+        o = signed(o, 32) & ~7
+        first, second = cells[2 * k:2 * k + 2]
+        patch.origin[axis] = signed(o + 8 * first + (second >> 3 << 19) + (second & 7), 32)
+        rise += n[axis] * signed(patch.origin[axis] - o, 32)
+
+
+def patches_of(rows, linked, middles=0):
     patches, before = [], Patch()
+    if middles:
+        before.bound = [512] * 3
     for cells in rows:
         p = Patch()
         p.exponent = signed(before.exponent + cells[0], 16)
-        shift = before.exponent - p.exponent
-        for i in range(3):
-            o = before.origin[i]
-            o = 0 if abs(shift) > 30 else o << shift if shift >= 0 else trunc_div(o, 1 << -shift)
+        for i in range(0 if middles else 3):
+            o = place_before(before, p.exponent, i, 0)
             p.origin[i] = signed(o + cells[1 + 2 * i] + 65536 * cells[2 + 2 * i], 32)
         p.child = (before.child + cells[7]) & 255
         p.flags = (before.flags + cells[8]) & 255
@@ -165,6 +186,8 @@ def patches_of(rows, linked):
         p.bound_radius = (p.radius[3] + cells[41]) & 255
         p.cone_angle = (before.cone_angle + cells[42]) & 255
         p.u, p.v = (before.u + cells[43]) & 4095, (before.v + cells[44]) & 4095
+        if middles:
+            origin_by_middles(p, before if patches else None, cells[1:7])
         if linked:
             p.first_below = (cells[45] + (before.first_below + before.counts[0] if patches else 0)) & 65535
         patches.append(p)
@@ -330,7 +353,7 @@ def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
     table = read_table(cursor, patch_count, patch_columns(linked), joined)
-    patches = patches_of(table.rows, linked)
+    patches = patches_of(table.rows, linked, table.middles)
     squares = read_squares(cursor, patches, table.squares >> 1) if table.squares & 1 else None
     coarsest = read_table(cursor, patch_count, SAMPLE_COLUMNS, joined)
     levels = [None, None, None, coarsest_level(coarsest.rows, patches, coarsest.shift)]

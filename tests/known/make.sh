@@ -57,6 +57,9 @@ in_blocks grid_2_0 statue.txt --columns $columns --outliers mark --normal-bits 8
 in_blocks odds_2_0 statue.txt --columns $columns --outliers mark --normal-bits 8
 awk '{ for (i = 1; i <= 3; i++) $i = sprintf("%.2f", 9 * $i); print }' statue.txt >cm.txt
 in_blocks scale_2_0 cm.txt --columns $columns --outliers mark
+# From here on patches are predicted by middles.
+"$program" gen statue -n 1200 --seed 2 -o middles.ply --quiet
+in_blocks middles_2_0 middles.ply
 
 # Points as LAS: times of a clock, colours and intensities of 16 bits, counters that come in runs.
 python3 - attributes.las <<'END'
@@ -120,4 +123,4 @@ for codec in raw draco zstd; do
     "$program" prep maps.ply --maps -o "maps_2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" maps_2_0_raw.stipple >maps_2_0.samples
-rm attributes.las more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+rm attributes.las middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

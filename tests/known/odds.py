@@ -13,6 +13,9 @@ KINDS = {12: (1, 2), 10: tuple(range(2, 10)), 11: tuple(range(2, 10))}
 PATCH_KINDS = (7, 8)
 BESIDE = {12: {4: 3, 6: 5, 7: 6, 10: 9, 11: 10}, 10: {1: 0}, 11: {1: 0}}
 PATCH_ALONE = (0, 1, 9)
+# Of patches by middles: the first means, by column.
+PATCH_FIRST = (4, 13, 7, 13, 7, 11, 7, 0, 0, 11, 11, 12, 12, 12, 12, 11, 11, 11, 11, 9, 9, 9, 9, 13, 12, 11, 11, 11, 11,
+               10, 10, 10, 10, 14, 11, 8, 9, 11, 19, 19, 19, 8, 12, 16, 16, 16)
 
 
 class Symbols:
@@ -102,8 +105,8 @@ def beside_of(column, columns):
     return None if column in PATCH_ALONE else column - 1
 
 
-def read_columns(cursor, rows, columns, same):
-    """The cells of each column that is not in `same`; takes the rest of the cursor."""
+def read_columns(cursor, rows, columns, same, middles):
+    """The cells of each column that is not in `same`; takes the rest of the cursor. middles: of patches."""
     kinds = KINDS.get(columns, PATCH_KINDS)
     coded = [c for c in range(columns) if c not in same]
     if not coded:
@@ -113,12 +116,14 @@ def read_columns(cursor, rows, columns, same):
         if c in kinds:
             table[c] = Kinds(lane % LANES)
             continue
-        first = cursor.number(1)
+        first = PATCH_FIRST[c] if middles else cursor.number(1)
         require(first <= 23, f"{cursor.name}: the first mean of a column is 2^{first}")
         table[c] = Numbers(lane % LANES, first, table.get(beside_of(c, columns)))
     symbols = Symbols(cursor)
     for row in range(rows):
-        for column in table.values():
+        for c, column in table.items():
             column.read(symbols, 5 + (row >= 64) + (row >= 256))
+            if middles and row == 0:
+                column.mean = 1 << PATCH_FIRST[c]
     symbols.end()
     return {c: column.cells for c, column in table.items()}

@@ -245,6 +245,8 @@ typedef struct columns {
     void *memory;
     column *of;
     unsigned count, number_count;
+    const uint8_t *first; /* by column of the table: the bits of its first mean. Not NULL: the cells
+                             of the first row leave means as they are */
 } columns;
 
 static stp_status columns_create(const stp_table *table, uint64_t constant, columns *out,
@@ -257,6 +259,7 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, colu
     STP_TRY(stp_alloc(&out->memory, table->column_count + 1u, sizeof *out->of, "columns", err));
     out->of = (column *)(((uintptr_t)out->memory + _Alignof(column) - 1) & ~(_Alignof(column) - 1));
     number_odds_begin(&first);
+    out->first = table->middles ? table->first : NULL;
     for (unsigned k = 0; k < table->column_count; k++) {
         column *c = &out->of[out->count];
         const int beside = table->beside[k];
@@ -299,9 +302,11 @@ stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes
     if (all.count == 0)
         goto done;
     for (unsigned k = 0; k < all.count; k++) {
-        const uint8_t first = first_mean(all.of[k].cells, table->row_count);
-        all.of[k].mean = UINT32_C(1) << first;
-        if (!all.of[k].is_kinds)
+        column *c = &all.of[k];
+        const uint8_t first =
+            all.first ? all.first[c->number] : first_mean(c->cells, table->row_count);
+        c->mean = UINT32_C(1) << first;
+        if (!c->is_kinds && !all.first)
             STP_TRY(stp_bytes_append(out, &first, 1, err));
     }
     for (uint32_t i = 0; i < table->row_count; i++) {
@@ -312,6 +317,8 @@ stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes
                 put_kind(&w, c, (uint8_t)c->cells[i], stp_odds_shift(i));
             else
                 put_number(&w, c, c->cells[i], stp_odds_shift(i));
+            if (i == 0 && all.first)
+                c->mean = UINT32_C(1) << all.first[c->number];
         }
     }
     STP_TRY(stp_symbols_write(&w, out, err));
@@ -321,14 +328,21 @@ done:
     return status;
 }
 
-static stp_status take_first(const uint8_t *first, columns *all, stp_error *err)
+/* Begins the means, by bytes in front of the symbols, or by what is known. *used: the bytes. */
+static stp_status take_first(const uint8_t *bytes, size_t size, columns *all, size_t *used,
+                             stp_error *err)
 {
+    *used = 0;
+    if (!all->first && all->number_count > size)
+        return stp_error_set(err, STP_CORRUPT, "a table ends before its columns");
     for (unsigned k = 0; k < all->count; k++) {
-        if (all->of[k].is_kinds)
+        column *c = &all->of[k];
+        if (c->is_kinds)
             continue;
-        if (*first > FIRST_MOST)
-            return stp_error_set(err, STP_CORRUPT, "a column begins with a mean of 2^%u", *first);
-        all->of[k].mean = UINT32_C(1) << *first++;
+        const uint8_t first = all->first ? all->first[c->number] : bytes[(*used)++];
+        if (first > FIRST_MOST)
+            return stp_error_set(err, STP_CORRUPT, "a column begins with a mean of 2^%u", first);
+        c->mean = UINT32_C(1) << first;
     }
     return STP_OK;
 }
@@ -343,6 +357,8 @@ INLINE void decode_rows(stp_symbol_reader *r, const columns *all, uint32_t rows,
         for (column *c = all->of; c < end; c++) {
             const uint8_t *begin = own.next;
             c->cells[i] = c->is_kinds ? get_kind(&own, c, shift) : get_number(&own, c, shift);
+            if (i == 0 && all->first)
+                c->mean = UINT32_C(1) << all->first[c->number];
             if (counted)
                 c->bytes += (uint64_t)(own.next - begin);
         }
@@ -399,15 +415,12 @@ stp_status stp_cells_decode(const uint8_t *bytes, size_t size, uint64_t constant
     stp_status status = STP_OK;
     stp_symbol_reader r;
     columns all = {0};
+    size_t used = 0;
     STP_TRY(columns_create(table, constant, &all, err));
     if (all.count == 0 && size == 0)
         goto done;
-    if (all.number_count > size) {
-        status = stp_error_set(err, STP_CORRUPT, "a table ends before its columns");
-        goto done;
-    }
-    STP_TRY(take_first(bytes, &all, err));
-    STP_TRY(stp_symbols_begin(&r, bytes + all.number_count, size - all.number_count, err));
+    STP_TRY(take_first(bytes, size, &all, &used, err));
+    STP_TRY(stp_symbols_begin(&r, bytes + used, size - used, err));
     if (table->column_bytes)
         decode_rows(&r, &all, table->row_count, true);
     else

@@ -133,6 +133,12 @@ static const int16_t patch_beside[STP_LINKED_PATCH_COLUMN_COUNT] = {
 #undef NONE
 #undef KINDS
 
+/* What the means of patch columns are like in blocks of scans (formats/SPEC.md, "Middles"). */
+static const uint8_t patch_first[STP_LINKED_PATCH_COLUMN_COUNT] = {
+    4,  13, 7,  13, 7,  11, 7,  0,  0,  11, 11, 12, 12, 12, 12, 11, 11, 11, 11, 9,  9,  9,  9,
+    13, 12, 11, 11, 11, 11, 10, 10, 10, 10, 14, 11, 8,  9,  11, 19, 19, 19, 8,  12, 16, 16, 16,
+};
+
 static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
                                uint32_t row_count, stp_error *err)
 {
@@ -146,6 +152,8 @@ static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigne
     if (chunk->is_block)
         table->beside = column_count == STP_SAMPLE_COLUMN_COUNT ? sample_beside : patch_beside;
     table->may_shift = chunk->is_block && column_count == STP_SAMPLE_COLUMN_COUNT;
+    table->is_patches = chunk->is_block && column_count != STP_SAMPLE_COLUMN_COUNT;
+    table->first = patch_first;
     if (chunk->is_block)
         table->joined =
             column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
@@ -200,12 +208,23 @@ static void squares_clear(block_squares *s)
     free(s->of);
 }
 
+/* Whether no patch is of strips or triangles, whose cones tell nothing of where the next patch is.
+ */
+static bool are_surface(const stp_chunk *chunk)
+{
+    unsigned flags = 0;
+    for (uint32_t i = 0; i < chunk->patch_count; i++)
+        flags |= chunk->patches[i].flags;
+    return !(flags & (STP_PATCH_STRIP | STP_PATCH_TRIANGLES));
+}
+
 static stp_status patches_encode(const stp_chunk *chunk, const block_squares *squares,
                                  stp_bytes *out, stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
+    table.middles = table.is_patches && are_surface(chunk);
     table.squares = squares->found;
     table.tilted = squares->found && stp_squares_are_tilted(chunk, squares->of);
     stp_patches_encode(chunk->patches, &table);
@@ -314,7 +333,6 @@ static stp_status patches_decode(stp_cursor *c, uint32_t child_count, stp_chunk 
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
-    table.may_squares = chunk->is_block;
     STP_TRY(table_read(c, &table, shares, err));
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(check_and_place(chunk, child_count, err));

@@ -22,6 +22,8 @@
  * bit tells that the squares are on tilted planes. */
 #define SQUARES_BIT 57
 #define TILTED_BIT SCALE_BIT
+/* This bit: patches are predicted by the middles of their lattices. */
+#define MIDDLES_BIT 56
 /* Draco, in the first files of version 2: tables with fewer rows join columns (formats/SPEC.md,
  * "Blocks"). */
 #define JOINED_ROWS 768u
@@ -57,7 +59,8 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
     if (table->row_count == 0)
         return STP_OK;
     uint64_t mask = constant_mask(table);
-    stp_put_u64(head + SIZE_BYTES, mask | (uint64_t)table->squares << SQUARES_BIT |
+    stp_put_u64(head + SIZE_BYTES, mask | (uint64_t)table->middles << MIDDLES_BIT |
+                                       (uint64_t)table->squares << SQUARES_BIT |
                                        (uint64_t)table->tilted << TILTED_BIT |
                                        (uint64_t)(table->scale.step > 0.0) << SCALE_BIT |
                                        (uint64_t)table->by_odds << ODDS_BIT |
@@ -149,13 +152,15 @@ done:
     return status;
 }
 
-/* Takes the shift of normals and the bits of odds and squares off the mask. */
+/* Takes the shift of normals and the bits of odds, middles and squares off the mask. */
 static stp_status take_flags(uint64_t *mask, stp_table *table, stp_error *err)
 {
     table->normal_shift = table->may_shift ? (unsigned)(*mask >> SHIFT_BIT) : 0;
     table->by_odds = table->beside && (*mask >> ODDS_BIT & 1u);
     *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT | (uint64_t)table->by_odds << ODDS_BIT);
-    table->squares = table->may_squares && (*mask >> SQUARES_BIT & 1u);
+    table->middles = table->is_patches && (*mask >> MIDDLES_BIT & 1u);
+    *mask &= ~((uint64_t)table->middles << MIDDLES_BIT);
+    table->squares = table->is_patches && (*mask >> SQUARES_BIT & 1u);
     table->tilted = table->squares && (*mask >> TILTED_BIT & 1u);
     if (table->squares)
         *mask &= ~(UINT64_C(1) << SQUARES_BIT | UINT64_C(1) << TILTED_BIT);

@@ -1,9 +1,9 @@
 /* A block of a payload: a table of integer columns. Constant columns are stored as one value, the
  * rest is coded.
  *
- * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal, bit 57 if
- * squares follow the table (square.h), bit 58 if a scale of 14 bytes follows the mask or, with bit
- * 57, the squares are on tilted planes, bit 59 if
+ * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal, bit 56 if
+ * patches are predicted by middles, bit 57 if squares follow the table (square.h), bit 58 if a
+ * scale of 14 bytes follows the mask or, with bit 57, the squares are on tilted planes, bit 59 if
  * the columns are coded by odds, and in bits 60-63 the shift of the table's normals; one i16 for
  * each other set bit in order; then the other columns: by odds (cells.h), or each in order
  * (column.h). A table without rows is no bytes at all. Threads: any. */
@@ -14,7 +14,7 @@
 #include "formats/chunk/codec/scale.h"
 
 /* The mask has bits for other things behind those of columns. */
-#define STP_TABLE_COLUMNS_LIMIT 57u
+#define STP_TABLE_COLUMNS_LIMIT 56u
 /* A column that no other column tells of; a column of kinds, such as flags: not of numbers. */
 #define STP_BESIDE_NONE (-1)
 #define STP_BESIDE_KINDS (-2)
@@ -40,9 +40,12 @@ typedef struct stp_table {
     /* The scale of positions. Decoding sets it if the table may have one. */
     stp_scale scale;
     bool may_scale;
-    /* Squares follow the table (square.h). Decoding sets it if that may be. */
-    bool squares, tilted;
-    bool may_squares;
+    /* Of patches of a block (patch.h): their bounds have their centres in the middles of their
+     * lattices, as a rule; squares follow the table (square.h). Decoding sets the other three. */
+    bool is_patches;
+    bool middles, squares, tilted;
+    /* With middles, by column: the bits of the mean that its odds begin with (cells.h). */
+    const uint8_t *first;
     /* Decoding adds each column's bytes here; those of a stream go to its first column. NULL:
      * nobody asks. */
     uint64_t *column_bytes;
