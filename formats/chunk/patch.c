@@ -153,6 +153,7 @@ typedef struct row_coder {
     bool decode;
 } row_coder;
 
+/* Two for each axis, behind the exponent's. */
 #define ORIGIN_COLUMNS 6u
 
 STP_INLINE int16_t *next_cell(row_coder *c)

@@ -35,8 +35,8 @@ void stp_projection_destroy(stp_projection **projection);
  * OUT_OF_MEMORY. */
 stp_status stp_system_wkt(char **out, const char *definition, stp_error *err);
 
-/* Whether two definitions are of one system: positions and heights mean the same in both. Errors:
- * UNSUPPORTED (no PROJ, or it does not know one of them). */
+/* Whether two definitions are of one system: x and y mean the same in both, and heights have one
+ * unit, whatever they are above. Errors: UNSUPPORTED (no PROJ, or it does not know one of them). */
 stp_status stp_system_same(bool *same, const char *a, const char *b, stp_error *err);
 
 /* ---- for the module ---- */
