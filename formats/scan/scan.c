@@ -149,8 +149,8 @@ static stp_status hold_mesh(stp_scan *scan, stp_error *err)
     const stp_ply *ply = scan->ply;
     const stp_scan_params *params = &scan->params;
     const bool normals = !(ply->attributes & STP_POINT_HAS_NORMAL) && !params->recompute_normals;
-    const bool textured = ply->header.textures.count > 0 && !params->numbers;
-    const bool wants_faces = normals || textured || params->sample_count > 0 || params->hybrid;
+    const bool coloured = !params->numbers && stp_ply_faces_have_colours(ply);
+    const bool wants_faces = normals || coloured || params->sample_count > 0 || params->hybrid;
     const bool needed = ply->edges || (ply->faces && wants_faces);
     const bool may_be_coarse = samples_coarse(params) && !params->salvage && ply->faces &&
                                ply->grid.columns == 0 &&

@@ -1,4 +1,4 @@
-/* Tests colours of OBJ meshes: materials, and images on faces. */
+/* Tests colours of meshes: materials, images on faces, and colours by face. */
 #include "formats/image/image.h"
 #include "formats/scan/mesh/point_mesh.h"
 #include "tests/fixtures/scan_fixture.h"
@@ -206,6 +206,70 @@ static void materials_colour_faces(void **state)
 }
 
 /* Whatever is wrong with libraries and images costs colours alone, and is said. */
+/* A square's two halves are red and blue, and a triangle beside it has no colour. Its two free
+ * corners are neither. */
+static void check_faces(const char *path, bool third)
+{
+    opened mesh = open_mesh(path, NULL);
+    static const uint16_t none = STP_POINT_GREY;
+    assert_true(mesh.info.attributes & STP_POINT_HAS_COLOUR);
+    assert_int_equal(mesh.info.point_count, third ? 5 : 4);
+    const uint16_t expected[5][3] = {
+        {32768, 0, 32768}, {65535, 0, 0}, {32768, 0, 32768}, {0, 0, 65535}, {none, none, none}};
+    for (uint64_t i = 0; i < mesh.info.point_count; i++)
+        for (int k = 0; k < 3; k++)
+            if (abs((int)mesh.points[i].rgb[k] - (int)expected[i][k]) > 1)
+                fail_msg("%s: channel %d of vertex %d is %u", path, k, (int)i,
+                         mesh.points[i].rgb[k]);
+    close_mesh(&mesh);
+}
+
+static void faces_have_colours(void **state)
+{
+    (void)state;
+    static const char ply[] =
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "property float z\n%selement face 2\nproperty %s red\nproperty list uchar int "
+        "vertex_indices\nproperty %s green\nproperty %s blue\nend_header\n"
+        "0 0 0%s\n1 0 0%s\n1 1 0%s\n0 1 0%s\n%s 3 0 1 2 0 0\n0 3 0 2 3 0 %s\n";
+    static const char *const of_vertices = "property uchar red\nproperty uchar green\n"
+                                           "property uchar blue\n";
+    char text[2048];
+    for (int floats = 0; floats < 2; floats++) {
+        const char *type = floats ? "float" : "uchar", *full = floats ? "1.0" : "255";
+        snprintf(text, sizeof text, ply, "", type, type, type, "", "", "", "", full, full);
+        scan_fixture_text("faces.ply", text);
+        check_faces("faces.ply", false);
+    }
+    /* Vertices know better. */
+    const char *green = " 0 255 0";
+    snprintf(text, sizeof text, ply, of_vertices, "uchar", "uchar", "uchar", green, green, green,
+             green, "255", "255");
+    scan_fixture_text("faces.ply", text);
+    opened mesh = open_mesh("faces.ply", NULL);
+    assert_int_equal(mesh.points[1].rgb[0], 0);
+    assert_int_equal(mesh.points[1].rgb[1], 65535);
+    close_mesh(&mesh);
+
+    static const char *const offs[] = {
+        "OFF\n5 3 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 2 0\n3 0 1 2 255 0 0\n3 0 2 3 0 0 255 100\n"
+        "3 4 4 4\n",
+        "OFF\n5 3 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 2 0\n3 4 4 4 7\n3 0 1 2 1.0 0.0 0.0 # red\n"
+        "3 0 2 3 0.0 .0 1.0 0.5\n",
+        "5 3 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 2 0\n3 0 1 2 255 0 0\n3 4 4 4\n3 0 2 3 0 0 300\n",
+    };
+    for (size_t i = 0; i < sizeof offs / sizeof *offs; i++) {
+        scan_fixture_text("faces.off", offs[i]);
+        check_faces("faces.off", true);
+    }
+    scan_fixture_text("faces.off", "COFF\n3 1 0\n0 0 0 0 255 0\n1 0 0 0 255 0\n1 1 0 0 255 0\n"
+                                   "3 0 1 2 255 0 0\n");
+    mesh = open_mesh("faces.off", NULL);
+    assert_int_equal(mesh.points[0].rgb[0], 0);
+    assert_int_equal(mesh.points[0].rgb[1], 65535);
+    close_mesh(&mesh);
+}
+
 static void faults_cost_colours_alone(void **state)
 {
     (void)state;
@@ -244,7 +308,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(images_lie_on_faces),       cmocka_unit_test(images_of_ply_files),
         cmocka_unit_test(fine_images_are_averaged),  cmocka_unit_test(materials_colour_faces),
-        cmocka_unit_test(faults_cost_colours_alone),
+        cmocka_unit_test(faults_cost_colours_alone), cmocka_unit_test(faces_have_colours),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -214,6 +214,21 @@ done:
     return status;
 }
 
+stp_status stp_materials_add_plain(stp_materials *m, const uint16_t rgb[3], uint64_t count,
+                                   stp_error *err)
+{
+    stp_status status = STP_OK;
+    static const float nowhere[3][2] = {{NAN, NAN}, {NAN, NAN}, {NAN, NAN}};
+    const stp_material *last = m->count > 0 ? &m->list[m->count - 1] : NULL;
+    if (rgb && !(last && memcmp(last->rgb, rgb, sizeof last->rgb) == 0))
+        STP_TRY(stp_materials_add(m, rgb, STP_NO_MATERIAL, err));
+    const uint32_t material = rgb ? (uint32_t)(m->count - 1) : STP_NO_MATERIAL;
+    for (uint64_t i = 0; i < count; i++)
+        STP_TRY(stp_materials_add_triangle(m, material, nowhere, err));
+done:
+    return status;
+}
+
 /* Makes a level of half the size: means of 2 x 2 texels, of fewer at odd borders. */
 static stp_status halve(const stp_texture_level *from, stp_texture_level *to, stp_error *err)
 {

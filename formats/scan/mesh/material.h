@@ -1,5 +1,5 @@
-/* The colours of a mesh's faces: the materials of OBJ files (MTL: Kd and map_Kd) and of glTF, and
- * images, which PLY files name, too.
+/* The colours of a mesh's faces: the materials of OBJ files (MTL: Kd and map_Kd) and of glTF, those
+ * that PLY and OFF have by face, and images, which PLY files name, too.
  *
  * Texture coordinates are (u right, v up), from 0 to 1 over an image; a material says what is
  * beyond. An image is held as levels, each of half the size of the one before, and looked up where
@@ -83,6 +83,9 @@ uint32_t stp_materials_find(const stp_materials *materials, const char *name, co
 /* Adds the next triangle. Errors: OUT_OF_MEMORY. */
 stp_status stp_materials_add_triangle(stp_materials *materials, uint32_t material,
                                       const float corners[3][2], stp_error *err);
+/* Adds the next `count` triangles, of one colour; rgb NULL: of none. Errors: OUT_OF_MEMORY. */
+stp_status stp_materials_add_plain(stp_materials *materials, const uint16_t rgb[3], uint64_t count,
+                                   stp_error *err);
 /* Loads the images that triangles use. Errors: OUT_OF_MEMORY. */
 stp_status stp_materials_load_images(stp_materials *materials, const char *mesh_path,
                                      stp_error *err);

@@ -4,6 +4,7 @@
 
 #include "formats/scan/number.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -13,6 +14,7 @@ typedef struct off_parser {
     bool has_normals;
     stp_text_colours colours;
     uint64_t vertex_count, face_count;
+    uint64_t triangle_count; /* of the faces so far */
 } off_parser;
 
 /* Gets the next line that has more than a comment, cut before the comment. */
@@ -38,6 +40,11 @@ static stp_status parse_kind(off_parser *p, stp_error *err)
     if (next_data_line(&p->lines))
         begin = stp_text_next_token(&p->lines, &end);
     const size_t length = begin ? (size_t)(end - begin) : 0;
+    uint64_t count;
+    if (begin && stp_number_parse_u64(begin, end, &count)) { /* the word may be left out */
+        p->lines.cursor = begin;
+        return STP_OK;
+    }
     static const char *const kinds[] = {"OFF", "COFF", "NOFF", "CNOFF", "NCOFF"};
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
         if (length != strlen(kinds[i]) || memcmp(begin, kinds[i], length) != 0)
@@ -118,6 +125,33 @@ done:
     return status;
 }
 
+/* Takes a face's colour: three or four numbers, whole ones up to 255, others up to 1. Anything else
+ * is none. Vertices with colours need none of faces. */
+static stp_status off_face_colour(off_parser *p, uint64_t triangles, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_materials *m = &p->mesh->materials;
+    uint16_t rgb[3];
+    const char *end, *begin;
+    size_t count = 0;
+    for (; (begin = stp_text_next_token(&p->lines, &end)) != NULL; count++) {
+        double value = 0.0;
+        const double full = memchr(begin, '.', (size_t)(end - begin)) ? 1.0 : 255.0;
+        if (!stp_number_parse(begin, end, &value))
+            value = 0.0;
+        if (count < 3)
+            rgb[count] = (uint16_t)lrint(fmin(fmax(value / full, 0.0), 1.0) * 65535.0);
+    }
+    const bool coloured = (count == 3 || count == 4) && p->colours.count == 0;
+    if (coloured && m->triangle_count < p->triangle_count)
+        STP_TRY(stp_materials_add_plain(m, NULL, p->triangle_count - m->triangle_count, err));
+    if (coloured)
+        STP_TRY(stp_materials_add_plain(m, rgb, triangles, err));
+    p->triangle_count += triangles;
+done:
+    return status;
+}
+
 static stp_status off_face(off_parser *p, stp_error *err)
 {
     uint64_t corners = 0, index;
@@ -139,7 +173,7 @@ static stp_status off_face(off_parser *p, stp_error *err)
                              p->lines.text->path, (unsigned long long)p->lines.line,
                              (unsigned long long)p->vertex_count);
     p->lines.out[-1] = '\n';
-    return STP_OK;
+    return off_face_colour(p, corners > 2 ? corners - 2 : 0, err);
 }
 
 /* Writes the header into the free bytes before the lines. */
@@ -172,6 +206,9 @@ stp_status stp_mesh_text_prepare_off(stp_mesh_text *text, stp_point_mesh *mesh, 
         STP_TRY(off_face(&p, err));
     }
     put_header(&p, text, body);
+    if (mesh->materials.count > 0) /* the last faces may have none */
+        STP_TRY(stp_materials_add_plain(&mesh->materials, NULL,
+                                        p.triangle_count - mesh->materials.triangle_count, err));
     stp_text_colours_apply(&p.colours, mesh);
     if (p.has_normals)
         mesh->attributes |= STP_POINT_HAS_NORMAL;

@@ -56,6 +56,8 @@ void stp_ply_close(stp_ply **ply);
 /* Reads the next points; *count is 0 only at the end. Errors: IO, CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_ply_read(stp_ply *ply, stp_point *points, size_t capacity, size_t *count,
                         stp_error *err);
+/* Whether images or, where vertices have none, faces have the colours. */
+bool stp_ply_faces_have_colours(const stp_ply *ply);
 /* Whether all records of vertices have the same size in bytes. */
 static inline bool stp_ply_has_fixed_records(const stp_ply *ply)
 {

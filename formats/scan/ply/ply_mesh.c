@@ -83,6 +83,12 @@ typedef struct place_reader {
     uint32_t image;
 } place_reader;
 
+/* The colour of a face. */
+typedef struct colour_reader {
+    const stp_ply_property *of[3]; /* of[0] NULL: faces have none, or images or vertices do */
+    uint16_t rgb[3];
+} colour_reader;
+
 static place_reader find_places(const stp_ply *ply, const stp_ply_element *element, bool images)
 {
     place_reader reader = {.number = stp_ply_number_property(&ply->header, element, "texnumber")};
@@ -139,6 +145,52 @@ static stp_status read_image_number(stp_ply *ply, place_reader *reader, size_t i
     return status;
 }
 
+/* Scales to 0..65535: bytes by 257, floats as fractions; wider types stay. */
+static uint16_t colour_number(double value, stp_ply_type type)
+{
+    const double scale = type <= STP_PLY_UINT8 ? 257.0 : type >= STP_PLY_FLOAT32 ? 65535.0 : 1.0;
+    const double scaled = value * scale;
+    return (uint16_t)(scaled > 0.0 ? fmin(scaled, 65535.0) + 0.5 : 0.0);
+}
+
+static colour_reader find_colours(const stp_ply *ply, const stp_ply_element *element, bool images)
+{
+    static const char *const names[] = {"red", "green", "blue"};
+    colour_reader reader = {.rgb = {0, 0, 0}};
+    for (int k = 0; k < 3; k++)
+        reader.of[k] = stp_ply_number_property(&ply->header, element, names[k]);
+    if (images || (ply->attributes & STP_POINT_HAS_COLOUR) || !reader.of[1] || !reader.of[2])
+        reader.of[0] = NULL;
+    return reader;
+}
+
+bool stp_ply_faces_have_colours(const stp_ply *ply)
+{
+    return ply->header.textures.count > 0 ||
+           (ply->faces && strcmp(ply->faces->name, "tristrips") != 0 &&
+            find_colours(ply, ply->faces, false).of[0] != NULL);
+}
+
+/* Reads a property of a face that is no list of vertices or places. */
+static stp_status read_face_number(stp_ply *ply, const stp_ply_property *p, place_reader *places,
+                                   colour_reader *colour, size_t images, stp_error *err)
+{
+    stp_status status = STP_OK;
+    double value;
+    if (places->list && p == places->number)
+        return read_image_number(ply, places, images, err);
+    for (int k = 0; k < 3 && colour->of[0]; k++) {
+        if (p != colour->of[k])
+            continue;
+        STP_TRY(stp_ply_next_value(&ply->cursor, p->type, &value, err));
+        colour->rgb[k] = colour_number(value, p->type);
+        return STP_OK;
+    }
+    status = stp_ply_skip_property(&ply->cursor, p, err);
+done:
+    return status;
+}
+
 static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_point_mesh *mesh,
                              stp_error *err)
 {
@@ -147,6 +199,8 @@ static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_p
     const stp_ply_property *list = stp_ply_index_list(&ply->header, element);
     const size_t first_triangle = mesh->triangle_count;
     place_reader places = find_places(ply, element, mesh->materials.count > 0);
+    colour_reader colour = find_colours(ply, element, mesh->materials.count > 0);
+    const size_t images = mesh->materials.count;
     face_builder builder = {
         .mesh = mesh, .ply = ply, .strips = strcmp(element->name, "tristrips") == 0};
     cursor->element = element;
@@ -156,16 +210,17 @@ static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_p
         STP_TRY(stp_ply_record_begin(cursor, err));
         for (size_t i = 0; i < element->property_count; i++) {
             const stp_ply_property *p = &ply->header.properties[element->property_first + i];
-            STP_TRY(p == list          ? read_index_list(ply, p, &builder, err)
-                    : !places.list     ? stp_ply_skip_property(cursor, p, err)
-                    : p == places.list ? read_places(ply, &places, err)
-                    : p == places.number
-                        ? read_image_number(ply, &places, mesh->materials.count, err)
-                        : stp_ply_skip_property(cursor, p, err));
+            STP_TRY(p == list ? read_index_list(ply, p, &builder, err)
+                    : places.list && p == places.list
+                        ? read_places(ply, &places, err)
+                        : read_face_number(ply, p, &places, &colour, images, err));
         }
         STP_TRY(stp_ply_record_end(cursor, err));
         if (places.list && !builder.strips)
             STP_TRY(add_places(&places, mesh, first, err));
+        else if (colour.of[0] && !builder.strips)
+            STP_TRY(stp_materials_add_plain(&mesh->materials, colour.rgb,
+                                            mesh->triangle_count - first, err));
     }
     mesh->face_count = builder.strips ? mesh->triangle_count - first_triangle : element->count;
 done:
@@ -182,14 +237,6 @@ static uint32_t vertex_number(double value)
 {
     bool whole = value >= 0.0 && value < (double)STP_MESH_NO_VERTEX && value == floor(value);
     return whole ? (uint32_t)value : STP_MESH_NO_VERTEX;
-}
-
-/* Scales to 0..65535: bytes by 257, floats as fractions; wider types stay. */
-static uint16_t colour_number(double value, stp_ply_type type)
-{
-    const double scale = type <= STP_PLY_UINT8 ? 257.0 : type >= STP_PLY_FLOAT32 ? 65535.0 : 1.0;
-    const double scaled = value * scale;
-    return (uint16_t)(scaled > 0.0 ? fmin(scaled, 65535.0) + 0.5 : 0.0);
 }
 
 static stp_status read_edge(stp_ply *ply, const edge_reader *reader, stp_point_mesh *mesh,
