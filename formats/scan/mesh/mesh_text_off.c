@@ -41,7 +41,7 @@ static stp_status parse_kind(off_parser *p, stp_error *err)
         begin = stp_text_next_token(&p->lines, &end);
     const size_t length = begin ? (size_t)(end - begin) : 0;
     uint64_t count;
-    if (begin && stp_number_parse_u64(begin, end, &count)) { /* the word may be left out */
+    if (begin && stp_number_parse_u64(begin, end, &count) && count > 0) { /* the word is left out */
         p->lines.cursor = begin;
         return STP_OK;
     }
