@@ -375,8 +375,8 @@ static void detected(void **state)
         free(scan_fixture_points(cases[i].name, cases[i].content, &info));
         assert_string_equal(info.format, cases[i].format);
     }
-    /* a mesh without its first word must not be read as points */
-    scan_fixture_text("i.off", "0 0 0\n1 0 0\n0 1 0\n"); /* the name decides */
+    /* a file that is called a mesh is not read as points */
+    scan_fixture_text("i.off", "0 0 0\n1 0 0\n0 1 0\n");
     scan_fixture_fails("i.off", NULL, STP_UNSUPPORTED, "OFF");
 }
 
