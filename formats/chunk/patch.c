@@ -3,6 +3,7 @@
 
 #include "formats/chunk/codec/predict_normal.h"
 #include "formats/chunk/layout.h"
+#include "formats/chunk/normal_grid.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -265,9 +266,9 @@ STP_INLINE void code_errors(row_coder *c, uint8_t previous, unsigned quarter_cou
 
 STP_INLINE stp_ivec3 cone_axis_of(const stp_patch *p)
 {
-    const uint32_t word =
-        p->cone_axis[0] | (uint32_t)p->cone_axis[1] << 8 | (uint32_t)p->cone_axis[2] << 16;
-    return stp_integer_normal((int32_t)(word & 4095u), (int32_t)(word >> 12));
+    int32_t uv[2];
+    stp_normal_codes_get(p->cone_axis, uv);
+    return stp_integer_normal(uv[0], uv[1]);
 }
 
 /* Codes the origin as columns of its own. */

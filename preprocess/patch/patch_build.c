@@ -282,9 +282,9 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
     return worst;
 }
 
-/* Sets the cone of normals, and the bounding sphere of every disc and what it stands for, around
- * the patch vertex, so that the one place is known with the other. False if
- * the sphere is too large for the patch's lattice. */
+/* Sets the cone of normals, and the bounding sphere of every disc and what it stands for. Its
+ * centre is the patch vertex, so that one place serves for both. False if the sphere is too large
+ * for the patch's lattice. */
 static bool bound(builder *b)
 {
     stp_patch *patch = b->patch;
@@ -316,11 +316,9 @@ static bool bound(builder *b)
     }
     angle = stp_max(angle, acos(stp_max(-1.0, least_cosine)));
     patch->cone_angle = stp_cone_angle_encode(angle + 1e-6);
-    memcpy(patch->bound_centre, b->samples->level[STP_LEVEL_COUNT - 1][0].position,
-           sizeof patch->bound_centre);
-    stp_sample centre = {
-        .position = {patch->bound_centre[0], patch->bound_centre[1], patch->bound_centre[2]}};
-    stp_dvec3 c = stp_sample_position(&centre, patch);
+    const stp_sample *vertex = &b->samples->level[STP_LEVEL_COUNT - 1][0];
+    memcpy(patch->bound_centre, vertex->position, sizeof patch->bound_centre);
+    const stp_dvec3 c = stp_sample_position(vertex, patch);
     double radius = 0.0;
     for (int level = 0; level < STP_LEVEL_COUNT; level++) {
         for (unsigned i = 0; i < patch->counts[level]; i++) {

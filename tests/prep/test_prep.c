@@ -159,7 +159,20 @@ static void check_merged(const stp_chunk *chunk, uint32_t p, int level)
     }
 }
 
-static void merged_samples_cover_their_children(void **state)
+/* A bound's centre is the patch vertex, 512 steps from the origin along each axis, or a power of
+ * two times that. */
+static void check_middle(const stp_chunk *chunk, uint32_t p)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    const unsigned middle = patch->bound_centre[0];
+    assert_true(middle >= 512 && (middle & (middle - 1)) == 0);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(patch->bound_centre[i], middle);
+        assert_int_equal(chunk->samples[STP_LEVEL_COUNT - 1][p].position[i], middle);
+    }
+}
+
+static void patches_are_well_built(void **state)
 {
     (void)state;
     prep_cloud cloud = prep_cloud_wavy(100000, (stp_dvec3){0.0, 0.0, 0.0}, 3.0);
@@ -169,35 +182,10 @@ static void merged_samples_cover_their_children(void **state)
     for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
         stp_chunk_entry entry;
         stp_chunk *chunk = prep_chunk(file, id, &entry);
-        for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (uint32_t p = 0; p < chunk->patch_count; p++) {
+            check_middle(chunk, p);
             for (int level = 1; level < STP_LEVEL_COUNT; level++)
                 check_merged(chunk, p, level);
-        stp_chunk_destroy(&chunk);
-    }
-    stp_chunk_file_close(&file);
-    free(cloud.points);
-}
-
-/* A bound's centre is the patch vertex, 512 steps from the origin along each axis, or a power of
- * two times that. */
-static void patches_lie_in_the_middle(void **state)
-{
-    (void)state;
-    prep_cloud cloud = prep_cloud_wavy(20000, (stp_dvec3){3.0, 5.0, 7.0}, 3.0);
-    stp_prep_stats stats;
-    assert_int_equal(prep_cloud_run(&cloud, OUT, 2, NULL, &stats, NULL), STP_OK);
-    stp_chunk_file *file = prep_open_verified(OUT);
-    for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
-        stp_chunk_entry entry;
-        stp_chunk *chunk = prep_chunk(file, id, &entry);
-        for (uint32_t p = 0; p < chunk->patch_count; p++) {
-            const stp_patch *patch = &chunk->patches[p];
-            const unsigned middle = patch->bound_centre[0];
-            assert_true(middle >= 512 && (middle & (middle - 1)) == 0);
-            for (int i = 0; i < 3; i++) {
-                assert_int_equal(patch->bound_centre[i], middle);
-                assert_int_equal(chunk->samples[STP_LEVEL_COUNT - 1][p].position[i], middle);
-            }
         }
         stp_chunk_destroy(&chunk);
     }
@@ -412,8 +400,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_point_is_stored_once),
         cmocka_unit_test(errors_grow_towards_the_root),
-        cmocka_unit_test(merged_samples_cover_their_children),
-        cmocka_unit_test(patches_lie_in_the_middle),
+        cmocka_unit_test(patches_are_well_built),
         cmocka_unit_test(threads_do_not_change_the_bytes),
         cmocka_unit_test(one_point_and_three),
         cmocka_unit_test(no_valid_point_is_an_error),

@@ -30,7 +30,8 @@ cli_option prep_system_option(const char **wanted)
         CLI_STRING,
         (void *)wanted,
         "SYSTEM",
-        "coordinate system to bring points to, like EPSG:25832 (degrees: UTM; else as they are)",
+        "coordinate system to bring points to, like EPSG:25832 (that of the first input; degrees: "
+        "UTM)",
         NULL};
 }
 
@@ -169,14 +170,14 @@ static stp_status check_told(const prep_system *system, const told *t, const cha
 /* Whether an input is moved. One whose system PROJ does not know stays where it is. */
 static bool moves(const prep_system *system, const told *t, const char *to, prep_way *way)
 {
-    bool same = to == NULL || t->definition == NULL || strcmp(t->definition, to) == 0;
+    bool same = false;
     if (t->angles || t->definition == NULL)
         return t->angles || system->wanted != NULL;
-    if (!same && stp_system_same(&same, t->definition, to, NULL) != STP_OK) {
-        way->unknown = system->wanted == NULL;
-        same = way->unknown;
-    }
-    return !same;
+    if (to == NULL || strcmp(t->definition, to) == 0)
+        return false;
+    const bool known = stp_system_same(&same, t->definition, to, NULL) == STP_OK;
+    way->unknown = !known && system->wanted == NULL;
+    return !same && !way->unknown;
 }
 
 stp_status prep_system_choose(prep_system *system, const char *path, const stp_scan_params *params,

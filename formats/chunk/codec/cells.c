@@ -282,6 +282,14 @@ done:
     return status;
 }
 
+/* If the first means are known, begins them: before the first row, and again after it, whose cells
+ * leave means as they are. */
+INLINE void begin_known_means(const columns *all)
+{
+    for (unsigned k = 0; all->first && k < all->count; k++)
+        all->of[k].mean = UINT32_C(1) << all->first[all->of[k].number];
+}
+
 /* The bits of the mean of the magnitudes of a column, in 1/256. */
 static uint8_t first_mean(const int16_t *cells, uint32_t count)
 {
@@ -301,14 +309,13 @@ stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes
     STP_TRY(columns_create(table, constant, &all, err));
     if (all.count == 0)
         goto done;
-    for (unsigned k = 0; k < all.count; k++) {
-        column *c = &all.of[k];
-        const uint8_t first =
-            all.first ? all.first[c->number] : first_mean(c->cells, table->row_count);
-        c->mean = UINT32_C(1) << first;
-        if (!c->is_kinds && !all.first)
+    for (unsigned k = 0; k < all.count && !all.first; k++) {
+        const uint8_t first = first_mean(all.of[k].cells, table->row_count);
+        all.of[k].mean = UINT32_C(1) << first;
+        if (!all.of[k].is_kinds)
             STP_TRY(stp_bytes_append(out, &first, 1, err));
     }
+    begin_known_means(&all);
     for (uint32_t i = 0; i < table->row_count; i++) {
         STP_TRY(stp_symbols_reserve(&w, (size_t)CELL_ITEMS * all.count, err));
         for (unsigned k = 0; k < all.count; k++) {
@@ -317,9 +324,9 @@ stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes
                 put_kind(&w, c, (uint8_t)c->cells[i], stp_odds_shift(i));
             else
                 put_number(&w, c, c->cells[i], stp_odds_shift(i));
-            if (i == 0 && all.first)
-                c->mean = UINT32_C(1) << all.first[c->number];
         }
+        if (i == 0)
+            begin_known_means(&all);
     }
     STP_TRY(stp_symbols_write(&w, out, err));
 done:
@@ -328,21 +335,20 @@ done:
     return status;
 }
 
-/* Begins the means, by bytes in front of the symbols, or by what is known. *used: the bytes. */
+/* Begins the means, by bytes in front of the symbols unless they are known. *used: these bytes. */
 static stp_status take_first(const uint8_t *bytes, size_t size, columns *all, size_t *used,
                              stp_error *err)
 {
-    *used = 0;
-    if (!all->first && all->number_count > size)
+    *used = all->first ? 0 : all->number_count;
+    begin_known_means(all);
+    if (*used > size)
         return stp_error_set(err, STP_CORRUPT, "a table ends before its columns");
-    for (unsigned k = 0; k < all->count; k++) {
-        column *c = &all->of[k];
-        if (c->is_kinds)
+    for (unsigned k = 0; k < all->count && !all->first; k++) {
+        if (all->of[k].is_kinds)
             continue;
-        const uint8_t first = all->first ? all->first[c->number] : bytes[(*used)++];
-        if (first > FIRST_MOST)
-            return stp_error_set(err, STP_CORRUPT, "a column begins with a mean of 2^%u", first);
-        c->mean = UINT32_C(1) << first;
+        if (*bytes > FIRST_MOST)
+            return stp_error_set(err, STP_CORRUPT, "a column begins with a mean of 2^%u", *bytes);
+        all->of[k].mean = UINT32_C(1) << *bytes++;
     }
     return STP_OK;
 }
@@ -357,11 +363,11 @@ INLINE void decode_rows(stp_symbol_reader *r, const columns *all, uint32_t rows,
         for (column *c = all->of; c < end; c++) {
             const uint8_t *begin = own.next;
             c->cells[i] = c->is_kinds ? get_kind(&own, c, shift) : get_number(&own, c, shift);
-            if (i == 0 && all->first)
-                c->mean = UINT32_C(1) << all->first[c->number];
             if (counted)
                 c->bytes += (uint64_t)(own.next - begin);
         }
+        if (i == 0)
+            begin_known_means(all);
     }
     *r = own;
 }

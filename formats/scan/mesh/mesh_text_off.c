@@ -125,6 +125,12 @@ done:
     return status;
 }
 
+/* Says that the last triangles before number `end` have no colour, if others have some. */
+static stp_status add_colourless(stp_materials *m, uint64_t end, stp_error *err)
+{
+    return stp_materials_add_plain(m, NULL, end - m->triangle_count, err);
+}
+
 /* Takes a face's colour: three or four numbers, whole ones up to 255, others up to 1. Anything else
  * is none. Vertices with colours need none of faces. */
 static stp_status off_face_colour(off_parser *p, uint64_t triangles, stp_error *err)
@@ -143,10 +149,10 @@ static stp_status off_face_colour(off_parser *p, uint64_t triangles, stp_error *
             rgb[count] = (uint16_t)lrint(fmin(fmax(value / full, 0.0), 1.0) * 65535.0);
     }
     const bool coloured = (count == 3 || count == 4) && p->colours.count == 0;
-    if (coloured && m->triangle_count < p->triangle_count)
-        STP_TRY(stp_materials_add_plain(m, NULL, p->triangle_count - m->triangle_count, err));
-    if (coloured)
+    if (coloured) {
+        STP_TRY(add_colourless(m, p->triangle_count, err));
         STP_TRY(stp_materials_add_plain(m, rgb, triangles, err));
+    }
     p->triangle_count += triangles;
 done:
     return status;
@@ -207,8 +213,7 @@ stp_status stp_mesh_text_prepare_off(stp_mesh_text *text, stp_point_mesh *mesh, 
     }
     put_header(&p, text, body);
     if (mesh->materials.count > 0) /* the last faces may have none */
-        STP_TRY(stp_materials_add_plain(&mesh->materials, NULL,
-                                        p.triangle_count - mesh->materials.triangle_count, err));
+        STP_TRY(add_colourless(&mesh->materials, p.triangle_count, err));
     stp_text_colours_apply(&p.colours, mesh);
     if (p.has_normals)
         mesh->attributes |= STP_POINT_HAS_NORMAL;

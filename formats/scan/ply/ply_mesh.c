@@ -83,9 +83,9 @@ typedef struct place_reader {
     uint32_t image;
 } place_reader;
 
-/* The colour of a face. */
+/* The colour of a face or an edge. */
 typedef struct colour_reader {
-    const stp_ply_property *of[3]; /* of[0] NULL: faces have none, or images or vertices do */
+    const stp_ply_property *of[3]; /* red, green, blue; NULL: there is none */
     uint16_t rgb[3];
 } colour_reader;
 
@@ -153,22 +153,34 @@ static uint16_t colour_number(double value, stp_ply_type type)
     return (uint16_t)(scaled > 0.0 ? fmin(scaled, 65535.0) + 0.5 : 0.0);
 }
 
-static colour_reader find_colours(const stp_ply *ply, const stp_ply_element *element, bool images)
+static colour_reader find_colours(const stp_ply *ply, const stp_ply_element *element)
 {
     static const char *const names[] = {"red", "green", "blue"};
     colour_reader reader = {.rgb = {0, 0, 0}};
     for (int k = 0; k < 3; k++)
         reader.of[k] = stp_ply_number_property(&ply->header, element, names[k]);
-    if (images || (ply->attributes & STP_POINT_HAS_COLOUR) || !reader.of[1] || !reader.of[2])
-        reader.of[0] = NULL;
     return reader;
+}
+
+static bool are_coloured(const colour_reader *reader)
+{
+    return reader->of[0] && reader->of[1] && reader->of[2];
+}
+
+/* Takes the value of a property that may be one of the colour. */
+static void take_channel(colour_reader *reader, const stp_ply_property *p, double value)
+{
+    for (int k = 0; k < 3; k++)
+        if (p == reader->of[k])
+            reader->rgb[k] = colour_number(value, p->type);
 }
 
 bool stp_ply_faces_have_colours(const stp_ply *ply)
 {
-    return ply->header.textures.count > 0 ||
-           (ply->faces && strcmp(ply->faces->name, "tristrips") != 0 &&
-            find_colours(ply, ply->faces, false).of[0] != NULL);
+    if (ply->header.textures.count > 0 || !ply->faces)
+        return ply->header.textures.count > 0;
+    const colour_reader colour = find_colours(ply, ply->faces);
+    return are_coloured(&colour) && strcmp(ply->faces->name, "tristrips") != 0;
 }
 
 /* Reads a property of a face that is no list of vertices or places. */
@@ -179,14 +191,10 @@ static stp_status read_face_number(stp_ply *ply, const stp_ply_property *p, plac
     double value;
     if (places->list && p == places->number)
         return read_image_number(ply, places, images, err);
-    for (int k = 0; k < 3 && colour->of[0]; k++) {
-        if (p != colour->of[k])
-            continue;
-        STP_TRY(stp_ply_next_value(&ply->cursor, p->type, &value, err));
-        colour->rgb[k] = colour_number(value, p->type);
-        return STP_OK;
-    }
-    status = stp_ply_skip_property(&ply->cursor, p, err);
+    if (p->is_list)
+        return stp_ply_skip_property(&ply->cursor, p, err);
+    STP_TRY(stp_ply_next_value(&ply->cursor, p->type, &value, err));
+    take_channel(colour, p, value);
 done:
     return status;
 }
@@ -198,9 +206,11 @@ static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_p
     stp_ply_cursor *cursor = &ply->cursor;
     const stp_ply_property *list = stp_ply_index_list(&ply->header, element);
     const size_t first_triangle = mesh->triangle_count;
-    place_reader places = find_places(ply, element, mesh->materials.count > 0);
-    colour_reader colour = find_colours(ply, element, mesh->materials.count > 0);
     const size_t images = mesh->materials.count;
+    place_reader places = find_places(ply, element, images > 0);
+    colour_reader colour = find_colours(ply, element);
+    const bool coloured = /* images and colours of vertices go before */
+        images == 0 && !(ply->attributes & STP_POINT_HAS_COLOUR) && are_coloured(&colour);
     face_builder builder = {
         .mesh = mesh, .ply = ply, .strips = strcmp(element->name, "tristrips") == 0};
     cursor->element = element;
@@ -218,7 +228,7 @@ static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_p
         STP_TRY(stp_ply_record_end(cursor, err));
         if (places.list && !builder.strips)
             STP_TRY(add_places(&places, mesh, first, err));
-        else if (colour.of[0] && !builder.strips)
+        else if (coloured && !builder.strips)
             STP_TRY(stp_materials_add_plain(&mesh->materials, colour.rgb,
                                             mesh->triangle_count - first, err));
     }
@@ -230,7 +240,8 @@ done:
 
 /* The properties of an edge that are read: its ends and its colour. */
 typedef struct edge_reader {
-    const stp_ply_property *ends[2], *rgb[3];
+    const stp_ply_property *ends[2];
+    colour_reader colour;
 } edge_reader;
 
 static uint32_t vertex_number(double value)
@@ -239,8 +250,7 @@ static uint32_t vertex_number(double value)
     return whole ? (uint32_t)value : STP_MESH_NO_VERTEX;
 }
 
-static stp_status read_edge(stp_ply *ply, const edge_reader *reader, stp_point_mesh *mesh,
-                            stp_error *err)
+static stp_status read_edge(stp_ply *ply, edge_reader *reader, stp_point_mesh *mesh, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_ply_element *element = ply->edges;
@@ -257,10 +267,9 @@ static stp_status read_edge(stp_ply *ply, const edge_reader *reader, stp_point_m
         for (int k = 0; k < 2; k++)
             if (p == reader->ends[k])
                 edge.vertices[k] = vertex_number(value);
-        for (int k = 0; k < 3; k++)
-            if (p == reader->rgb[k])
-                edge.rgb[k] = colour_number(value, p->type);
+        take_channel(&reader->colour, p, value);
     }
+    memcpy(edge.rgb, reader->colour.rgb, sizeof edge.rgb);
     STP_TRY(stp_ply_record_end(&ply->cursor, err));
     STP_TRY(stp_point_mesh_add_edge(mesh, &edge, err));
 done:
@@ -270,14 +279,11 @@ done:
 static stp_status read_edges(stp_ply *ply, stp_point_mesh *mesh, stp_error *err)
 {
     stp_status status = STP_OK;
-    static const char *const ends[] = {"vertex1", "vertex2"}, *const rgb[] = {"red", "green",
-                                                                              "blue"};
-    edge_reader reader;
+    static const char *const ends[] = {"vertex1", "vertex2"};
+    edge_reader reader = {.colour = find_colours(ply, ply->edges)};
     for (int k = 0; k < 2; k++)
         reader.ends[k] = stp_ply_number_property(&ply->header, ply->edges, ends[k]);
-    for (int k = 0; k < 3; k++)
-        reader.rgb[k] = stp_ply_number_property(&ply->header, ply->edges, rgb[k]);
-    mesh->edge_colours = reader.rgb[0] && reader.rgb[1] && reader.rgb[2];
+    mesh->edge_colours = are_coloured(&reader.colour);
     ply->cursor.element = ply->edges;
     ply->cursor.index = 0;
     while (ply->cursor.index < ply->edges->count)
