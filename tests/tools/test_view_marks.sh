@@ -38,7 +38,7 @@ test_from_above() {
     xdotool mousemove 5 5
     press f t m # nothing is there to mark, and there is no line yet
     xdotool mousemove 150 200 sleep 0.3 click 1 sleep 0.8 mousemove 350 210 sleep 0.3 click 1
-    expect_title ", measuring " "two clicks"
+    expect_title " US ft, marks: 1" "two clicks" # the coordinate system's unit
     expect_title ", marks: 1 (" "f beside the model"
     chart_is_gone || fail "a chart before t"
     press t
@@ -82,6 +82,14 @@ for i in range(201):
     for j in range(201):
         x, y = i - 100.0, j - 100.0
         print("%g %g %.4f" % (x, y, 40.0 * exp(-(x * x + y * y) / 1200.0)))
+END
+cat >"$FOLDER/hill.prj" <<'END'
+PROJCS["NAD83 / New York Long Island (ftUS)",GEOGCS["NAD83",DATUM["North_American_Datum_1983",
+SPHEROID["GRS 1980",6378137,298.257222101]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],
+PROJECTION["Lambert_Conformal_Conic_2SP"],PARAMETER["latitude_of_origin",40.1666666666667],
+PARAMETER["central_meridian",-74],PARAMETER["standard_parallel_1",41.0333333333333],
+PARAMETER["standard_parallel_2",40.6666666666667],PARAMETER["false_easting",984250],
+PARAMETER["false_northing",0],UNIT["US survey foot",0.304800609601219]]
 END
 "$STIPPLE" prep "$FOLDER/hill.xyz" -o "$FOLDER/hill.stipple" --quiet || fail "no model"
 test_from_above

@@ -49,16 +49,15 @@ void view_format_intensity(double top, double intensity, char out[64])
 }
 
 /* Writes a value of the palette's range. */
-static void value_words(const viewer *v, double value, char out[64])
+static void value_words(const viewer *v, double value, char out[96])
 {
-    const char *unit = v->scene.models[0].unit;
     const struct stp_shown *shown = v->scene.models[0].model->shown;
     double range[2];
     if (shown && v->control.params.colour == STP_COLOUR_INTENSITY) {
         stp_shown_name(shown, range);
         snprintf(out, 64, "%.6g", range[0] + value * (range[1] - range[0]));
     } else if (v->control.params.colour == STP_COLOUR_ELEVATION)
-        snprintf(out, 64, "%.6g%s%s", value, unit[0] != '\0' ? " " : "", unit);
+        view_format_height(v, value, out);
     else
         intensity_words(v->scene.intensity_top, value, out);
 }
@@ -87,7 +86,7 @@ void view_legend_draw(const viewer *v)
     const double height = fmin(BAR_HEIGHT_PX * s, 0.5 * v->layout.picture_height);
     const double x = 12.0 * s, width = BAR_WIDTH_PX * s, step = height / STEPS;
     const double low = v->layout.height - 0.5 * (v->layout.picture_height - height);
-    char text[64];
+    char text[96];
     if (!is_graded(p))
         return;
     stp_ui_draw_label(x, low - height - 1.6 * line, title(v), WHITE, false);

@@ -183,12 +183,13 @@ static bool draw_point(const viewer *v, stp_dvec3 point, double at[2])
 static void draw_measured(const viewer *v, const stp_dvec3 ends[2])
 {
     double at[2][2];
-    char text[80];
+    char text[96];
     world_line(v, ends[0], ends[1], ORANGE, 2.0);
     bool first = draw_point(v, ends[0], at[0]), second = draw_point(v, ends[1], at[1]);
     if (!first || !second)
         return;
-    snprintf(text, sizeof text, "%.*f", view_digits(v), view_measure_length(ends));
+    view_format_length(view_measure_length(ends), view_digits(v), view_scene_length_unit(&v->scene),
+                       text);
     stp_ui_draw_label(0.5 * (at[0][0] + at[1][0]),
                       0.5 * (at[0][1] + at[1][1]) - 14.0 * stp_ui_scale(v->ui), text, WHITE, true);
 }
@@ -295,14 +296,13 @@ static void draw_help(viewer *v)
 
 static void draw_contour_labels(const viewer *v)
 {
-    const char *unit = v->scene.models[0].unit;
     for (int i = 0; i < v->labels.count; i++) {
         const view_label *l = &v->labels.items[i];
         double at[2];
-        char text[64];
+        char text[96];
         if (!view_place(v, l->place, at))
             continue;
-        snprintf(text, sizeof text, "%.6g%s%s", l->height, unit[0] != '\0' ? " " : "", unit);
+        view_format_height(v, l->height, text);
         stp_ui_draw_label(at[0], at[1], text, WHITE, true);
     }
 }

@@ -55,14 +55,16 @@ static void distance_rows(const viewer *v, const stp_dvec3 ends[2])
     stp_dvec3 d = stp_dvec3_sub(ends[1], ends[0]);
     stp_dvec3 up = stp_dvec3_normalize(v->control.camera.up);
     double rise = stp_dvec3_dot(d, up), length = stp_dvec3_length(d);
-    char text[160];
+    char text[224], level[96], high[96];
     int digits = view_digits(v);
-    snprintf(text, sizeof text, "%.*f", digits, length);
-    stp_ui_row("distance", text);
+    view_format_length(length, digits, view_scene_length_unit(&v->scene), level);
+    stp_ui_row("distance", level);
     snprintf(text, sizeof text, "%.*f  %.*f  %.*f", digits, d.x, digits, d.y, digits, d.z);
     stp_ui_row("by axis", text);
-    snprintf(text, sizeof text, "%.*f level, %.*f up", digits,
-             sqrt(fmax(0.0, length * length - rise * rise)), digits, rise);
+    view_format_length(sqrt(fmax(0.0, length * length - rise * rise)), digits,
+                       view_scene_level_unit(&v->scene), level);
+    view_format_length(rise, digits, view_scene_height_unit(&v->scene), high);
+    snprintf(text, sizeof text, "%s level, %s up", level, high);
     stp_ui_row("", text);
 }
 
@@ -79,7 +81,7 @@ static void clicked_rows(const viewer *v)
     else
         snprintf(text, sizeof text, "measured");
     stp_ui_row("", text);
-    snprintf(text, sizeof text, "%.*f", view_digits(v) + 1, pick->radius);
+    view_format_length(pick->radius, view_digits(v) + 1, view_scene_length_unit(&v->scene), text);
     stp_ui_row("disc's radius", text);
     if (pick->chunk != STP_PICK_NO_CHUNK) {
         snprintf(text, sizeof text, "%u, level %d", pick->chunk, pick->level);
@@ -104,14 +106,15 @@ static void measured_rows(viewer *v)
 {
     view_measure *m = &v->measure;
     int removed = -1;
-    char label[24], length[64];
+    char label[24], length[96];
     for (int i = 0; i < m->line_count; i++) {
         stp_ui_push_id(i);
         removed = stp_ui_button("x") ? i : removed;
         stp_ui_hint("removes it");
         stp_ui_same_line();
         snprintf(label, sizeof label, "line %d", i + 1);
-        snprintf(length, sizeof length, "%.*f", view_digits(v), view_measure_length(m->lines[i]));
+        view_format_length(view_measure_length(m->lines[i]), view_digits(v),
+                           view_scene_length_unit(&v->scene), length);
         stp_ui_row(label, length);
         stp_ui_pop_id();
     }

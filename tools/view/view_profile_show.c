@@ -81,7 +81,7 @@ bool view_profile_close(viewer *v)
 void view_panel_profile(viewer *v)
 {
     const view_profile *p = &v->profile;
-    char text[80];
+    char text[96];
     if (p->state == VIEW_PROFILE_FINDING || p->state == VIEW_PROFILE_SAVING) {
         stp_ui_note(p->state == VIEW_PROFILE_SAVING ? "It is being written." : "It is being made.");
         return;
@@ -94,7 +94,7 @@ void view_panel_profile(viewer *v)
     }
     snprintf(text, sizeof text, "%zu", p->found.count);
     stp_ui_row("points", text);
-    snprintf(text, sizeof text, "%.*f", view_digits(v), p->found.width);
+    view_format_length(p->found.width, view_digits(v), view_scene_level_unit(&v->scene), text);
     stp_ui_row("strip's width", text);
     if (stp_ui_button("save CSV"))
         save(v, ".csv");
@@ -112,13 +112,15 @@ static void draw_labels(const viewer *v, double x, double y, double width, doubl
     const view_profile *p = &v->profile;
     const int digits = view_digits(v);
     const double line = stp_ui_text_height();
-    char text[64];
-    snprintf(text, sizeof text, "%.*f", digits, p->high);
+    const char *unit = view_scene_height_unit(&v->scene);
+    char text[96], words[112];
+    view_format_length(p->high, digits, unit, text);
     stp_ui_draw_label(x, y, text, WHITE, false);
-    snprintf(text, sizeof text, "%.*f", digits, p->low);
+    view_format_length(p->low, digits, unit, text);
     stp_ui_draw_label(x, y + height - 1.6 * line, text, WHITE, false);
-    snprintf(text, sizeof text, "%.*f long", digits, p->found.length);
-    stp_ui_draw_label(x + width - 9.0 * line, y, text, WHITE, false);
+    view_format_length(p->found.length, digits, view_scene_level_unit(&v->scene), text);
+    snprintf(words, sizeof words, "%s long", text);
+    stp_ui_draw_label(x + width - 9.0 * line, y, words, WHITE, false);
 }
 
 void view_profile_draw(const viewer *v)

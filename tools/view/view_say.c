@@ -28,6 +28,17 @@ void view_format_position(const viewer *v, stp_dvec3 p, char out[160])
     snprintf(out, 160, "%.*f  %.*f  %.*f", digits, p.x, digits, p.y, digits, p.z);
 }
 
+void view_format_length(double length, int digits, const char *unit, char out[96])
+{
+    snprintf(out, 96, "%.*f%s%s", digits, length, unit[0] != '\0' ? " " : "", unit);
+}
+
+void view_format_height(const viewer *v, double height, char out[96])
+{
+    const char *unit = view_scene_height_unit(&v->scene);
+    snprintf(out, 96, "%.6g%s%s", height, unit[0] != '\0' ? " " : "", unit);
+}
+
 bool view_place_drawn(const viewer *v, stp_dvec3 p, double at[2])
 {
     const stp_view *view = &v->control.view;

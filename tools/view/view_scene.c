@@ -18,16 +18,30 @@ static void read_system(const char *wkt, char *out, size_t bytes)
         snprintf(out, bytes, "%.*s", (int)strcspn(begin + 1, "\""), begin + 1);
 }
 
-/* Gets the last unit of well-known text, which is the one of heights: UNIT["metre",1], or
- * LENGTHUNIT. None if it is an angle. */
-static void read_unit(const char *wkt, char *out, size_t bytes)
+/* Gets the last unit before `end` of well-known text: UNIT["metre",1], or LENGTHUNIT. None if it is
+ * an angle. US survey feet are 2 in a million longer than others, so they are told apart. */
+static void read_unit(const char *wkt, const char *end, char *out, size_t bytes)
 {
     static const char mark[] = "UNIT[\"";
     const char *last = NULL;
-    for (const char *at = wkt; (at = strstr(at, mark)) != NULL; last = at)
+    for (const char *at = wkt; (at = strstr(at, mark)) != NULL && at < end; last = at)
         at += sizeof mark - 1;
-    if (last != NULL && strncmp(last, "degree", 6) != 0)
-        snprintf(out, bytes, "%.*s", (int)strcspn(last, "\""), last);
+    if (last == NULL || strncasecmp(last, "degree", 6) == 0)
+        return;
+    snprintf(out, bytes, "%.*s", (int)strcspn(last, "\""), last);
+    if (strcasecmp(out, "metre") == 0 || strcasecmp(out, "meter") == 0)
+        snprintf(out, bytes, "m");
+    else if (strcasestr(out, "foot") || strcasestr(out, "feet"))
+        snprintf(out, bytes, strcasestr(out, "us") ? "US ft" : "ft");
+}
+
+/* Gets the units of x and y, and of heights: the last one before the part of a vertical system, and
+ * the last of all. */
+static void read_units(const char *wkt, view_model *m)
+{
+    const char *end = wkt + strlen(wkt), *vertical = strstr(wkt, "VERT");
+    read_unit(wkt, vertical != NULL ? vertical : end, m->level_unit, sizeof m->level_unit);
+    read_unit(wkt, end, m->height_unit, sizeof m->height_unit);
 }
 
 /* Reads metadata: "a.las and 3 more", the coordinate system, and what intensities mean. */
@@ -46,7 +60,7 @@ static void read_metadata(view_model *m)
         snprintf(m->sources, sizeof m->sources, "%.150s", name->valuestring);
     if (cJSON_IsString(wkt)) {
         read_system(wkt->valuestring, m->system, sizeof m->system);
-        read_unit(wkt->valuestring, m->unit, sizeof m->unit);
+        read_units(wkt->valuestring, m);
     }
     m->intensity_top = stp_chunk_file_intensity_top(info);
     cJSON_Delete(json);
@@ -83,7 +97,7 @@ stp_status view_scene_put(view_scene *scene, const char *path, stp_model **model
     *model = NULL;
     m->name = stp_is_address(path) ? view_files_base(stp_chunk_file_path(m->model->file))
                                    : view_files_base(m->path);
-    m->sources[0] = m->system[0] = m->unit[0] = '\0';
+    m->sources[0] = m->system[0] = m->level_unit[0] = m->height_unit[0] = '\0';
     read_metadata(m);
     scene->count += index == scene->count;
     view_scene_update(scene);
@@ -103,6 +117,28 @@ stp_status view_scene_add(view_scene *scene, const draw_options *options, const 
 done:
     stp_model_close(&model);
     return status;
+}
+
+const char *view_scene_height_unit(const view_scene *scene)
+{
+    for (size_t i = 1; i < scene->count; i++)
+        if (strcmp(scene->models[i].height_unit, scene->models[0].height_unit) != 0)
+            return "";
+    return scene->count > 0 ? scene->models[0].height_unit : "";
+}
+
+const char *view_scene_level_unit(const view_scene *scene)
+{
+    for (size_t i = 1; i < scene->count; i++)
+        if (strcmp(scene->models[i].level_unit, scene->models[0].level_unit) != 0)
+            return "";
+    return scene->count > 0 ? scene->models[0].level_unit : "";
+}
+
+const char *view_scene_length_unit(const view_scene *scene)
+{
+    const char *height = view_scene_height_unit(scene);
+    return strcmp(height, view_scene_level_unit(scene)) == 0 ? height : "";
 }
 
 void view_scene_remove(view_scene *scene, size_t index)
