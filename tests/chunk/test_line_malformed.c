@@ -3,6 +3,8 @@
 #include "tests/fixtures/chunk_reseal.h"
 #include "tests/fixtures/line_fixture.h"
 
+#include <unistd.h>
+
 #define OUT "test_line_malformed.stipple"
 #define CHANGED "test_line_changed.stipple"
 
@@ -74,6 +76,7 @@ static uint8_t *first_sample(const raw_file *f, const uint8_t *patch, int level)
 
 static void write_changed(const raw_file *f)
 {
+    unlink(CHANGED); /* to empty an old file waits for the disk */
     FILE *out = fopen(CHANGED, "wb");
     assert_non_null(out);
     assert_int_equal(fwrite(f->bytes, 1, f->size, out), f->size);
