@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/chunk/sample.h"
 #include "runtime/gl/shader_trim.h"
+#include "runtime/stipple.h"
 
 #include <ctype.h>
 #include <stdbool.h>
@@ -278,13 +279,15 @@ void stp_variant_defines(const stp_variant *v, char out[STP_VARIANT_DEFINES_BYTE
              "#define STP_INVOCATIONS %d\n#define STP_SHARE %d\n"
              "#define STP_CLIP %d\n#define STP_PLANES %d\n#define STP_HIDE_CLASSES %d\n#define "
              "STP_OVERLAY %d\n#define STP_CHOSEN %d\n"
-             "#define STP_CONTOURS %d\n#define STP_EXAGGERATED %d\n#define STP_FADE %d\n"
+             "#define STP_CONTOURS %d\n#define STP_HEIGHTS %d\n"
+             "#define STP_EXAGGERATED %d\n#define STP_FADE %d\n"
              "#define STP_TEMPLATE %d\n#define STP_SPLAT %d\n"
              "#define STP_LINES %d\n#define STP_TRIANGLES %d\n#define STP_OPENINGS %d\n",
              v->orthographic, v->box, v->colour, v->palette, v->shade, v->geometry_invocations,
              STP_PATCH_SAMPLES / v->geometry_invocations, v->clip, v->planes, v->classes,
-             v->overlay, v->chosen, v->contours, v->exaggerated, v->fade, v->template_px, v->splat,
-             v->lines, v->triangles, v->openings);
+             v->overlay, v->chosen, v->contours, v->contours || v->colour == STP_COLOUR_ELEVATION,
+             v->exaggerated, v->fade, v->template_px, v->splat, v->lines, v->triangles,
+             v->openings);
 }
 
 bool stp_variant_equal(const stp_variant *a, const stp_variant *b)

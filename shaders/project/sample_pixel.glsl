@@ -179,7 +179,7 @@ stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
     return stp_pixel(disc.normal, disc.radius, depth,
                      depth + stp_depth_extent(disc.radius, tube ? 1.0 : dot(disc.normal, w), ppu),
                      centre.xy + disc.position.xy * ppu - window,
-                     stp_sample_colour(disc, id), tag);
+                     stp_sample_colour(disc, id), depth, tag);
 }
 
 // The pixel of a name (id.x: a sample, or the shape that begins with it) of patch id.y, seen from a

@@ -40,6 +40,7 @@ void stp_blend_add(inout stp_blend blend, stp_pixel front, stp_pixel c, float we
     // ties.
     blend.sum.z_min += w * (c.z_min - front.z_min);
     blend.sum.z_max += w * (c.z_max - front.z_max);
+    blend.sum.middle += w * (c.middle - front.z_min);
     blend.sum.d += w * c.d;
     blend.sum.colour += w * c.colour;
     blend.total += w;
@@ -61,6 +62,7 @@ stp_blend stp_blend_end(stp_blend blend, stp_pixel front)
     blend.sum.radius *= scale;
     blend.sum.z_min = front.z_min + blend.sum.z_min * scale;
     blend.sum.z_max = front.z_max + blend.sum.z_max * scale;
+    blend.sum.middle = front.z_min + blend.sum.middle * scale;
     blend.sum.d *= scale;
     blend.sum.colour *= scale;
     blend.distance *= scale;

@@ -7,6 +7,7 @@ struct stp_pixel {
     float z_max;
     vec2 d;        // centre of the ellipse minus the pixel's centre, viewport pixels
     vec3 colour;
+    float middle;  // depth of the surface at the ellipse's centre; without STP_HEIGHTS not kept
     int tag;       // 0: invalid; else 1 + kind + 8 two_sided + 16 source + 512 mark
 };
 
@@ -16,7 +17,8 @@ struct stp_pixel {
 
 // A pixel is two RGBA32UI texels, since fetches are the cost of pull and push. `paint` alone is
 // enough to shade a pixel and to know whether another is in front of it.
-//   shape: d, radius, z_max (32-bit floats)
+//   shape: d, radius, z_max (32-bit floats; with STP_HEIGHTS the last bytes of d.x and d.y, low and high, are where middle
+//          lies between z_min and z_max, in 1/65535)
 //   paint: normal (octahedral, 2 x 16 bits), z_min (32-bit float), red | green << 16, blue | tag << 16 (16-bit fractions
 //          of 1)
 // Compute shaders load images: a software driver inlines loads, but calls functions for fetches.
@@ -61,15 +63,25 @@ vec3 stp_direction_unpack(uint code)
 
 stp_pixel stp_pixel_unpack(uvec4 shape, uvec4 paint)
 {
-    return stp_pixel(stp_direction_unpack(paint.x), uintBitsToFloat(shape.z), uintBitsToFloat(paint.y),
-                     uintBitsToFloat(shape.w), uintBitsToFloat(shape.xy),
-                     vec3(uvec3(paint.z & 65535u, paint.z >> 16, paint.w & 65535u)) * (1.0 / 65535.0),
+    float z_min = uintBitsToFloat(paint.y), z_max = uintBitsToFloat(shape.w), middle = z_min;
+#if STP_HEIGHTS
+    middle = mix(z_min, z_max, float(shape.x & 255u | (shape.y & 255u) << 8) * (1.0 / 65535.0));
+    shape.xy &= ~255u;
+#endif
+    return stp_pixel(stp_direction_unpack(paint.x), uintBitsToFloat(shape.z), z_min, z_max, uintBitsToFloat(shape.xy),
+                     vec3(uvec3(paint.z & 65535u, paint.z >> 16, paint.w & 65535u)) * (1.0 / 65535.0), middle,
                      int(paint.w >> 16));
 }
 
 uvec4 stp_pixel_shape(stp_pixel p)
 {
-    return uvec4(floatBitsToUint(p.d), floatBitsToUint(p.radius), floatBitsToUint(p.z_max));
+    uvec2 d = floatBitsToUint(p.d);
+#if STP_HEIGHTS
+    float share = (p.middle - p.z_min) / max(p.z_max - p.z_min, 1e-30);
+    uint middle = uint(clamp(share, 0.0, 1.0) * 65535.0 + 0.5);
+    d = (d + 128u & ~255u) | uvec2(middle & 255u, middle >> 8);
+#endif
+    return uvec4(d, floatBitsToUint(p.radius), floatBitsToUint(p.z_max));
 }
 
 uvec4 stp_pixel_paint(stp_pixel p)
@@ -91,7 +103,7 @@ stp_pixel stp_pixel_coarse(ivec2 p)
 
 stp_pixel stp_pixel_invalid()
 {
-    return stp_pixel(vec3(0.0), 0.0, 0.0, 0.0, vec2(0.0), vec3(0.0), 0);
+    return stp_pixel(vec3(0.0), 0.0, 0.0, 0.0, vec2(0.0), vec3(0.0), 0.0, 0);
 }
 
 bool stp_tag_two_sided(int tag)

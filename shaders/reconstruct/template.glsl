@@ -34,7 +34,7 @@ bool stp_template_lives(stp_pixel p, ivec2 at, int level)
 
 // An ellipse as seen from a point.
 struct stp_template_hit {
-    stp_pixel pixel; // z_min, z_max: its interval where the ray meets its disc
+    stp_pixel pixel; // z_min, z_max, middle: where the ray meets its disc
     float q;
 };
 
@@ -73,9 +73,10 @@ stp_template_hit stp_template_look(stp_pixel c, ivec2 here, ivec2 at, int level,
     bool own = level == 0 && at == here;
     float q = c.radius > 0.0 ? dot(s, s) : own ? 0.0 : STP_ELLIPSE_OUTSIDE;
     q = own ? min(q, 1.0) : q;
-    float extent = c.z_max - c.z_min;
-    c.z_min += stp_ellipse_farther(c, s);
+    float farther = stp_ellipse_farther(c, s), extent = c.z_max - c.z_min;
+    c.z_min += farther;
     c.z_max = c.z_min + extent;
+    c.middle += farther;
     return stp_template_hit(c, q);
 }
 

@@ -14,7 +14,7 @@
 #define STP_CONTOUR_FAR 20.0
 // Shares of that distance: a line that would lie so far elsewhere is still whole, or gone. A level
 // surface whose normal leans by chance has 0.71.
-#define STP_CONTOUR_STRAY vec2(0.35, 0.55)
+#define STP_CONTOUR_STRAY vec2(0.25, 0.45)
 // Steps by which a surface must leave a line, up and down, if it does not bear out its slope.
 #define STP_CONTOUR_LEAVES vec2(0.15, 0.3)
 

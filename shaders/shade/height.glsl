@@ -22,17 +22,6 @@ vec3 stp_height_meet(vec2 window, vec3 position, vec3 n)
 #endif
 }
 
-// The depth in the middle of a pixel's surface. A pixel's interval ends by the thickness of a sample
-// behind the surface ("Pixel" in README.md); pull takes the least of z_min and the greatest of z_max,
-// which lie as far on both sides of the middle.
-float stp_height_depth(stp_pixel p, float cosine)
-{
-    float k = min(1.0, abs(cosine));
-    float slope = min(5.0, sqrt(1.0 - k * k) / max(k, 1e-3));
-    float thickness = max(p.radius, 1.25 * slope / stp_pixels_per_unit(p.z_min));
-    return 0.5 * (p.z_min + max(p.z_max - thickness, p.z_min));
-}
-
 // n: the normal that the pixel is lit with. window: the pixel's centre.
 stp_height stp_height_of(stp_pixel p, vec3 n, vec2 window)
 {
@@ -41,10 +30,10 @@ stp_height stp_height_of(stp_pixel p, vec3 n, vec2 window)
     up *= centre.w;
 #endif
     vec3 ray = stp_ray(window);
-    float cosine = dot(n, ray), depth = stp_height_depth(p, cosine);
-    n = abs(cosine) > STP_HEIGHT_GRAZING ? n : -ray;
-    vec2 off = (window + p.d - centre.xy) / viewport.z;
-    vec3 position = STP_ORTHOGRAPHIC != 0 ? vec3(off, -depth) : vec3(off, -1.0) * depth;
+    n = abs(dot(n, ray)) > STP_HEIGHT_GRAZING ? n : -ray;
+    vec2 seen = STP_TEMPLATE != 0 ? window : window + p.d; // templates have depths along the pixel's ray
+    vec2 off = (seen - centre.xy) / viewport.z;
+    vec3 position = STP_ORTHOGRAPHIC != 0 ? vec3(off, -p.middle) : vec3(off, -1.0) * p.middle;
     float height = dot(up, stp_height_meet(window, position, n));
     return stp_height(height, vec2(dot(up, stp_height_meet(window + vec2(1.0, 0.0), position, n)),
                                    dot(up, stp_height_meet(window + vec2(0.0, 1.0), position, n))) - height);

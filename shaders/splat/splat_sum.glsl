@@ -21,6 +21,7 @@ stp_pixel stp_splat_sum(ivec2 here)
     float end = stp_depth_decode(texelFetch(front_end, here, 0).x);
     p.z_min = end - colour.a / stp_pixels_per_unit(end);
     p.z_max = p.z_min + extent;
+    p.middle = p.z_min;
     p.d = vec2(0.0);
     p.tag = stp_tag_from(p.tag, 1);
     return p;

@@ -1,7 +1,7 @@
 /* Tests contours on a unit sphere against the circles of equal z that rays find on it: a pixel of a
- * line lies near a circle, and a circle is drawn where it faces the eye. Level ground at a
- * contour's own height has none, even if it is rough, and pictures without contours do not
- * change. */
+ * line lies near a circle, and a circle is drawn where it faces the eye. On a gentle slope they are
+ * straight between far samples. Level ground at a contour's own height has none, even if it is
+ * rough, and pictures without contours do not change. */
 #include "tests/fixtures/gl_model.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/sphere_ray.h"
@@ -36,42 +36,116 @@ static double pixels_off(const stp_view *view, int i, double step, double base, 
     return fabs(remainder(z - base, step)) / slope;
 }
 
+static void check_circles(gl_fixture *f, int variant)
+{
+    static uint8_t plain[4 * PIXELS], lined[4 * PIXELS];
+    const stp_view view = ball_view(&f->model->ball, 0.6, variant % 2, SIZE);
+    const double step = 0.2, base = variant < 2 ? 0.0 : 12345.67;
+    stp_draw_params params = {.shade = STP_SHADE_UNLIT,
+                              .colour = STP_COLOUR_NONE,
+                              .threshold_px = variant < 4 ? 1.0 : 0.0,
+                              .every_sample = variant >= 4,
+                              .lod = variant < 4 ? STP_LOD_AUTO : STP_LOD_COMPUTE};
+    gl_fixture_draw(f, &view, &params, NULL, plain);
+    params.contour_step = step;
+    params.contour_base = base;
+    gl_fixture_draw(f, &view, &params, NULL, lined);
+    size_t dark = 0, far = 0, on = 0, missing = 0;
+    for (int i = 0; i < PIXELS; i++) {
+        double facing = 0.0;
+        const double off = pixels_off(&view, i, step, base, &facing);
+        const int drawn = plain[4 * i] - lined[4 * i];
+        assert_int_equal(plain[4 * i + 3], lined[4 * i + 3]);
+        assert_true(drawn >= 0);
+        if (isinf(off) || facing < 0.35)
+            continue; /* near the outline lines are closer together than they are wide */
+        dark += drawn > 40;
+        far += drawn > 40 && off > WIDEST + OFF;
+        on += off < 0.25;
+        missing += off < 0.25 && drawn < 40;
+    }
+    print_message("variant %d: %zu pixels of lines, %zu too far; %zu on circles, %zu missing\n",
+                  variant, dark, far, on, missing);
+    assert_true(dark > 1500 && on > 400);
+    assert_true(far <= dark / 100);
+    assert_true(missing <= on / 20);
+}
+
 static void circles(void **state)
 {
-    gl_fixture *f = *state;
-    static uint8_t plain[4 * PIXELS], lined[4 * PIXELS];
-    for (int variant = 0; variant < 6; variant++) {
-        const stp_view view = ball_view(&f->model->ball, 0.6, variant % 2, SIZE);
-        const double step = 0.2, base = variant < 2 ? 0.0 : 12345.67;
-        stp_draw_params params = {.shade = STP_SHADE_UNLIT,
-                                  .colour = STP_COLOUR_NONE,
-                                  .threshold_px = variant < 4 ? 1.0 : 0.0,
-                                  .every_sample = variant >= 4,
-                                  .lod = variant < 4 ? STP_LOD_AUTO : STP_LOD_COMPUTE};
-        gl_fixture_draw(f, &view, &params, NULL, plain);
-        params.contour_step = step;
-        params.contour_base = base;
-        gl_fixture_draw(f, &view, &params, NULL, lined);
-        size_t dark = 0, far = 0, on = 0, missing = 0;
-        for (int i = 0; i < PIXELS; i++) {
-            double facing = 0.0;
-            const double off = pixels_off(&view, i, step, base, &facing);
-            const int drawn = plain[4 * i] - lined[4 * i];
-            assert_int_equal(plain[4 * i + 3], lined[4 * i + 3]);
-            assert_true(drawn >= 0);
-            if (isinf(off) || facing < 0.35)
-                continue; /* near the outline lines are closer together than they are wide */
-            dark += drawn > 40;
-            far += drawn > 40 && off > WIDEST + OFF;
-            on += off < 0.25;
-            missing += off < 0.25 && drawn < 40;
-        }
-        print_message("variant %d: %zu pixels of lines, %zu too far; %zu on circles, %zu missing\n",
-                      variant, dark, far, on, missing);
-        assert_true(dark > 1500 && on > 400);
-        assert_true(far <= dark / 100);
-        assert_true(missing <= on / 20);
+    for (int variant = 0; variant < 6; variant++)
+        check_circles(*state, variant);
+}
+
+/* ---- a gentle slope ---- */
+
+enum { SLOPE_SIDE = 40 };
+#define SLOPE 0.05
+#define SLOPE_STEP 0.01
+
+/* Samples lie unevenly on a square from -1 to 1. */
+static void build_slope(const char *path)
+{
+    stp_prep_stats stats;
+    prep_cloud cloud = prep_cloud_wavy(SLOPE_SIDE * SLOPE_SIDE, (stp_dvec3){0}, 1.0);
+    for (int i = 0; i < SLOPE_SIDE * SLOPE_SIDE; i++) {
+        const double x = i % SLOPE_SIDE + 0.6 * stp_random_unit(5, (uint64_t)i);
+        const double y = i / SLOPE_SIDE + 0.6 * stp_random_unit(6, (uint64_t)i);
+        cloud.points[i].position =
+            (stp_dvec3){2.0 * x / SLOPE_SIDE - 1.0, 2.0 * y / SLOPE_SIDE - 1.0,
+                        SLOPE * (2.0 * x / SLOPE_SIDE - 1.0)};
     }
+    check_ok(prep_cloud_run(&cloud, path, 2, NULL, &stats, err));
+    free(cloud.points);
+}
+
+/* The height where the ray through window coordinates meets the slope. */
+static double slope_height(const stp_view *view, double u, double v)
+{
+    const stp_dvec3 a = stp_view_unproject(view, u, v, 1.0),
+                    b = stp_view_unproject(view, u, v, 2.0);
+    const double off_a = a.z - SLOPE * a.x, off_b = b.z - SLOPE * b.x;
+    return a.z + (b.z - a.z) * off_a / (off_a - off_b);
+}
+
+/* Seen at a slant, samples are 6 to 12 pixels apart, and what lies between is interpolated: lines
+ * must not waver. */
+static void straight_lines_between_samples(void **state)
+{
+    (void)state;
+    static uint8_t lined[4 * PIXELS];
+    gl_fixture f = {0};
+    build_slope("slope.stipple");
+    gl_fixture_open(&f, "slope.stipple", NULL);
+    for (int r = STP_RECONSTRUCT_GAUSS; r <= STP_RECONSTRUCT_SPLAT; r++) {
+        const stp_camera camera = stp_camera_around(&f.model->ball, (stp_dvec3){-0.6, -0.7, 0.6},
+                                                    (stp_dvec3){0.0, 0.0, 1.0}, 30.0, SIZE, SIZE);
+        const stp_draw_params params = {.reconstruct = (stp_reconstruct)r,
+                                        .shade = STP_SHADE_UNLIT,
+                                        .colour = STP_COLOUR_NONE,
+                                        .contour_step = SLOPE_STEP};
+        size_t inked = 0, off[2] = {0, 0};
+        stp_view view;
+        check_ok(stp_view_create(&view, &camera, &f.model->ball, SIZE, SIZE, err));
+        gl_fixture_draw(&f, &view, &params, NULL, lined);
+        for (int i = 0; i < PIXELS; i++) {
+            if (lined[4 * i + 3] == 0 || lined[4 * i] >= 204 - 60)
+                continue;
+            const double u = i % SIZE + 0.5, v = i / SIZE + 0.5, z = slope_height(&view, u, v);
+            const double rise =
+                hypot(slope_height(&view, u + 1.0, v) - z, slope_height(&view, u, v + 1.0) - z);
+            const double away = fabs(remainder(z, SLOPE_STEP)) / rise;
+            inked++;
+            off[0] += away > WIDEST + OFF;
+            off[1] += away > WIDEST + 2.0 * OFF;
+        }
+        print_message("slope, reconstruction %d: %zu pixels of lines, %zu off by more than a "
+                      "pixel, %zu by two\n",
+                      r, inked, off[0], off[1]);
+        assert_true(inked > 2500);
+        assert_true(off[0] <= inked / 50 && off[1] == 0);
+    }
+    gl_fixture_close(&f);
 }
 
 /* ---- a lake in a slope ---- */
@@ -199,8 +273,9 @@ int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(circles), cmocka_unit_test(no_lines_on_a_lake),
-        cmocka_unit_test(no_lines_on_a_level_plane), cmocka_unit_test(wrong_steps)};
+        cmocka_unit_test(circles), cmocka_unit_test(straight_lines_between_samples),
+        cmocka_unit_test(no_lines_on_a_lake), cmocka_unit_test(no_lines_on_a_level_plane),
+        cmocka_unit_test(wrong_steps)};
     int failed = cmocka_run_group_tests(tests, open_model, gl_model_leave);
     stp_gl_context_destroy(&context);
     return failed;
