@@ -26,6 +26,11 @@
 #define CLOSED_ROOM 8u
 /* Bits of a grid's normals at most: 0.16 degrees. The heights tell them in any case. */
 #define GRID_NORMAL_BITS 10u
+/* Their heights, if they are floats, are off by at most the greatest of their noise, their range
+ * and a cell's side over these. */
+#define GRID_NOISE_PARTS 4.0
+#define GRID_RANGE_PARTS 131072.0
+#define GRID_CELL_PARTS 2048.0
 /* Least units per thread, so that threads end at about the same time. */
 #define UNITS_BY_THREAD 16u
 
@@ -57,7 +62,7 @@ static uint32_t attributes_of(const stp_prep_source *source, const stp_prep_stat
     out |= stats->lines.strips > 0 ? STP_HAS_LINES : 0u;
     out |= stats->triangles.triangles > 0 ? STP_HAS_TRIANGLES : 0u;
     const bool fits = source->attributes & STP_POINT_HAS_NORMAL || stats->normals_wide.grown > 0 ||
-                      stats->normals_seen > 0;
+                      stats->normals_seen > 0 || stats->keeps_grid;
     out |= fits ? STP_HAS_FITS : 0u;
     out |= stats->closed_count > 0 ? STP_HAS_CLOSED : 0u;
     return out;
@@ -291,6 +296,20 @@ done:
     return status;
 }
 
+/* Heights that are floats have no step, and how far apart they are says little about how fine they
+ * are: they keep a quarter of their noise, a 16th bit of their range, and so fine a part of a cell
+ * as lets 8 x 8 cells fit the 16 bits of a patch. */
+static void choose_grid_precision(stp_prep_job *job)
+{
+    const stp_height_grid *grid = &job->grid;
+    const double range = grid->box.max.z - grid->box.min.z;
+    const double noise = fmax(grid->noise / GRID_NOISE_PARTS, range / GRID_RANGE_PARTS);
+    if (job->params->precision > 0.0 || job->source->coordinate_step > 0.0)
+        return;
+    job->tree.resolution.precision = fmax(noise, stp_height_grid_cell(grid) / GRID_CELL_PARTS);
+    job->stats->resolution = job->tree.resolution;
+}
+
 /* A grid's neighbours are known, so all stages up to the first view have nothing to find. */
 static stp_status treat_grid(stp_prep_job *job, stp_error *err)
 {
@@ -298,6 +317,7 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     stp_prep_stats *stats = job->stats;
     const unsigned wanted = job->params->normal_bits;
     stp_height_grid_finish(&job->grid, job->source->coordinate_step);
+    choose_grid_precision(job);
     stats->normals_wide.normal_error = job->grid.normal_error;
     const unsigned bits = stp_normal_bits_for(job->grid.normal_error, false);
     job->tree.normal_bits = wanted ? wanted : bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;
@@ -326,8 +346,9 @@ static stp_resolution resolution_of(const stp_prep_source *source, const stp_pre
 static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *params)
 {
     return source->file_count == 1 && source->files[0].raster.columns > 0 &&
-           source->attributes & STP_POINT_HAS_NORMAL && !params->join_layers && !params->maps &&
-           params->outliers == STP_OUTLIERS_KEEP && params->orient == STP_ORIENT_AUTO;
+           (source->attributes & STP_POINT_HAS_NORMAL || source->files[0].raster_nodes) &&
+           !params->join_layers && !params->maps && params->outliers == STP_OUTLIERS_KEEP &&
+           params->orient == STP_ORIENT_AUTO;
 }
 
 void stp_prep_job_begin(stp_prep_job *job)
@@ -495,6 +516,7 @@ static stp_status run(stp_prep_job *job, stp_error *err)
                                 .number_bytes =
                                     source->kept ? stp_attribute_list_bytes(source->kept) : 0,
                                 .grid = stats->keeps_grid,
+                                .bent = stats->keeps_grid && source->files[0].raster_nodes,
                                 .maps = stats->makes_maps};
     STP_TRY(stp_prep_plan_room(job, &size, err));
     if (job->params->planned)

@@ -33,6 +33,7 @@ typedef struct stp_prep_file {
     bool unreadable; /* nothing from it is stored */
     stp_scan_grid grid;
     stp_scan_raster raster;
+    stp_dvec3 *raster_nodes; /* of a raster that was moved (scan.h), z is 0; NULL: it was not */
     stp_station_word station_word;
     uint32_t station_begin, station_count; /* of the source's stations */
 } stp_prep_file;
@@ -75,6 +76,7 @@ typedef struct stp_prep_size {
     uint64_t points;
     uint64_t number_bytes; /* of a point's attributes */
     bool grid;             /* stp_prep_stats.keeps_grid */
+    bool bent;             /* and its raster was moved */
     bool maps;             /* stp_prep_params.maps */
 } stp_prep_size;
 

@@ -25,6 +25,8 @@
 /* Per sample of a grid of heights: the height and its colour, and until a leaf is written its
  * samples of all levels and its share of patches. */
 #define GRID_BYTES 44u
+/* Of a grid that was moved also: where the sample is. */
+#define BENT_BYTES 16u
 /* For a million points that are drawn from outside; and in the worst case for each thread's depth
  * buffer (visibility.c). */
 #define VIEW_BYTES (32u << 20)
@@ -83,8 +85,9 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
     /* attributes, and once more: no worse than that encoded */
     const uint64_t numbers = points * 2 * size->number_bytes;
     const uint64_t maps = points * (size->maps ? MAPS_BYTES : 0);
+    const uint64_t sample = GRID_BYTES + (size->bent ? BENT_BYTES : 0);
     uint64_t surface =
-        points * (size->grid ? GRID_BYTES : POINT_BYTES + SURFACE_BYTES) + numbers + maps;
+        points * (size->grid ? sample : POINT_BYTES + SURFACE_BYTES) + numbers + maps;
     uint64_t most = size->grid
                         ? surface
                         : points * (POINT_BYTES + CRUMBS_BYTES + k * step_bytes(points)) + numbers +

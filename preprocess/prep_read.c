@@ -141,6 +141,7 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
     read_mark mark = {.file = SIZE_MAX};
     if (stats->keeps_grid)
         STP_TRY(stp_height_grid_create(&job->grid, &source->files[0].raster,
+                                       source->files[0].raster_nodes,
                                        source->attributes & STP_POINT_HAS_COLOUR, job->spill, err));
     STP_TRY(stp_cloud_create(cloud, stats->keeps_grid ? 0 : (uint32_t)source->point_count,
                              job->spill, err));

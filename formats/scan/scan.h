@@ -155,6 +155,26 @@ typedef struct stp_scan_raster {
     double x, y, dx, dy;
 } stp_scan_raster;
 
+/* Another coordinate system bends a raster. Then nodes tell where it lies: the places of some of
+ * its samples, row by row. They are STP_RASTER_NODE columns and rows apart, the last ones less. */
+#define STP_RASTER_NODE 64u
+
+/* The number of nodes along so many columns or rows. */
+static inline uint32_t stp_raster_node_count(uint32_t columns)
+{
+    return (columns - 1) / STP_RASTER_NODE + 2;
+}
+
+/* The column of a node: the last one's is that of the last sample; or the next one, if the last
+ * sample has a node already. */
+static inline uint32_t stp_raster_node_column(uint32_t node, uint32_t columns)
+{
+    const uint32_t place = node * STP_RASTER_NODE;
+    if (place < columns || node == 0)
+        return place;
+    return columns - 1 > place - STP_RASTER_NODE ? columns - 1 : columns;
+}
+
 /* The place of a column and row, at a height. */
 static inline stp_dvec3 stp_scan_raster_at(const stp_scan_raster *raster, double column, double row,
                                            double z)

@@ -28,6 +28,8 @@ typedef struct tile {
     const stp_point_item_params *params;
     uint32_t column, row;   /* of its first sample */
     uint32_t columns, rows; /* as far as the grid goes */
+    stp_grid_frame frame;   /* of the square at hand */
+    double wide, deep;      /* lengths of its cells' sides */
     double *z;              /* SIDE_WITH_REACH squared; NaN: none */
     stp_item *items;        /* of square after square */
     uint32_t *ends;         /* of the squares' items */
@@ -66,19 +68,33 @@ typedef struct cliff {
     double by_column, by_row, least;
 } cliff;
 
-static cliff cliff_at(const stp_height_grid *grid, const double *middle)
+static cliff cliff_at(const tile *t, const double *middle)
 {
     const int row = SIDE_WITH_REACH;
     const double x = fmin(difference(middle, middle - 1), difference(middle, middle + 1));
     const double y = fmin(difference(middle, middle - row), difference(middle, middle + row));
-    return (cliff){CLIFF_STEPS * x + CLIFF_SLOPE * grid->raster.dx,
-                   CLIFF_STEPS * y + CLIFF_SLOPE * grid->raster.dy, CLIFF_NOISE * grid->noise};
+    return (cliff){CLIFF_STEPS * x + CLIFF_SLOPE * t->wide, CLIFF_STEPS * y + CLIFF_SLOPE * t->deep,
+                   CLIFF_NOISE * t->grid->noise};
 }
 
-static stp_plane_sums sum_window(const stp_height_grid *grid, const double *middle)
+/* The area of a cell; negative if columns turn right to rows, as they do where rows go down in y.
+ */
+static double area_of(const stp_grid_frame *frame)
 {
-    const int reach = (int)grid->reach;
-    const cliff far = cliff_at(grid, middle);
+    return frame->by_column[0] * frame->by_row[1] - frame->by_column[1] * frame->by_row[0];
+}
+
+/* Whether the chunk's columns are the grid's rows. The codec expects normals on the side from which
+ * columns turn left to rows, but for level rasters. */
+static bool is_turned(const stp_height_grid *grid, const stp_grid_frame *frame)
+{
+    return grid->nodes != NULL && area_of(frame) < 0.0;
+}
+
+static stp_plane_sums sum_window(const tile *t, const double *middle)
+{
+    const int reach = (int)t->grid->reach;
+    const cliff far = cliff_at(t, middle);
     stp_plane_sums s = {0};
     for (int j = -reach; j <= reach; j++)
         for (int i = -reach; i <= reach; i++) {
@@ -93,13 +109,16 @@ static stp_plane_sums sum_window(const stp_height_grid *grid, const double *midd
 }
 
 /* The normal of the plane that fits best through the samples around; upwards where they tell
- * nothing. Rows go down in y. */
-static stp_dvec3 normal_of(const stp_height_grid *grid, const double *middle)
+ * nothing. */
+static stp_dvec3 normal_of(const tile *t, const double *middle)
 {
-    const stp_plane_sums s = sum_window(grid, middle);
+    const stp_plane_sums s = sum_window(t, middle);
+    const double *c = t->frame.by_column, *r = t->frame.by_row;
+    const double area = area_of(&t->frame);
     double slopes[2]; /* height by column and by row */
     (void)stp_plane_slopes(&s, slopes);
-    const stp_dvec3 n = {-slopes[0] / grid->raster.dx, slopes[1] / grid->raster.dy, 1.0};
+    const stp_dvec3 n = {(c[1] * slopes[1] - r[1] * slopes[0]) / area,
+                         (r[0] * slopes[0] - c[0] * slopes[1]) / area, 1.0};
     return stp_dvec3_normalize(n);
 }
 
@@ -146,13 +165,13 @@ static bool is_border(const double *middle)
  * stays as wide as it is. Single samples that are missing are closed. */
 static double spacing_of(const tile *t, const double *middle, double upwards)
 {
-    const stp_scan_raster *r = &t->grid->raster;
+    const double *c = t->frame.by_column, *r = t->frame.by_row;
     const double wide = sqrt(fmin(1.0 / fmax(upwards, 1e-3), WIDEST_CELL));
     const double stretch = exp2(nearbyint(STRETCH_STEPS * log2(wide)) / STRETCH_STEPS);
-    const double diagonal = sqrt(r->dx * r->dx + r->dy * r->dy);
+    const double diagonal = fmax(hypot(c[0] + r[0], c[1] + r[1]), hypot(c[0] - r[0], c[1] - r[1]));
     if (is_border(middle))
         return 0.5 * BORDER_SHARE * stretch * diagonal / t->params->lambda;
-    return fmax(stretch * sqrt(r->dx * r->dy), DIAGONAL_SHARE * diagonal);
+    return fmax(stretch * sqrt(fabs(area_of(&t->frame))), DIAGONAL_SHARE * diagonal);
 }
 
 static void add_sample(tile *t, uint32_t column, uint32_t row)
@@ -163,17 +182,20 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
     if (isnan(*z))
         return;
     const uint32_t c = t->column + column, w = t->row + row;
-    const stp_dvec3 normal = normal_of(grid, z);
+    const uint64_t place = (uint64_t)w * r->columns + c;
+    const stp_dvec3 normal = normal_of(t, z);
     stp_point_facts facts = {.position = stp_scan_raster_at(r, c, w, *z),
                              .spacing = spacing_of(t, z, normal.z),
                              .normal = on_grid(normal, t->params->normal_bits),
-                             .source = (uint32_t)((uint64_t)w * r->columns + c),
+                             .source = (uint32_t)place,
                              .normal_bits = t->params->normal_bits,
                              .rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY},
                              .flags = STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED |
                                       STP_FIT_GIVEN << STP_SAMPLE_FIT_SHIFT};
+    if (grid->xy)
+        facts.position = (stp_dvec3){grid->xy[place][0], grid->xy[place][1], *z};
     for (int k = 0; grid->rgb && k < 3; k++)
-        facts.rgb[k] = grid->rgb[(uint64_t)w * r->columns + c][k];
+        facts.rgb[k] = grid->rgb[place][k];
     t->items[t->count++] = stp_point_item_make(&facts, t->params);
 }
 
@@ -181,8 +203,13 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
 static void add_square(tile *t, uint32_t column, uint32_t row)
 {
     const uint32_t before = t->count;
+    t->frame = stp_height_grid_frame(t->grid, t->column + column, t->row + row);
+    t->wide = hypot(t->frame.by_column[0], t->frame.by_column[1]);
+    t->deep = hypot(t->frame.by_row[0], t->frame.by_row[1]);
+    const bool turned = is_turned(t->grid, &t->frame);
     for (uint32_t i = 0; i < STP_SQUARE_SIDE * STP_SQUARE_SIDE; i++) {
-        const uint32_t c = column + stp_square_column(i), r = row + stp_square_row(i);
+        const uint32_t a = stp_square_column(i), b = stp_square_row(i);
+        const uint32_t c = column + (turned ? b : a), r = row + (turned ? a : b);
         if (c < t->columns && r < t->rows)
             add_sample(t, c, r);
     }
@@ -210,13 +237,42 @@ static void add_squares(tile *t)
     t->together[t->together_count++] = end;
 }
 
-/* The grid's raster as a chunk has it. */
-static stp_raster raster_of(const stp_height_grid *grid, stp_dvec3 origin)
+/* A frame as a chunk has it. Rasters that are not level have floats. */
+static stp_raster raster_of(const stp_height_grid *grid, const stp_grid_frame *frame,
+                            stp_dvec3 origin)
 {
-    const stp_scan_raster *r = &grid->raster;
-    return (stp_raster){.level = true,
-                        .axis = 2,
-                        .across = {{r->x - origin.x, r->dx}, {r->y - origin.y, 0.0, -r->dy}}};
+    const bool level = grid->nodes == NULL, turned = is_turned(grid, frame);
+    const double from[2] = {origin.x, origin.y};
+    const double *columns = turned ? frame->by_row : frame->by_column;
+    const double *rows = turned ? frame->by_column : frame->by_row;
+    stp_raster out = {.level = level, .axis = 2, .side = level ? 0 : STP_RASTER_NODE};
+    for (int k = 0; k < 2; k++) {
+        out.across[k][0] = frame->at[k] - from[k];
+        out.across[k][1] = level ? columns[k] : (double)(float)columns[k];
+        out.across[k][2] = level ? rows[k] : (double)(float)rows[k];
+    }
+    return out;
+}
+
+/* Tells the chunk the rasters of the tile: one for each frame. */
+static stp_status add_rasters(const tile *t, stp_built_chunk *out, stp_error *err)
+{
+    const stp_height_grid *grid = t->grid;
+    const uint32_t each = grid->nodes ? STP_RASTER_NODE : STP_TILE_SIDE,
+                   side = STP_TILE_SIDE / each;
+    stp_raster *rasters = NULL;
+    const stp_status status =
+        stp_alloc(&rasters, (size_t)side * side, sizeof *rasters, "rasters", err);
+    if (status != STP_OK)
+        return status;
+    out->chunk->rasters = rasters;
+    out->chunk->reach = grid->reach;
+    for (uint32_t r = 0; r < t->rows; r += each)
+        for (uint32_t c = 0; c < t->columns; c += each) {
+            const stp_grid_frame frame = stp_height_grid_frame(grid, t->column + c, t->row + r);
+            rasters[out->chunk->raster_count++] = raster_of(grid, &frame, out->origin);
+        }
+    return STP_OK;
 }
 
 static uint32_t least(uint32_t a, uint32_t b)
@@ -235,8 +291,6 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
               .row = index / grid->tile_columns * STP_TILE_SIDE};
     t.columns = least(grid->raster.columns - t.column, STP_TILE_SIDE);
     t.rows = least(grid->raster.rows - t.row, STP_TILE_SIDE);
-    stp_raster *raster = NULL;
-    STP_TRY(stp_alloc(&raster, 1, sizeof *raster, "rasters", err));
     STP_TRY(
         stp_alloc(&t.z, (size_t)SIDE_WITH_REACH * SIDE_WITH_REACH, sizeof *t.z, "heights", err));
     STP_TRY(stp_alloc(&t.items, grid->tile_samples[index], sizeof *t.items, "samples", err));
@@ -251,13 +305,8 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
                                   .run_count = t.squares,
                                   .together_count = t.together_count};
     STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
-    *raster = raster_of(grid, out->origin);
-    out->chunk->rasters = raster;
-    out->chunk->raster_count = 1;
-    out->chunk->reach = grid->reach;
-    raster = NULL;
+    STP_TRY(add_rasters(&t, out, err));
 done:
-    free(raster);
     free(t.z);
     free(t.items);
     free(t.ends);
@@ -268,7 +317,12 @@ done:
 stp_dvec3 stp_height_grid_tile_middle(const stp_height_grid *grid, uint32_t index)
 {
     const uint32_t below = index / grid->tile_columns, right = index % grid->tile_columns;
-    return stp_scan_raster_at(&grid->raster, (right + 0.5) * STP_TILE_SIDE,
-                              (below + 0.5) * STP_TILE_SIDE,
-                              0.5 * (grid->box.min.z + grid->box.max.z));
+    const uint32_t column = right * STP_TILE_SIDE + STP_TILE_SIDE / 2;
+    const uint32_t row = below * STP_TILE_SIDE + STP_TILE_SIDE / 2;
+    const stp_grid_frame f = stp_height_grid_frame(grid, least(column, grid->raster.columns - 1),
+                                                   least(row, grid->raster.rows - 1));
+    const double c = column - f.first[0], r = row - f.first[1];
+    return (stp_dvec3){f.at[0] + c * f.by_column[0] + r * f.by_row[0],
+                       f.at[1] + c * f.by_column[1] + r * f.by_row[1],
+                       0.5 * (grid->box.min.z + grid->box.max.z)};
 }

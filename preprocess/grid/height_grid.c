@@ -17,17 +17,21 @@
 #define FOURTH_SHARE 8.3666
 
 stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *raster,
-                                  bool coloured, stp_spill *spill, stp_error *err)
+                                  const stp_dvec3 *nodes, bool coloured, stp_spill *spill,
+                                  stp_error *err)
 {
     stp_status status = STP_OK;
     const size_t count = (size_t)raster->columns * raster->rows;
     stp_height_grid grid = {.raster = *raster,
+                            .nodes = nodes,
                             .tile_columns = (raster->columns - 1) / STP_TILE_SIDE + 1,
                             .tile_rows = (raster->rows - 1) / STP_TILE_SIDE + 1,
                             .box = stp_dbox_empty(),
                             .reach = 1,
                             .spill = spill};
     STP_TRY(stp_spill_alloc(spill, &grid.z, count, sizeof *grid.z, "heights", err));
+    if (nodes)
+        STP_TRY(stp_spill_alloc(spill, &grid.xy, count, sizeof *grid.xy, "places", err));
     if (coloured)
         STP_TRY(stp_spill_alloc(spill, &grid.rgb, count, sizeof *grid.rgb, "colours", err));
     STP_TRY(stp_alloc(&grid.tile_samples, stp_height_grid_tile_count(&grid),
@@ -44,6 +48,10 @@ void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point 
     const uint32_t row = (uint32_t)(place / grid->raster.columns);
     const uint32_t column = (uint32_t)(place % grid->raster.columns);
     grid->z[place] = point->position.z;
+    if (grid->xy) {
+        grid->xy[place][0] = point->position.x;
+        grid->xy[place][1] = point->position.y;
+    }
     for (int c = 0; grid->rgb && c < 3; c++)
         grid->rgb[place][c] = point->rgb[c];
     stp_dbox_add(&grid->box, point->position);
@@ -54,6 +62,34 @@ void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point 
 void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place)
 {
     grid->z[place] = NAN;
+}
+
+/* A bent raster's frame is the plane through the middles of the sides of four nodes. */
+stp_grid_frame stp_height_grid_frame(const stp_height_grid *grid, uint32_t column, uint32_t row)
+{
+    const stp_scan_raster *r = &grid->raster;
+    if (!grid->nodes)
+        return (stp_grid_frame){
+            .at = {r->x, r->y}, .by_column = {r->dx, 0.0}, .by_row = {0.0, -r->dy}};
+    const uint32_t i = column / STP_RASTER_NODE, j = row / STP_RASTER_NODE;
+    const size_t across = stp_raster_node_count(r->columns);
+    const stp_dvec3 *n = grid->nodes + j * across + i;
+    stp_grid_frame out = {.first = {i * STP_RASTER_NODE, j * STP_RASTER_NODE}};
+    const double wide = stp_raster_node_column(i + 1, r->columns) - out.first[0];
+    const double deep = stp_raster_node_column(j + 1, r->rows) - out.first[1];
+    const double corner[4][2] = {{n[0].x, n[0].y},
+                                 {n[1].x, n[1].y},
+                                 {n[across].x, n[across].y},
+                                 {n[across + 1].x, n[across + 1].y}};
+    for (int k = 0; k < 2; k++) {
+        const double right = (corner[1][k] - corner[0][k]) + (corner[3][k] - corner[2][k]);
+        const double down = (corner[2][k] - corner[0][k]) + (corner[3][k] - corner[1][k]);
+        out.by_column[k] = 0.5 * right / wide;
+        out.by_row[k] = 0.5 * down / deep;
+        out.at[k] = 0.25 * (corner[0][k] + corner[1][k] + corner[2][k] + corner[3][k]) -
+                    0.25 * (right + down);
+    }
+    return out;
 }
 
 /* The standard deviation of noise: a fourth difference along a row is noise, since the surface's
@@ -91,12 +127,19 @@ static double slope_error(unsigned reach)
     return 1.0 / sqrt(sum);
 }
 
+double stp_height_grid_cell(const stp_height_grid *grid)
+{
+    const stp_grid_frame frame =
+        stp_height_grid_frame(grid, grid->raster.columns / 2, grid->raster.rows / 2);
+    return fmin(hypot(frame.by_column[0], frame.by_column[1]),
+                hypot(frame.by_row[0], frame.by_row[1]));
+}
+
 void stp_height_grid_finish(stp_height_grid *grid, double step)
 {
-    const stp_scan_raster *r = &grid->raster;
     const double rounding = step / sqrt(12.0);
     grid->noise = fmax(measure_noise(grid), rounding);
-    const double noise = grid->noise / fmin(r->dx, r->dy);
+    const double noise = grid->noise / stp_height_grid_cell(grid);
     grid->reach = 1;
     while (grid->reach < STP_GRID_REACH && noise * slope_error(grid->reach) > NOISE_ANGLE)
         grid->reach++;
@@ -106,6 +149,7 @@ void stp_height_grid_finish(stp_height_grid *grid, double step)
 void stp_height_grid_clear(stp_height_grid *grid)
 {
     stp_spill_free(grid->spill, grid->z);
+    stp_spill_free(grid->spill, grid->xy);
     stp_spill_free(grid->spill, grid->rgb);
     free(grid->tile_samples);
     *grid = (stp_height_grid){0};

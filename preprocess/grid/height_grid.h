@@ -7,8 +7,8 @@
  * best through (2 reach + 1)^2 samples; reach is the least at which the grid's noise turns normals
  * by 2 degrees or less.
  *
- * Memory: 8 bytes a sample, 14 with colours, in the spill. Threads: one filler; leaves may be built
- * on any. */
+ * Memory: 8 bytes a sample, 6 more with colours, 16 more of a bent raster, in the spill. Threads:
+ * one filler; leaves may be built on any. */
 #ifndef STP_PREPROCESS_GRID_HEIGHT_GRID_H
 #define STP_PREPROCESS_GRID_HEIGHT_GRID_H
 
@@ -24,6 +24,8 @@
 
 typedef struct stp_height_grid {
     stp_scan_raster raster;
+    const stp_dvec3 *nodes; /* of a bent raster (scan.h), borrowed; NULL: it is straight */
+    double (*xy)[2];        /* of a bent raster: where its samples are, row by row */
     double *z;              /* row by row, the top row first; NaN: no sample */
     uint16_t (*rgb)[3];     /* likewise; NULL: no colours */
     uint32_t *tile_samples; /* by tile, row by row */
@@ -36,9 +38,20 @@ typedef struct stp_height_grid {
     stp_spill *spill;    /* borrowed */
 } stp_height_grid;
 
-/* Makes an empty grid. Errors: OUT_OF_MEMORY, IO. Free with stp_height_grid_clear. */
+/* Where the samples around a place are: sample (column, row) of the grid is at
+ * at + (column - first[0]) by_column + (row - first[1]) by_row. A straight raster has one frame, a
+ * bent one a frame for each STP_RASTER_NODE columns and rows, all of whose samples it meets to a
+ * small part of their spacing. */
+typedef struct stp_grid_frame {
+    uint32_t first[2];
+    double at[2], by_column[2], by_row[2]; /* x and y */
+} stp_grid_frame;
+
+/* Makes an empty grid. nodes: of a bent raster, else NULL. Errors: OUT_OF_MEMORY, IO. Free with
+ * stp_height_grid_clear. */
 stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *raster,
-                                  bool coloured, stp_spill *spill, stp_error *err);
+                                  const stp_dvec3 *nodes, bool coloured, stp_spill *spill,
+                                  stp_error *err);
 /* Sets sample `place`, counted row by row. Each is set or left out once. */
 void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point *point);
 /* There is no sample at `place`. */
@@ -46,6 +59,12 @@ void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place);
 /* Measures the noise and chooses the reach of normals. step: of the heights; 0: they have none. */
 void stp_height_grid_finish(stp_height_grid *grid, double step);
 void stp_height_grid_clear(stp_height_grid *grid);
+
+/* The frame around a sample that is or is not there. */
+stp_grid_frame stp_height_grid_frame(const stp_height_grid *grid, uint32_t column, uint32_t row);
+
+/* The lesser side of a cell in the grid's middle. */
+double stp_height_grid_cell(const stp_height_grid *grid);
 
 static inline uint32_t stp_height_grid_tile_count(const stp_height_grid *grid)
 {

@@ -80,6 +80,33 @@ static prep_cloud make_grid(surface *height, missing *is_missing, double noise)
     return out;
 }
 
+/* Columns turn by half a degree in all, as far as another coordinate system may turn them. side: 1,
+ * or -1: mirrored. */
+static stp_dvec3 bend(double column, double row, double side)
+{
+    const double angle = 0.1 + 3e-5 * column, radius = 67500.0 - raster.dy * row;
+    return (stp_dvec3){side * radius * sin(angle), radius * cos(angle), 0.0};
+}
+
+static stp_dvec3 nodes[(ROWS / STP_RASTER_NODE + 2) * (COLUMNS / STP_RASTER_NODE + 2)];
+
+static prep_cloud make_bent_grid(missing *is_missing, double side)
+{
+    prep_cloud out = make_grid(waves, is_missing, 0.0);
+    const uint32_t across = stp_raster_node_count(COLUMNS), down = stp_raster_node_count(ROWS);
+    assert_true(across * down <= sizeof nodes / sizeof *nodes);
+    for (uint32_t i = 0; i < across * down; i++)
+        nodes[i] = bend(stp_raster_node_column(i % across, COLUMNS),
+                        stp_raster_node_column(i / across, ROWS), side);
+    for (int i = 0; i < COUNT; i++) {
+        stp_dvec3 *p = &out.points[i].position;
+        *p = bend(i % COLUMNS, i / COLUMNS, side);
+        p->z = waves(p->x, p->y);
+    }
+    out.raster_nodes = nodes;
+    return out;
+}
+
 /* What is found in the file. */
 typedef struct found {
     const prep_cloud *cloud;
@@ -200,26 +227,84 @@ static void check_squares(const stp_chunk *chunk)
     }
 }
 
-/* With Draco's codec, leaves tell columns and rows in place of positions. */
-static void leaves_tell_columns_and_rows(void **state)
+static void check_bent(const stp_chunk *chunk)
 {
-    const stp_prep_params params = {.codec = STP_CODEC_DRACO};
+    assert_non_null(chunk->squares);
+    assert_false(chunk->rasters->level);
+}
+
+/* Prepares with Draco's codec, as precisely as points, and checks the leaves. Returns the file's
+ * size. */
+static size_t check_leaves(prep_cloud *cloud, void (*check)(const stp_chunk *leaf))
+{
+    const stp_prep_params params = {.codec = STP_CODEC_DRACO, .precision = raster.dx / 32.0};
     stp_prep_stats stats;
     stp_error err = {0};
-    prep_cloud cloud = make_grid(waves, scattered, 0.1);
-    (void)state;
-    if (prep_cloud_run(&cloud, OUT, 2, &params, &stats, &err) != STP_OK)
+    size_t size;
+    if (prep_cloud_run(cloud, OUT, 2, &params, &stats, &err) != STP_OK)
         fail_msg("%s", err.message);
     stp_chunk_file *file = prep_open_verified(OUT);
     for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
         stp_chunk_entry entry;
         stp_chunk *chunk = prep_chunk(file, id, &entry);
         if (entry.child_count == 0)
-            check_squares(chunk);
+            check(chunk);
         stp_chunk_destroy(&chunk);
     }
     stp_chunk_file_close(&file);
+    free(prep_file_bytes(OUT, &size));
+    return size;
+}
+
+/* With Draco's codec, leaves tell columns and rows in place of positions. */
+static void leaves_tell_columns_and_rows(void **state)
+{
+    prep_cloud cloud = make_grid(waves, scattered, 0.1);
+    (void)state;
+    check_leaves(&cloud, check_squares);
     free(cloud.points);
+}
+
+/* A grid that was brought to another coordinate system stays one, and takes little more than one
+ * that was not; also if that system mirrors it. */
+static void bent_grids_stay_grids(void **state)
+{
+    prep_cloud straight = make_grid(waves, scattered, 0.0);
+    const size_t level = check_leaves(&straight, check_squares);
+    (void)state;
+    for (int side = -1; side <= 1; side += 2) {
+        stp_prep_stats stats;
+        prep_cloud bent = make_bent_grid(scattered, side);
+        found *f = prepare(&bent, &stats);
+        assert_int_equal(f->wide_patches, 0);
+        for (int i = 0; i < COUNT; i++)
+            assert_true(!f->seen[i] || angle_to_waves(f, i) < 1.5 * DEGREE);
+        assert_true(mean_angle(f) < 0.2 * DEGREE);
+        const size_t turned = check_leaves(&bent, check_bent);
+        print_message("bytes: straight %zu, bent %zu\n", level, turned);
+        assert_true(turned < level + level / 5);
+        free(f);
+        free(bent.points);
+    }
+    free(straight.points);
+}
+
+/* Floats keep a quarter of their noise, and smooth ones a 16th bit of their range. */
+static void floats_keep_what_they_tell(void **state)
+{
+    static const double noises[] = {0.0, 0.05, 0.4};
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        stp_prep_stats stats;
+        prep_cloud cloud = make_grid(waves, nothing, noises[i]);
+        found *f = prepare(&cloud, &stats);
+        const double most = fmax(0.3 * noises[i], raster.dx / 2048.0);
+        print_message("noise %g: off by %g\n", noises[i], stats.tree.displacement.greatest);
+        assert_true(stats.tree.displacement.greatest <= most);
+        assert_int_equal(stats.tree.displacement.beyond, 0);
+        free(f);
+        free(cloud.points);
+    }
 }
 
 /* Noise of 0.2 columns turns the normals of 3 x 3 samples by 3 degrees and more. */
@@ -298,12 +383,15 @@ static void cliffs_turn_no_normals(void **state)
 static void a_single_sample_is_a_model(void **state)
 {
     stp_prep_stats stats;
-    prep_cloud cloud = make_grid(waves, all_but_one, 0.0);
-    found *f = prepare(&cloud, &stats);
     (void)state;
-    assert_int_equal(f->patches, 1);
-    free(f);
-    free(cloud.points);
+    for (int bent = 0; bent < 2; bent++) {
+        prep_cloud cloud =
+            bent ? make_bent_grid(all_but_one, 1.0) : make_grid(waves, all_but_one, 0.0);
+        found *f = prepare(&cloud, &stats);
+        assert_int_equal(f->patches, 1);
+        free(f);
+        free(cloud.points);
+    }
 }
 
 static bool everything(int column, int row)
@@ -362,6 +450,8 @@ int main(void)
         cmocka_unit_test(no_sample_is_refused),
         cmocka_unit_test(bytes_are_the_same),
         cmocka_unit_test(leaves_tell_columns_and_rows),
+        cmocka_unit_test(bent_grids_stay_grids),
+        cmocka_unit_test(floats_keep_what_they_tell),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -175,7 +175,7 @@ static void check_middle(const stp_chunk *chunk, uint32_t p)
 static void patches_are_well_built(void **state)
 {
     (void)state;
-    prep_cloud cloud = prep_cloud_wavy(100000, (stp_dvec3){0.0, 0.0, 0.0}, 3.0);
+    prep_cloud cloud = prep_cloud_wavy(100000, (stp_dvec3){3.0, 5.0, 7.0}, 3.0);
     stp_prep_stats stats;
     assert_int_equal(prep_cloud_run(&cloud, OUT, 2, NULL, &stats, NULL), STP_OK);
     stp_chunk_file *file = prep_open_verified(OUT);

@@ -152,6 +152,7 @@ awk 'BEGIN { for (r = 0; r < 6; r++) for (c = 0; c < 9; c++) printf "%.8f %.8f %
     utm 32 | sort >"$FOLDER/expected"
 points "$FOLDER/m.stipple" >"$FOLDER/found"
 near "$FOLDER/expected" "$FOLDER/found" 0.001
+"$STIPPLE" info "$FOLDER/m.stipple" | grep -q '^orientation  *file' || fail "a projected grid is no grid any more"
 
 # What cannot be.
 scatter 9.1 48.7 >"$FOLDER/plain.xyz"

@@ -307,8 +307,7 @@ done:
     return status;
 }
 
-/* Decides whether the input's positions are moved, and says so in its notes. Moved points are no
- * grid any more. */
+/* Decides whether the input's positions are moved, and says so in its notes. */
 static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *info,
                                 stp_error *err)
 {
@@ -317,7 +316,7 @@ static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *
     STP_TRY(prep_system_choose(&in->system, in->paths[i], &params, info, &in->facts[i].way, err));
     if (in->facts[i].way.projection == NULL)
         return prep_system_tell(&in->files[i], in->paths[i], info, err);
-    in->files[i].raster = (stp_scan_raster){0};
+    STP_TRY(prep_system_move_raster(&in->files[i], in->facts[i].way.projection, err));
     STP_TRY(prep_system_note(&in->files[i], in->facts[i].way.projection, err));
 done:
     return status;
@@ -578,6 +577,7 @@ void prep_inputs_clear(prep_inputs *in)
     for (size_t i = 0; in->files && i < in->count; i++) {
         clear_notes(&in->files[i]);
         free((void *)in->files[i].grid.cells);
+        free(in->files[i].raster_nodes);
     }
     for (size_t i = 0; in->facts && i < in->count; i++) {
         free(in->facts[i].why);

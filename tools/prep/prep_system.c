@@ -276,6 +276,52 @@ void prep_system_move(stp_projection *way, stp_point *points, size_t count)
     }
 }
 
+/* Whether four nodes tell where the samples between them lie: whether their middle is where the
+ * middle of the samples is moved to. Where a map is torn, it is not. */
+static bool nodes_tell(const stp_prep_file *file, stp_projection *way, uint32_t i, uint32_t j)
+{
+    const stp_scan_raster *r = &file->raster;
+    const size_t across = stp_raster_node_count(r->columns);
+    const stp_dvec3 *n = file->raster_nodes + j * across + i;
+    const double c[2] = {stp_raster_node_column(i, r->columns),
+                         stp_raster_node_column(i + 1, r->columns)};
+    const double d[2] = {stp_raster_node_column(j, r->rows),
+                         stp_raster_node_column(j + 1, r->rows)};
+    const stp_dvec3 middle = stp_projection_apply(
+        way, stp_scan_raster_at(r, 0.5 * (c[0] + c[1]), 0.5 * (d[0] + d[1]), 0.0));
+    const stp_dvec3 mean = stp_dvec3_scale(
+        stp_dvec3_add(stp_dvec3_add(n[0], n[1]), stp_dvec3_add(n[across], n[across + 1])), 0.25);
+    const double cell = stp_dvec3_length(stp_dvec3_sub(n[1], n[0])) / (c[1] - c[0]);
+    return stp_dvec3_length(stp_dvec3_sub(middle, mean)) <= cell; /* false if a place is NaN */
+}
+
+stp_status prep_system_move_raster(stp_prep_file *file, stp_projection *way, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_scan_raster raster = file->raster;
+    if (raster.columns == 0)
+        return STP_OK;
+    const uint32_t across = stp_raster_node_count(raster.columns);
+    const uint32_t down = stp_raster_node_count(raster.rows);
+    STP_TRY(stp_alloc(&file->raster_nodes, (size_t)across * down, sizeof *file->raster_nodes,
+                      "a grid", err));
+    for (uint32_t j = 0; j < down; j++)
+        for (uint32_t i = 0; i < across; i++) {
+            const stp_dvec3 from =
+                stp_scan_raster_at(&raster, stp_raster_node_column(i, raster.columns),
+                                   stp_raster_node_column(j, raster.rows), 0.0);
+            file->raster_nodes[(size_t)j * across + i] = stp_projection_apply(way, from);
+        }
+    bool tell = true;
+    for (uint32_t j = 0; tell && j + 1 < down; j++)
+        for (uint32_t i = 0; tell && i + 1 < across; i++)
+            tell = nodes_tell(file, way, i, j);
+    if (!tell)
+        file->raster = (stp_scan_raster){0};
+done:
+    return status;
+}
+
 void prep_system_clear(prep_system *system)
 {
     free(system->target);

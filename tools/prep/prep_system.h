@@ -46,6 +46,9 @@ stp_status prep_system_tell(stp_prep_file *file, const char *path, const stp_sca
                             stp_error *err);
 /* Moves points. Their normals are dropped: they were of another space. */
 void prep_system_move(stp_projection *way, stp_point *points, size_t count);
+/* Finds where the file's raster lies after its samples are moved. If some part of it has no place
+ * there, or the raster is torn, the file has no raster any more. Errors: OUT_OF_MEMORY. */
+stp_status prep_system_move_raster(stp_prep_file *file, stp_projection *way, stp_error *err);
 void prep_system_clear(prep_system *system);
 
 #endif

@@ -120,7 +120,7 @@ static void draw_labels(const viewer *v, double x, double y, double width, doubl
     stp_ui_draw_label(x, y + height - 1.6 * line, text, WHITE, false);
     view_format_length(p->found.length, digits, view_scene_level_unit(&v->scene), text);
     snprintf(words, sizeof words, "%s long", text);
-    stp_ui_draw_label(x + width - 9.0 * line, y, words, WHITE, false);
+    stp_ui_draw_label(x + width - 12.0 * line, y, words, WHITE, false);
 }
 
 void view_profile_draw(const viewer *v)

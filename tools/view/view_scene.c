@@ -18,15 +18,20 @@ static void read_system(const char *wkt, char *out, size_t bytes)
         snprintf(out, bytes, "%.*s", (int)strcspn(begin + 1, "\""), begin + 1);
 }
 
-/* Gets the last unit before `end` of well-known text: UNIT["metre",1], or LENGTHUNIT. None if it is
- * an angle. US survey feet are 2 in a million longer than others, so they are told apart. */
+/* Gets the last unit of length before `end` of well-known text: UNIT["metre",1], or LENGTHUNIT.
+ * None if the last unit is an angle. US survey feet are 2 in a million longer than others, so they
+ * are told apart. */
 static void read_unit(const char *wkt, const char *end, char *out, size_t bytes)
 {
     static const char mark[] = "UNIT[\"";
     const char *last = NULL;
     for (const char *at = wkt; (at = strstr(at, mark)) != NULL && at < end; last = at)
         at += sizeof mark - 1;
-    if (last == NULL || strncasecmp(last, "degree", 6) == 0)
+    static const char *const angles[] = {"degree", "grad", "radian", "gon"};
+    for (size_t i = 0; last != NULL && i < sizeof angles / sizeof *angles; i++)
+        if (strncasecmp(last, angles[i], strlen(angles[i])) == 0)
+            return;
+    if (last == NULL)
         return;
     snprintf(out, bytes, "%.*s", (int)strcspn(last, "\""), last);
     if (strcasecmp(out, "metre") == 0 || strcasecmp(out, "meter") == 0)
@@ -39,8 +44,12 @@ static void read_unit(const char *wkt, const char *end, char *out, size_t bytes)
  * the last of all. */
 static void read_units(const char *wkt, view_model *m)
 {
-    const char *end = wkt + strlen(wkt), *vertical = strstr(wkt, "VERT");
-    read_unit(wkt, vertical != NULL ? vertical : end, m->level_unit, sizeof m->level_unit);
+    static const char *const parts[] = {"VERT_CS[", "VERTCS[", "VERTCRS["};
+    const char *end = wkt + strlen(wkt), *level_end = end;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts && level_end == end; i++)
+        level_end = strstr(wkt, parts[i]) != NULL ? strstr(wkt, parts[i]) : end;
+    if (strncmp(wkt, "GEOG", 4) != 0) /* its x and y are angles */
+        read_unit(wkt, level_end, m->level_unit, sizeof m->level_unit);
     read_unit(wkt, end, m->height_unit, sizeof m->height_unit);
 }
 
@@ -119,20 +128,24 @@ done:
     return status;
 }
 
+/* The unit that all models have; "" if they do not agree. at: its place in a model. */
+static const char *unit_of_all(const view_scene *scene, size_t at)
+{
+    const char *unit = scene->count > 0 ? (const char *)&scene->models[0] + at : "";
+    for (size_t i = 1; i < scene->count; i++)
+        if (strcmp((const char *)&scene->models[i] + at, unit) != 0)
+            return "";
+    return unit;
+}
+
 const char *view_scene_height_unit(const view_scene *scene)
 {
-    for (size_t i = 1; i < scene->count; i++)
-        if (strcmp(scene->models[i].height_unit, scene->models[0].height_unit) != 0)
-            return "";
-    return scene->count > 0 ? scene->models[0].height_unit : "";
+    return unit_of_all(scene, offsetof(view_model, height_unit));
 }
 
 const char *view_scene_level_unit(const view_scene *scene)
 {
-    for (size_t i = 1; i < scene->count; i++)
-        if (strcmp(scene->models[i].level_unit, scene->models[0].level_unit) != 0)
-            return "";
-    return scene->count > 0 ? scene->models[0].level_unit : "";
+    return unit_of_all(scene, offsetof(view_model, level_unit));
 }
 
 const char *view_scene_length_unit(const view_scene *scene)

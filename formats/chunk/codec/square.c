@@ -41,6 +41,8 @@ static bool find_place(const stp_raster *raster, const double position[3], uint3
 {
     const double(*a)[4] = raster->across;
     const double off_most = raster->level ? DBL_MAX : TILTED_OFF_MOST;
+    const double limit =
+        raster->side ? raster->side : (double)STP_SQUARE_PLACES_LIMIT * STP_SQUARE_SIDE;
     const double height = position[raster->axis];
     double rest[2], place[2];
     for (unsigned k = 0; k < 2; k++)
@@ -50,8 +52,7 @@ static bool find_place(const stp_raster *raster, const double position[3], uint3
     place[1] = (rest[1] * a[0][1] - rest[0] * a[1][1]) / det;
     for (unsigned k = 0; k < 2; k++) {
         const double nearest = floor(place[k] + 0.5);
-        if (!(nearest >= 0.0 && nearest < (double)STP_SQUARE_PLACES_LIMIT * STP_SQUARE_SIDE) ||
-            fabs(place[k] - nearest) > off_most)
+        if (!(nearest >= 0.0 && nearest < limit) || fabs(place[k] - nearest) > off_most)
             return false;
         out[k] = (uint32_t)nearest;
     }

@@ -2,9 +2,9 @@
  *
  * If a block is of squares, its patches are followed by the rasters and, for each patch, its
  * square. They tell column and row of each sample, so that positions need no bytes but for heights.
- * The grid of a survey is level: one raster, whose columns and rows go along x and y. Those of
- * elevation maps lie on tilted planes, several in a block. formats/SPEC.md, "Squares", has the
- * layout. Threads: any. */
+ * The grid of a survey is level: one raster, whose columns and rows go along x and y. Others are
+ * tilted, several in a block: elevation maps, and pieces of a grid that another coordinate system
+ * bends. formats/SPEC.md, "Squares", has the layout. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_H
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_H
 

@@ -11,7 +11,8 @@
  * downwards, as depth cameras have it. Numbers <= 0 are no samples. The camera stands at the
  * origin.
  *
- * If columns and rows are degrees, there are no normals, and the note "geokeys" names the system.
+ * If columns and rows are degrees, there are no normals: whoever projects the samples finds them.
+ * The note "geokeys" names the system.
  *
  * No samples are numbers that are not finite, equal the file's no-data or `invalid`, or where alpha
  * is 0, of the heights or of the colours, or where the mask has no channel above 0, or its alpha is

@@ -125,7 +125,7 @@ done:
     return status;
 }
 
-/* Says that the last triangles before number `end` have no colour, if others have some. */
+/* Says that the last triangles before number `end` have no colour. */
 static stp_status add_colourless(stp_materials *m, uint64_t end, stp_error *err)
 {
     return stp_materials_add_plain(m, NULL, end - m->triangle_count, err);

@@ -175,12 +175,18 @@ static void take_channel(colour_reader *reader, const stp_ply_property *p, doubl
             reader->rgb[k] = colour_number(value, p->type);
 }
 
+/* Whether the colours of faces are taken: colours of vertices go before. */
+static bool are_taken(const stp_ply *ply, const colour_reader *faces)
+{
+    return are_coloured(faces) && !(ply->attributes & STP_POINT_HAS_COLOUR);
+}
+
 bool stp_ply_faces_have_colours(const stp_ply *ply)
 {
     if (ply->header.textures.count > 0 || !ply->faces)
         return ply->header.textures.count > 0;
     const colour_reader colour = find_colours(ply, ply->faces);
-    return are_coloured(&colour) && strcmp(ply->faces->name, "tristrips") != 0;
+    return are_taken(ply, &colour) && strcmp(ply->faces->name, "tristrips") != 0;
 }
 
 /* Reads a property of a face that is no list of vertices or places. */
@@ -209,8 +215,7 @@ static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_p
     const size_t images = mesh->materials.count;
     place_reader places = find_places(ply, element, images > 0);
     colour_reader colour = find_colours(ply, element);
-    const bool coloured = /* images and colours of vertices go before */
-        images == 0 && !(ply->attributes & STP_POINT_HAS_COLOUR) && are_coloured(&colour);
+    const bool coloured = images == 0 && are_taken(ply, &colour); /* images go before */
     face_builder builder = {
         .mesh = mesh, .ply = ply, .strips = strcmp(element->name, "tristrips") == 0};
     cursor->element = element;
