@@ -4,7 +4,7 @@
 #include "base/sort.h"
 #include "formats/chunk/measure/patch_bounds.h"
 #include "tests/fixtures/model_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 typedef struct tree {
     stp_chunk_entry *entries;

@@ -1,4 +1,4 @@
-/* Tests known answers: the reader must find in the files of tests/known the samples, and the
+/* Tests known answers: the reader must find in the files of tests/known/files the samples, and the
  * numbers of attributes, that their texts list, and `verify` must find the files sound. With a path
  * as argument, the program prints such a text, as tests/known/read.py does; test_known_reader.sh
  * uses this. */
@@ -145,12 +145,12 @@ static void print_attributes(FILE *out, const char *path)
     stp_chunk_file_close(&file);
 }
 
-/* Makes the path of a file in tests/known. */
+/* Makes the path of a file in tests/known/files. */
 static void known_path(char path[1024], const char *name, const char *ending)
 {
     const char *source = getenv("STIPPLE_SOURCE");
     assert_non_null(source); /* the source folder, set by CTest */
-    snprintf(path, 1024, "%s/tests/known/%s%s", source, name, ending);
+    snprintf(path, 1024, "%s/tests/known/files/%s%s", source, name, ending);
 }
 
 static char *read_text(const char *path)

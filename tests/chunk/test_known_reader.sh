@@ -20,17 +20,17 @@ read_known() { # file
 
 test_answers() {
     local file name count=0
-    for file in "$known"/*.stipple; do
+    for file in "$known"/files/*.stipple; do
         name=${file%_*}
         read_known "$file"
         cmp "$FOLDER/out" "$name.samples" || fail "read.py finds other samples in ${file##*/}"
         count=$((count + 1))
     done
     [ $count -ge 24 ] || fail "$count known-answer files, expected 24"
-    for file in "$known"/attributes_2_0_*.stipple; do
+    for file in "$known"/files/attributes_2_0_*.stipple; do
         run "$python" "$known/attributes.py" "$file"
         expect_code 0
-        cmp "$FOLDER/out" "$known/attributes_2_0.numbers" || fail "attributes.py finds other numbers in ${file##*/}"
+        cmp "$FOLDER/out" "$known/files/attributes_2_0.numbers" || fail "attributes.py finds other numbers in ${file##*/}"
     done
 }
 
@@ -81,7 +81,7 @@ test_damage_of_blocks() {
 }
 
 test_damage() {
-    local file=$known/lines_1_1_zstd.stipple size at
+    local file=$known/files/lines_1_1_zstd.stipple size at
     size=$(wc -c <"$file")
     for at in 0 9 100 250 256 3000 $((size / 2)) $((size - 700)) $((size - 300)) $((size - 1)); do
         cp "$file" "$FOLDER/bad.stipple"

@@ -3,7 +3,7 @@
  * the level-0 discs: each pair must project within the threshold of each other. */
 #include "runtime/cut/level_rule.h"
 #include "tests/fixtures/model_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/promise.h"
 #include "tests/support/views.h"
 

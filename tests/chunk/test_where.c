@@ -1,6 +1,6 @@
 /* Tests conditions on fields: truth tables, missing values, and what is no condition. */
 #include "formats/attribute/where.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/check.h"
 
 #include <math.h>

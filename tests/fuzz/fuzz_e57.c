@@ -1,7 +1,7 @@
 /* Fuzz target for the E57 reader: reads any bytes as a file. Needs no corpus: an empty input
  * becomes one of the small files below. The mutator changes the logical bytes and recomputes the
  * checksums, and mostly the header's sizes too, so that the code behind them is reached. */
-#include "tests/fixtures/e57_fixture.h"
+#include "tests/fixtures/scan/e57_fixture.h"
 #include "tests/fuzz/fuzz_scan.h"
 
 #define XYZ(kind)                                                                                  \

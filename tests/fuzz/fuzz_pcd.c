@@ -1,6 +1,6 @@
 /* Fuzz target for the PCD reader: reads any bytes as a file. Needs no corpus: an empty input
  * becomes one of the headers below or a small file in one of the three encodings. */
-#include "tests/fixtures/pcd_fixture.h"
+#include "tests/fixtures/scan/pcd_fixture.h"
 #include "tests/fuzz/fuzz_scan.h"
 
 static const char *const texts[] = {

@@ -2,7 +2,7 @@
  * test_gl_coverage.c does at 512 x 512. Adds the statue, whose feathers are less than a pixel
  * apart. */
 #include "tests/fixtures/gl_coverage.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 static void bumpy(void **state)
 {

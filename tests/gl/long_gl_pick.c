@@ -1,7 +1,7 @@
 /* Tests ten thousand random picks on the statue and on the sheet, whose two sides are one spacing
  * apart: 99.9 % of them must find the front surface within one sample's radius. */
 #include "tests/fixtures/gl_pick.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 enum { COUNT = 1000000, SIZE = 1024, PICKS = 10000 };
 

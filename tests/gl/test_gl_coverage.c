@@ -3,7 +3,7 @@
  * within one pixel plus one projected sample spacing. long_gl_coverage.c does the same at 1024 x
  * 1024. */
 #include "tests/fixtures/gl_coverage.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/fixtures/size.h"
 
 enum {

@@ -6,7 +6,7 @@
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/views.h"
 
 enum { SIZE = 320, PIXELS = SIZE * SIZE };

@@ -3,7 +3,7 @@
  */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/fixtures/sphere_ray.h"
 #include "tests/fixtures/square_fixture.h"
 

@@ -3,7 +3,7 @@
  * read from it is the model's own. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/fixtures/sphere_ray.h"
 #include "tests/fixtures/square_fixture.h"
 

@@ -11,7 +11,7 @@
  * long_gl_extreme, it leaves out nothing. */
 #include "tests/fixtures/disc_judge.h"
 #include "tests/fixtures/gl_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 enum {
     DISCS_LIMIT = 24,

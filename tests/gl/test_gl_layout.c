@@ -3,7 +3,7 @@
  * chunks and samples are decoded from the textures by a shader. */
 #include "runtime/gl/shader.h"
 #include "tests/fixtures/gl_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <stddef.h>
 #include <sys/stat.h>

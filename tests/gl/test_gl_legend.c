@@ -5,7 +5,7 @@
 #include "runtime/gl/shader.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <sys/stat.h>
 

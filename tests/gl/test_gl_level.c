@@ -4,7 +4,7 @@
  * must explain it; such ties are counted. */
 #include "tests/fixtures/gl_levels.h"
 #include "tests/fixtures/model_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/fixtures/size.h"
 #include "tests/support/views.h"
 

@@ -2,7 +2,7 @@
  * thousand picks of each, in three times as many views. */
 #include "tests/fixtures/gl_pick.h"
 #include "tests/fixtures/prep_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 /* With fewer points or pixels the statue's feathers would not show. Its mesh is the one that
  * statue_kept.h keeps. */

@@ -7,7 +7,7 @@
  * all of them. */
 #include "tests/fixtures/gl_levels.h"
 #include "tests/fixtures/model_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/fixtures/size.h"
 #include "tests/support/promise.h"
 #include "tests/support/views.h"

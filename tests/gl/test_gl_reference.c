@@ -17,7 +17,7 @@
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/line_fixture.h"
 #include "tests/fixtures/model_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/reference_parts.h"
 #include "tests/support/views.h"
 

@@ -4,7 +4,7 @@
  * with the argument --every, as in long_gl_seams, large ones, too. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/views.h"
 
 /* Quads around the x axis: few rings of wide quads for x < 0, many rings of small quads for x > 0.

@@ -4,7 +4,7 @@
 #include "tests/fixtures/chunk_reseal.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/line_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/fixtures/square_fixture.h"
 #include "tests/support/views.h"
 

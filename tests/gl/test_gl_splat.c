@@ -6,7 +6,7 @@
  */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/views.h"
 
 enum { SIZE = 200, VIEWS = 6, FRAMES_LIMIT = 20000 };

@@ -2,7 +2,7 @@
  * and while blocks stream; picks find no other sample; wrong conditions get a sentence. */
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/views.h"
 
 /* Too little for the whole model. */

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the known-answer files of this folder from scans of `stipple gen`, for a new version of the
+# Makes the known-answer files of files/ from scans of `stipple gen`, for a new version of the
 # format. The files of released versions stay as they are.
 #   make.sh PROGRAM FOLDER
 set -euo pipefail

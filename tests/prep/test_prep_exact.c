@@ -1,9 +1,9 @@
 /* Tests what prep reports about stored positions, against the points read. With --precision exact,
  * every number of the file must come back. */
 #include "formats/scan/coordinate_step.h"
-#include "tests/fixtures/e57_fixture.h"
-#include "tests/fixtures/las_fixture.h"
 #include "tests/fixtures/prep_fixture.h"
+#include "tests/fixtures/scan/e57_fixture.h"
+#include "tests/fixtures/scan/las_fixture.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

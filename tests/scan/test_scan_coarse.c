@@ -1,6 +1,6 @@
 /* Tests meshes whose vertices do not tell their faces: a drawn mesh is sampled, a scan's is not. */
 #include "formats/scan/mesh/coarse_mesh.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 static const char cube[] =
     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"

@@ -1,7 +1,7 @@
 /* Tests E57 files: fields of every width and kind, poses, limits, packets out of step. */
 #include "base/random.h"
-#include "tests/fixtures/e57_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/e57_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 /* Tests E57 files that are cut, damaged or hostile: each must give one sentence and no crash. */
-#include "tests/fixtures/e57_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/e57_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #define XYZ                                                                                        \
     E57_FLOAT("cartesianX", "double")                                                              \

@@ -1,8 +1,8 @@
 /* Tests the attributes of E57 files: every kind of field, states that are invalid, scans with other
  * fields. */
 #include "base/random.h"
-#include "tests/fixtures/e57_fixture.h"
 #include "tests/fixtures/numbers_fixture.h"
+#include "tests/fixtures/scan/e57_fixture.h"
 
 #define POINTS 1300u
 #define XYZ                                                                                        \

@@ -4,7 +4,7 @@
 #include "formats/scan/gltf/gltf.h"
 #include "formats/scan/gltf/gltf_material.h"
 #include "tests/fixtures/draco_square.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 #include <meshoptimizer.h>

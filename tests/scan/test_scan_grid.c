@@ -2,7 +2,7 @@
  * libtiff and libpng, and must become the same points. Then cameras, places, holes, colours, what
  * is refused, and files cut at every length. With real scans: an AL3D file against its depths and
  * texture, which another reader took out of it. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <png.h>
 #include <tiffio.h>

@@ -1,6 +1,6 @@
 /* Tests meshes as hybrid surfaces: large triangles stay, the others become points, and borders
  * blend. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 /* Writes a PLY of two squares of 10 x 10 side by side; the second is cut into n x n. */
 static void write_mesh(const char *path, int n, const char *edges)

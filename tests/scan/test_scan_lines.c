@@ -1,6 +1,6 @@
 /* Tests edges of PLY and l lines of OBJ as lines: chains, rings, junctions, errors, and points that
  * remain. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #define HEAD "ply\nformat ascii 1.0\nelement vertex "
 #define XYZ "property float x\nproperty float y\nproperty float z\n"

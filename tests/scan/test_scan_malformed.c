@@ -1,6 +1,6 @@
 /* Tests scans that are cut, damaged, hostile or of another kind: each must give one sentence and no
  * crash. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #define XYZ "property float x\nproperty float y\nproperty float z\n"
 #define ASCII "ply\nformat ascii 1.0\n"

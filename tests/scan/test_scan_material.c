@@ -1,7 +1,7 @@
 /* Tests colours of meshes: materials, images on faces, and colours by face. */
 #include "formats/image/image.h"
 #include "formats/scan/mesh/point_mesh.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #define SIDE 8
 
@@ -205,7 +205,6 @@ static void materials_colour_faces(void **state)
     close_mesh(&own);
 }
 
-/* Whatever is wrong with libraries and images costs colours alone, and is said. */
 /* A square's two halves are red and blue, and a triangle beside it has no colour. Its two free
  * corners are neither. */
 static void check_faces(const char *path, bool third)
@@ -270,6 +269,7 @@ static void faces_have_colours(void **state)
     close_mesh(&mesh);
 }
 
+/* Whatever is wrong with libraries and images costs colours alone, and is said. */
 static void faults_cost_colours_alone(void **state)
 {
     (void)state;

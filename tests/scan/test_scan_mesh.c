@@ -1,6 +1,6 @@
 /* Tests meshes: PLY faces and strips, OBJ, OFF, STL; normals of faces; samples spread over the
  * faces. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* Tests scans on a web server: a COPC is read by ranges, everything else is copied, and servers
  * that fail give one sentence with the address. */
 #include "formats/scan/remote/mirror.h"
-#include "tests/fixtures/ept_fixture.h"
+#include "tests/fixtures/scan/ept_fixture.h"
 #include "tests/support/fault_server.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* Tests orienting real scans without their normals, against their meshes' normals. Skips unless
  * STIPPLE_SCANS names a folder of scans: the project may not distribute them. */
 #include "tests/fixtures/orientation_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 /* Keeps the vertices alone, with the mesh's area-weighted normals as the truth. */
 static surface_cloud strip(const stp_point *points, uint64_t count)

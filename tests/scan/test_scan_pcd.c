@@ -1,7 +1,7 @@
 /* Tests PCD files: every encoding, type, order and field, and files that are wrong. */
 #include "base/random.h"
-#include "tests/fixtures/pcd_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/pcd_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 /* Tests the attributes of PCD files: every type, COUNT, encoding, and values that do not fit. */
 #include "tests/fixtures/numbers_fixture.h"
-#include "tests/fixtures/pcd_fixture.h"
+#include "tests/fixtures/scan/pcd_fixture.h"
 
 #define POINTS 1700u
 

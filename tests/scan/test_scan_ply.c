@@ -1,5 +1,5 @@
 /* Tests the PLY reader on valid files: encodings, types, properties, elements, colours. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* Tests PTX: poses, stations, missing returns, wrong files, and normals that face the scanner of
  * their points. */
 #include "tests/fixtures/prep_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/fixtures/surface_fixture.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* Tests real scans: counts, boxes, attributes. Skips unless STIPPLE_SCANS names a folder of scans:
  * the project may not distribute them. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 

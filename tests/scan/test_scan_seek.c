@@ -1,6 +1,6 @@
 /* Tests that readers which can go on anywhere give the points that they give from the beginning on,
  * and that the others say so. Real LAZ files, too, if STIPPLE_SCANS names a folder of scans. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #define POINTS_LIMIT 200000u
 #define RUN 5u

@@ -1,7 +1,7 @@
 /* Tests the positions of scanners and which one saw a point: written, read back, and wrong in the
  * file. */
 #include "formats/scan/ply/ply_write.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 

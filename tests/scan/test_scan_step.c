@@ -1,7 +1,7 @@
 /* Tests finding the step of coordinates that are decimals stored as floats. */
 #include "formats/scan/coordinate_step.h"
 #include "tests/fixtures/byte_fixture.h"
-#include "tests/fixtures/las_fixture.h"
+#include "tests/fixtures/scan/las_fixture.h"
 
 #include <math.h>
 

@@ -4,7 +4,7 @@
  * formats' tables. Skips unless STIPPLE_SCANS names a folder of scans: the project may not
  * distribute them. */
 #include "tests/fixtures/byte_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 #include <stdbool.h>

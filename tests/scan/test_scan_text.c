@@ -1,5 +1,5 @@
 /* Tests lines of numbers: separators, headers, guessed and given columns, depths, odd files. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* Tests the PLY writer: its files are read back, and they appear whole or not at all. */
 #include "formats/scan/mesh/mesh.h"
 #include "formats/scan/ply/ply_write.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 #include <math.h>
 

@@ -1,10 +1,11 @@
-// Unpacks LAZ files with laz-perf, another decoder: node laz_perf.js MODULES IN.laz OUT [IN.laz OUT]... writes the points'
-// records. What laz-perf does not read is not written.
+// Unpacks a LAZ file with laz-perf, another decoder: node laz_perf.js MODULES [IN.laz OUT] writes the points' records to
+// OUT. No OUT is written of a file that laz-perf does not read. Without files, only loads laz-perf.
 "use strict";
 const fs = require("fs");
-const { createLazPerf } = require(process.argv[2] + "/laz-perf");
+const [modules, path, out] = process.argv.slice(2);
+const { createLazPerf } = require(modules + "/laz-perf");
 
-function unpack(perf, path) {
+function unpack(perf) {
     const file = fs.readFileSync(path);
     const bytes = perf._malloc(file.length);
     perf.HEAPU8.set(file, bytes);
@@ -12,24 +13,19 @@ function unpack(perf, path) {
     laz.open(bytes, file.length);
     const size = laz.getPointLength(), count = Number(laz.getCount());
     const record = perf._malloc(size);
-    const out = Buffer.alloc(size * count);
+    const records = Buffer.alloc(size * count);
     for (let i = 0; i < count; i++) {
         laz.getPoint(record);
-        out.set(perf.HEAPU8.subarray(record, record + size), i * size);
+        records.set(perf.HEAPU8.subarray(record, record + size), i * size);
     }
-    perf._free(record);
-    perf._free(bytes);
-    laz.delete();
-    return out;
+    return records;
 }
 
-(async () => {
-    for (let i = 3; i + 1 < process.argv.length; i += 2) {
-        const perf = await createLazPerf(); // a file that it cannot read may leave it in pieces
-        try {
-            fs.writeFileSync(process.argv[i + 1], unpack(perf, process.argv[i]));
-        } catch (e) {
-            console.error(process.argv[i] + ": " + e);
-        }
+createLazPerf().then(perf => {
+    try {
+        if (path)
+            fs.writeFileSync(out, unpack(perf));
+    } catch (e) {
+        console.error(path + ": " + e);
     }
-})();
+});

@@ -33,7 +33,7 @@ run bash "$SOURCE/tools/bench/gpu" --build "$build" "$folder"
 expect_code 1
 expect_text err "exists"
 
-for source in "$SOURCE"/tests/gl/test_gl_*.c; do
+for source in "$SOURCE"/tests/*/test_gl_*.c; do
     name=${source##*/} name=${name%.c}
     [[ $name = test_gl_exr || " ${programs[*]##*/} " != *" $name "* ]] || [ -x "$folder/tests/$name" ] ||
         fail "no $name in the folder"

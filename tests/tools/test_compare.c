@@ -1,6 +1,6 @@
 /* Tests picture comparison: figures known by hand, and images through files byte for byte. */
 #include "formats/image/image.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tools/compare/compare_metrics.h"
 
 #include <math.h>

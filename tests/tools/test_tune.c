@@ -1,7 +1,7 @@
 /* Tests the measures of `tune`: known outlines, normals, changes and nearest points, and solvers of
  * known functions. */
 #include "tests/fixtures/model_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/promise.h"
 #include "tools/tune/tune_advice.h"
 #include "tools/tune/tune_metrics.h"

@@ -1,7 +1,7 @@
 /* Tests the writer of LAS and LAZ: its files are read back and compared with the standard byte by
  * byte. Files appear whole or not at all. */
 #include "formats/scan/las/las_write.h"
-#include "tests/fixtures/las_fixture.h"
+#include "tests/fixtures/scan/las_fixture.h"
 
 #include <math.h>
 

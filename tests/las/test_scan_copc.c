@@ -1,7 +1,7 @@
 /* Tests COPC: parts of the octree against brute force, and files that lie. If STIPPLE_SCANS names
  * real scans, the COPC files there are read in part and whole. */
 #include "formats/scan/octree/octree.h"
-#include "tests/fixtures/ept_fixture.h"
+#include "tests/fixtures/scan/ept_fixture.h"
 
 #include <math.h>
 

@@ -2,7 +2,7 @@
  * left, and how it looks. Skips unless STIPPLE_SCANS names a folder of scans: the project may not
  * distribute them. */
 #include "tests/fixtures/plant_silhouette.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 static const char oak[] = "tree/eztree_oak_large.obj";
 

@@ -5,7 +5,7 @@
 #include "runtime/stream/payload_store.h"
 #include "runtime/stream/victims.h"
 #include "tests/fixtures/model_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 
 enum { CAPACITY = 2000, STEPS = 20000, RANGES_LIMIT = 400, VICTIMS = 500, BLOCKS = 800 };
 

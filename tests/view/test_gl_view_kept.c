@@ -2,7 +2,7 @@
  * refused, what the dialog lists of a folder and of the files opened last is as its headers say,
  * and the profile's thread finds and writes what `stipple profile` does, and ends when told. */
 #include "tests/fixtures/prep_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/check.h"
 #include "tools/profile/profile_write.h"
 #include "tools/view/dialog/view_folder.h"

@@ -1,6 +1,6 @@
 /* Tests LAS files that are cut, damaged or hostile: each must give one sentence that names the
  * place, and no crash. */
-#include "tests/fixtures/las_fixture.h"
+#include "tests/fixtures/scan/las_fixture.h"
 
 #include <math.h>
 

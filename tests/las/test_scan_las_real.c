@@ -1,7 +1,7 @@
 /* Tests real LAS files: counts and boxes against their own headers, which this test reads itself,
  * and against another reader's figures. Skips unless STIPPLE_SCANS names a folder of scans: the
  * project may not distribute them. */
-#include "tests/fixtures/las_fixture.h"
+#include "tests/fixtures/scan/las_fixture.h"
 
 #include <math.h>
 

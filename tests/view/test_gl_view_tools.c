@@ -1,6 +1,6 @@
 /* Tests the parts of the viewer that need no window: bookmarks, recorded paths, moving on the
  * ground. */
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/check.h"
 #include "tools/view/kept/view_bookmarks.h"
 #include "tools/view/kept/view_record.h"

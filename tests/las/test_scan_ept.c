@@ -1,8 +1,8 @@
 /* Tests Entwine Point Tile sets: tiles of three kinds, regions against brute force, and sets that
  * lie. If STIPPLE_SCANS names real scans, all points of the set there are read, too. */
 #include "formats/scan/octree/octree.h"
-#include "tests/fixtures/ept_fixture.h"
 #include "tests/fixtures/numbers_fixture.h"
+#include "tests/fixtures/scan/ept_fixture.h"
 
 #include <math.h>
 

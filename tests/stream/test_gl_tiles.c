@@ -6,7 +6,7 @@
 #include "runtime/cut/tiles.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
-#include "tests/fixtures/scan_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
 #include "tests/support/views.h"
 
 typedef struct step {

@@ -1,6 +1,6 @@
 /* Tests LAS files of every version and point format, written here byte by byte: each field must
  * come back. */
-#include "tests/fixtures/las_fixture.h"
+#include "tests/fixtures/scan/las_fixture.h"
 
 enum { FORMATS = 11 };
 

@@ -2,7 +2,7 @@
  * damaged, of every format that we can pack. If STIPPLE_SCANS names real scans, every LAZ file
  * there is read, cut and damaged in the same way, and compared with its unpacked twin. */
 #include "formats/scan/las/las_numbers.h"
-#include "tests/fixtures/laz_fixture.h"
+#include "tests/fixtures/scan/laz_fixture.h"
 
 #include <ftw.h>
 

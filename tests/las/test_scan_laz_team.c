@@ -2,8 +2,8 @@
  * with a chunk for each point, of packed files, and, if STIPPLE_SCANS names real scans, of every
  * LAZ file there; also if the file is cut or damaged. */
 #include "base/pool.h"
-#include "tests/fixtures/ept_fixture.h"
-#include "tests/fixtures/laz_fixture.h"
+#include "tests/fixtures/scan/ept_fixture.h"
+#include "tests/fixtures/scan/laz_fixture.h"
 #include "tests/fixtures/size.h"
 
 #include <ftw.h>

@@ -2,7 +2,7 @@
  * names real scans, the chunks of LAZ files there, which others wrote, are unpacked and packed
  * again, and must get the same bytes. */
 #include "formats/scan/las/laz/laz_chunks.h"
-#include "tests/fixtures/laz_fixture.h"
+#include "tests/fixtures/scan/laz_fixture.h"
 
 static void round_trip(const laz_way *way, size_t count, bool smooth)
 {

@@ -1,5 +1,5 @@
 /* Tests what a LAS file says beside its points: coordinate system, fields left out, extra bytes. */
-#include "tests/fixtures/las_fixture.h"
+#include "tests/fixtures/scan/las_fixture.h"
 
 #define ALL_LEFT_OUT                                                                               \
     "return number, number of returns, scan direction flag, edge of flight line, synthetic, "      \
