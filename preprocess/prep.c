@@ -31,6 +31,8 @@
 #define GRID_NOISE_PARTS 4.0
 #define GRID_RANGE_PARTS 131072.0
 #define GRID_CELL_PARTS 2048.0
+/* Of grids that become points, whose every coordinate costs bits. */
+#define GRIDS_CELL_PARTS 512.0
 /* Least units per thread, so that threads end at about the same time. */
 #define UNITS_BY_THREAD 16u
 
@@ -272,11 +274,40 @@ done:
     return status;
 }
 
+/* Whether all points are those of grids of heights. */
+static bool are_grids(const stp_prep_source *source)
+{
+    for (size_t i = 0; i < source->file_count; i++)
+        if (source->files[i].raster.columns == 0)
+            return false;
+    return source->point_count > 0;
+}
+
+/* Grids of floats that become points, several or treated ones, are as fine as their range asks for,
+ * but no finer than a part of the least cell. */
+static void choose_grids_precision(stp_prep_job *job)
+{
+    const stp_prep_source *source = job->source;
+    const double range = job->stats->box.max.z - job->stats->box.min.z;
+    double cell = INFINITY;
+    if (job->params->precision > 0.0 || source->coordinate_step > 0.0 || !are_grids(source))
+        return;
+    for (size_t i = 0; i < source->file_count; i++) {
+        const stp_scan_raster *r = &source->files[i].raster;
+        const stp_dvec3 *n = source->files[i].raster_nodes;
+        const double wide = stp_raster_node_column(1, r->columns);
+        cell = fmin(cell, n ? hypot(n[1].x - n[0].x, n[1].y - n[0].y) / wide : fmin(r->dx, r->dy));
+    }
+    job->tree.resolution.precision = fmax(range / GRID_RANGE_PARTS, cell / GRIDS_CELL_PARTS);
+    job->stats->resolution = job->tree.resolution;
+}
+
 /* Runs all stages from the stations that files claim to the first view. */
 static stp_status treat_points(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_prep_stats *stats = job->stats;
+    choose_grids_precision(job);
     STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
     STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_SORT, err));

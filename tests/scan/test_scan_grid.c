@@ -507,6 +507,27 @@ static void degrees(void **state)
     check_points("degrees.tif", &grid, TOP, 1.0, 1.0, false);
 }
 
+/* A matrix in place of spacing and tie point: rows along x are read, turned ones refused. */
+static void matrices(void **state)
+{
+    const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE};
+    (void)state;
+    for (int turned = 0; turned < 3; turned++) {
+        double matrix[16] = {2.0, turned == 1 ? 0.1 : 0.0, 0.0, 100.0};
+        matrix[5] = turned == 2 ? 4.0 : -4.0;
+        matrix[7] = 500.0;
+        TIFF *tiff = begin_tiff("matrix.tif", &recipe);
+        stp_scan *scan = NULL;
+        TIFFSetField(tiff, 34264, 16, matrix);
+        end_tiff(tiff, &recipe);
+        const stp_status status = stp_scan_open(&scan, "matrix.tif", NULL, NULL);
+        assert_int_equal(status, turned ? STP_UNSUPPORTED : STP_OK);
+        const stp_scan_raster *r = scan ? &stp_scan_get_info(scan)->raster : NULL;
+        assert_true(!r || (r->dx == 2.0 && r->dy == 4.0 && r->x == 101.0 && r->y == 498.0));
+        stp_scan_close(&scan);
+    }
+}
+
 /* A cut file fails with a sentence, or has all its points: never fewer, never a crash. */
 static void cut_files(void **state)
 {
@@ -571,6 +592,7 @@ int main(void)
         cmocka_unit_test(masks),
         cmocka_unit_test(refusals),
         cmocka_unit_test(degrees),
+        cmocka_unit_test(matrices),
         cmocka_unit_test(cut_files),
         cmocka_unit_test(real_al3d),
     };

@@ -313,6 +313,8 @@ static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *
 {
     stp_status status = STP_OK;
     const stp_scan_params params = prep_inputs_params(in, i);
+    if (info->raster.columns > 0 && params.grid && params.grid->dx > 0.0)
+        return STP_OK; /* --spacing: columns and rows have no place in the world */
     STP_TRY(prep_system_choose(&in->system, in->paths[i], &params, info, &in->facts[i].way, err));
     if (in->facts[i].way.projection == NULL)
         return prep_system_tell(&in->files[i], in->paths[i], info, err);

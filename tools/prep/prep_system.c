@@ -53,9 +53,14 @@ static long key_of(const char *keys, const char *name)
     return 0;
 }
 
+static bool is_projected(const char *wkt)
+{
+    return strstr(wkt, "PROJCS") || strstr(wkt, "PROJCRS");
+}
+
 static stp_status take_wkt(told *out, const char *wkt, stp_error *err)
 {
-    const bool projected = strstr(wkt, "PROJCS") || strstr(wkt, "PROJCRS");
+    const bool projected = is_projected(wkt);
     const bool angles = strstr(wkt, "GEOGCS") || strstr(wkt, "GEOGCRS") || strstr(wkt, "GEODCRS");
     if (!projected && !angles)
         return STP_OK;
@@ -199,6 +204,13 @@ stp_status prep_system_choose(prep_system *system, const char *path, const stp_s
     if (t.angles)
         STP_TRY(find_place(path, params, &at, err));
     STP_TRY(stp_projection_create(&way->projection, t.definition, to, at, err));
+    if (!is_projected(stp_projection_wkt(way->projection))) {
+        status = stp_error_set(err, STP_UNSUPPORTED,
+                               "--to %s has angles, or x, y and z from the earth's middle: give a "
+                               "projected system, like that of UTM at hand (EPSG:326 and the zone)",
+                               to);
+        goto done;
+    }
     if (system->target == NULL)
         STP_TRY(stp_text_copy(&system->target, stp_projection_wkt(way->projection),
                               "a coordinate system", err));

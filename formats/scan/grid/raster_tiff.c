@@ -5,6 +5,7 @@
 
 #include <tiffio.h>
 
+#include <ctype.h>
 #include <float.h>
 #include <math.h>
 #include <pthread.h>
@@ -16,6 +17,7 @@
 enum {
     TAG_SCALE = 33550,
     TAG_TIE = 33922,
+    TAG_TRANSFORM = 34264,
     TAG_KEYS = 34735,
     TAG_METADATA = 42112, /* GDAL's */
     TAG_NO_DATA = 42113
@@ -78,6 +80,7 @@ static void name_tags(TIFF *tiff)
     static const TIFFFieldInfo fields[] = {
         {TAG_SCALE, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)"ModelPixelScale"},
         {TAG_TIE, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)"ModelTiepoint"},
+        {TAG_TRANSFORM, -1, -1, TIFF_DOUBLE, FIELD_CUSTOM, 1, 1, (char *)"ModelTransformation"},
         {TAG_KEYS, -1, -1, TIFF_SHORT, FIELD_CUSTOM, 1, 1, (char *)"GeoKeyDirectory"},
         {TAG_METADATA, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, (char *)"GDALMetadata"},
         {TAG_NO_DATA, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, (char *)"GDALNoData"},
@@ -128,8 +131,10 @@ static void find_meaning(TIFF *tiff, bool singles, stp_raster_info *info)
     const char *text = NULL;
     if (TIFFGetField(tiff, TAG_NO_DATA, &text)) {
         const char *end = text + strlen(text);
-        while (end > text && end[-1] == ' ')
+        while (end > text && isspace((unsigned char)end[-1]))
             end--;
+        while (text < end && isspace((unsigned char)*text))
+            text++;
         info->has_none = stp_number_parse(text, end, &info->none);
         /* the text has other digits than the numbers have bits */
         if (singles && fabs(info->none) <= (double)FLT_MAX)
@@ -141,25 +146,58 @@ static void find_meaning(TIFF *tiff, bool singles, stp_raster_info *info)
     }
 }
 
-static void find_place(TIFF *tiff, stp_raster_info *info)
+/* Finds the spacing of columns and rows, and a tie: pixel (tie[0], tie[1]) lies at (tie[3],
+ * tie[4]). tie: NULL if there is none. Errors: UNSUPPORTED (rows do not run along x, or upwards).
+ */
+static stp_status find_grid(const tiff_raster *t, double scale[2], const double **tie,
+                            double own_tie[6], stp_error *err)
 {
     uint16_t count = 0;
-    double *scale = NULL, *tie = NULL;
-    if (!TIFFGetField(tiff, TAG_SCALE, &count, &scale) || count < 2 || !(scale[0] > 0.0) ||
-        !(scale[1] > 0.0) || !isfinite(scale[0]) || !isfinite(scale[1]))
-        return;
+    double *found = NULL, *matrix = NULL;
+    scale[0] = scale[1] = 0.0;
+    *tie = NULL;
+    if (TIFFGetField(t->tiff, TAG_SCALE, &count, &found) && count >= 2) {
+        memcpy(scale, found, 2 * sizeof *scale);
+        if (TIFFGetField(t->tiff, TAG_TIE, &count, &found) && count >= 6)
+            *tie = found;
+    } else if (TIFFGetField(t->tiff, TAG_TRANSFORM, &count, &matrix) && count >= 8) {
+        const double own[6] = {0.0, 0.0, 0.0, matrix[3], matrix[7], 0.0};
+        memcpy(own_tie, own, sizeof own);
+        *tie = own_tie;
+        scale[0] = matrix[0];
+        scale[1] = -matrix[5];
+        if (matrix[1] != 0.0 || matrix[4] != 0.0 || !(scale[0] > 0.0) || !(scale[1] > 0.0))
+            return stp_error_set(err, STP_UNSUPPORTED,
+                                 "%s: its rows do not run along x, the top row first: turn it "
+                                 "(gdalwarp)",
+                                 t->path);
+    }
+    return STP_OK;
+}
+
+static stp_status find_place(const tiff_raster *t, stp_raster_info *info, stp_error *err)
+{
+    stp_status status = STP_OK;
+    TIFF *tiff = t->tiff;
+    const double *tie = NULL;
+    double scale[2], own_tie[6];
+    STP_TRY(find_grid(t, scale, &tie, own_tie, err));
+    if (!(scale[0] > 0.0) || !(scale[1] > 0.0) || !isfinite(scale[0]) || !isfinite(scale[1]))
+        goto done;
     info->spaced = true;
     info->dx = scale[0];
     info->dy = scale[1];
     info->degrees = find_key(tiff, KEY_MODEL) == MODEL_GEOGRAPHIC;
     info->epsg = find_key(tiff, info->degrees ? KEY_GEOGRAPHIC : KEY_PROJECTED);
-    if (!TIFFGetField(tiff, TAG_TIE, &count, &tie) || count < 6)
-        return;
-    /* Pixel (tie[0], tie[1]) lies at (tie[3], tie[4]): its corner, or its middle. */
+    if (tie == NULL)
+        goto done;
+    /* A pixel's place is its corner, or its middle. */
     const double middle = find_key(tiff, KEY_RASTER) == RASTER_IS_POINT ? 0.0 : 0.5;
     info->x = tie[3] + (middle - tie[0]) * info->dx;
     info->y = tie[4] - (middle - tie[1]) * info->dy;
     info->placed = isfinite(info->x) && isfinite(info->y);
+done:
+    return status;
 }
 
 /* Whether numbers of this kind can be read: 8, 16 or 32 bits, floats of 32 or 64. */
@@ -263,8 +301,9 @@ static stp_status open_tiff(void *state, stp_raster_info *info, const char *path
     if (!info->floats)
         info->full = ldexp(1.0, t->bits) - 1.0;
     find_meaning(t->tiff, info->floats && t->bits == 32, info);
-    find_place(t->tiff, info);
-    stp_status status = check_kind(t, planar, photometric, err);
+    stp_status status = find_place(t, info, err);
+    if (status == STP_OK)
+        status = check_kind(t, planar, photometric, err);
     if (status == STP_OK && t->width > 0 && t->width <= STP_RASTER_SIDE_LIMIT)
         status = make_band(t, err);
     return status;
