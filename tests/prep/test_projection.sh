@@ -175,6 +175,23 @@ lattice = struct.pack("<12d", .01, .01, .01, 0, 0, 0, 7, 5, 7, 5, 7, 5)
 points = b"".join(struct.pack("<3iHBBbBH", 100 * i, 100 * i, 100 * i, 0, 9, 2, 0, 0, 0) for i in (5, 6, 7))
 open(sys.argv[1], "wb").write(head + lattice + record + points)
 END
+# Heights have the unit of their own system, if a key names one that PROJ knows; else that of x and y.
+for system in 5703:5.000 9999:1.524; do
+    python3 - "$FOLDER/keys.las" "$FOLDER/feet.las" ${system%:*} <<'END'
+import struct, sys
+data = bytearray(open(sys.argv[1], "rb").read())
+keys = struct.pack("<4H", 4096, 0, 1, int(sys.argv[3]))
+at = 227 + 54 + 24
+struct.pack_into("<I", data, 96, struct.unpack_from("<I", data, 96)[0] + 8)
+struct.pack_into("<H", data, 227 + 20, 32)
+struct.pack_into("<H", data, 227 + 54 + 6, 3)
+open(sys.argv[2], "wb").write(data[:at] + keys + data[at:])
+END
+    run "$STIPPLE" prep "$FOLDER/feet.las" --to EPSG:32610 -o "$FOLDER/m.stipple" --force
+    expect_code 0
+    points "$FOLDER/m.stipple" | awk '{ print $3 }' | sort -n | head -1 | awk -v z=${system#*:} '{ d = $1 - z } END { exit !(d < .01 && d > -.01) }' ||
+        fail "heights of system $system: $(points "$FOLDER/m.stipple")"
+done
 printf '5 5 5\n6 6 6\n7 7 7\n' >"$FOLDER/beside.xyz"
 printf '%s' "PROJCS[\"A plane\",$wgs84,PROJECTION[\"Transverse_Mercator\"],PARAMETER[\"central_meridian\",9],UNIT[\"foot\",0.3048]]" \
     >"$FOLDER/beside.prj"

@@ -73,11 +73,15 @@ static stp_status take_keys(told *out, const char *keys, stp_error *err)
     const long projected = key_of(keys, "ProjectedCSTypeGeoKey");
     const long angles = key_of(keys, "GeographicTypeGeoKey");
     const long code = projected > 0 ? projected : angles;
-    char text[32];
+    const long vertical = key_of(keys, "VerticalCSTypeGeoKey");
+    char text[64], *wkt = NULL;
     out->angles = key_of(keys, "GTModelTypeGeoKey") == 2;
     if (code <= 0 || code == USER_DEFINED)
         return STP_OK;
-    snprintf(text, sizeof text, "EPSG:%ld", code);
+    snprintf(text, sizeof text, "EPSG:%ld+%ld", code, vertical);
+    if (vertical <= 0 || vertical == USER_DEFINED || stp_system_wkt(&wkt, text, NULL) != STP_OK)
+        snprintf(text, sizeof text, "EPSG:%ld", code); /* or no system of heights that PROJ knows */
+    free(wkt);
     return stp_text_copy(&out->definition, text, "a coordinate system", err);
 }
 

@@ -27,7 +27,7 @@ typedef struct grid_reader {
     bool normals;
     stp_dvec3 camera; /* the origin, a station */
     char format[64];
-    char keys[96]; /* GeoTIFF's keys, as text */
+    char keys[128]; /* GeoTIFF's keys, as text */
     stp_scan_note note;
 } grid_reader;
 
@@ -121,6 +121,10 @@ static void describe_system(grid_reader *g, stp_scan_info *info)
         return;
     snprintf(g->keys, sizeof g->keys, "GTModelTypeGeoKey=%d\n%s=%u", angles ? 2 : 1,
              angles ? "GeographicTypeGeoKey" : "ProjectedCSTypeGeoKey", g->info->epsg);
+    const size_t length = strlen(g->keys);
+    if (g->info->vertical != 0)
+        snprintf(g->keys + length, sizeof g->keys - length, "\nVerticalCSTypeGeoKey=%u",
+                 g->info->vertical);
     g->note = (stp_scan_note){"geokeys", g->keys};
     info->notes = &g->note;
     info->note_count = 1;

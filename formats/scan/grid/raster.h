@@ -38,6 +38,7 @@ typedef struct stp_raster_info {
     double x, y;   /* of the middle of the first pixel of the top row; y decreases by dy a row */
     bool degrees;  /* x and y are longitude and latitude */
     uint32_t epsg; /* of its coordinate system; 0: not told */
+    uint32_t vertical; /* of the system of its heights; likewise */
 } stp_raster_info;
 
 typedef struct stp_raster stp_raster;

@@ -28,7 +28,8 @@ enum {
     KEY_RASTER = 1025,
     RASTER_IS_POINT = 2,
     KEY_GEOGRAPHIC = 2048, /* EPSG codes of coordinate systems */
-    KEY_PROJECTED = 3072
+    KEY_PROJECTED = 3072,
+    KEY_VERTICAL = 4096
 };
 
 typedef struct tiff_raster {
@@ -189,6 +190,7 @@ static stp_status find_place(const tiff_raster *t, stp_raster_info *info, stp_er
     info->dy = scale[1];
     info->degrees = find_key(tiff, KEY_MODEL) == MODEL_GEOGRAPHIC;
     info->epsg = find_key(tiff, info->degrees ? KEY_GEOGRAPHIC : KEY_PROJECTED);
+    info->vertical = find_key(tiff, KEY_VERTICAL);
     if (tie == NULL)
         goto done;
     /* A pixel's place is its corner, or its middle. */
