@@ -203,6 +203,8 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
 static void add_square(tile *t, uint32_t column, uint32_t row)
 {
     const uint32_t before = t->count;
+    if (column >= t->columns || row >= t->rows) /* a square beyond the grid */
+        return;
     t->frame = stp_height_grid_frame(t->grid, t->column + column, t->row + row);
     t->wide = hypot(t->frame.by_column[0], t->frame.by_column[1]);
     t->deep = hypot(t->frame.by_row[0], t->frame.by_row[1]);
