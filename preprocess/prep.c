@@ -30,9 +30,8 @@
  * and a cell's side over these. */
 #define GRID_NOISE_PARTS 4.0
 #define GRID_RANGE_PARTS 131072.0
-#define GRID_CELL_PARTS 2048.0
-/* Of grids that become points, whose every coordinate costs bits. */
-#define GRIDS_CELL_PARTS 512.0
+#define GRID_CELL_PARTS 2048.0  /* 8 x 8 cells fit the 16 bits of a patch */
+#define POINTS_CELL_PARTS 512.0 /* of grids that become points: each coordinate costs bits */
 /* Least units per thread, so that threads end at about the same time. */
 #define UNITS_BY_THREAD 16u
 
@@ -274,32 +273,30 @@ done:
     return status;
 }
 
-/* Whether all points are those of grids of heights. */
-static bool are_grids(const stp_prep_source *source)
+/* Heights that are floats have no step, and how far apart they are says little about how fine they
+ * are: they keep a quarter of their noise and a 16th bit of their range, but no more than a part of
+ * a cell: `finest`. */
+static void choose_height_precision(stp_prep_job *job, double noise, double finest)
 {
-    for (size_t i = 0; i < source->file_count; i++)
-        if (source->files[i].raster.columns == 0)
-            return false;
-    return source->point_count > 0;
+    const stp_dbox *box = &job->stats->box;
+    const double told =
+        fmax(noise / GRID_NOISE_PARTS, (box->max.z - box->min.z) / GRID_RANGE_PARTS);
+    if (job->params->precision > 0.0 || job->source->coordinate_step > 0.0)
+        return;
+    job->tree.resolution.precision = fmax(told, finest);
+    job->stats->resolution = job->tree.resolution;
 }
 
-/* Grids of floats that become points, several or treated ones, are as fine as their range asks for,
- * but no finer than a part of the least cell. */
-static void choose_grids_precision(stp_prep_job *job)
+/* The least cell, if all points are those of grids of heights; else 0. */
+static double least_cell(const stp_prep_source *source)
 {
-    const stp_prep_source *source = job->source;
-    const double range = job->stats->box.max.z - job->stats->box.min.z;
-    double cell = INFINITY;
-    if (job->params->precision > 0.0 || source->coordinate_step > 0.0 || !are_grids(source))
-        return;
+    double cell = source->point_count > 0 ? INFINITY : 0.0;
     for (size_t i = 0; i < source->file_count; i++) {
-        const stp_scan_raster *r = &source->files[i].raster;
-        const stp_dvec3 *n = source->files[i].raster_nodes;
-        const double wide = stp_raster_node_column(1, r->columns);
-        cell = fmin(cell, n ? hypot(n[1].x - n[0].x, n[1].y - n[0].y) / wide : fmin(r->dx, r->dy));
+        const stp_prep_file *f = &source->files[i];
+        const bool is_grid = f->raster.columns > 0;
+        cell = fmin(cell, is_grid ? stp_raster_cell(&f->raster, f->raster_nodes) : 0.0);
     }
-    job->tree.resolution.precision = fmax(range / GRID_RANGE_PARTS, cell / GRIDS_CELL_PARTS);
-    job->stats->resolution = job->tree.resolution;
+    return cell;
 }
 
 /* Runs all stages from the stations that files claim to the first view. */
@@ -307,7 +304,9 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_prep_stats *stats = job->stats;
-    choose_grids_precision(job);
+    const double cell = least_cell(job->source);
+    if (cell > 0.0) /* grids that become points, since they are several or are treated */
+        choose_height_precision(job, 0.0, cell / POINTS_CELL_PARTS);
     STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
     STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_SORT, err));
@@ -327,20 +326,6 @@ done:
     return status;
 }
 
-/* Heights that are floats have no step, and how far apart they are says little about how fine they
- * are: they keep a quarter of their noise, a 16th bit of their range, and so fine a part of a cell
- * as lets 8 x 8 cells fit the 16 bits of a patch. */
-static void choose_grid_precision(stp_prep_job *job)
-{
-    const stp_height_grid *grid = &job->grid;
-    const double range = grid->box.max.z - grid->box.min.z;
-    const double noise = fmax(grid->noise / GRID_NOISE_PARTS, range / GRID_RANGE_PARTS);
-    if (job->params->precision > 0.0 || job->source->coordinate_step > 0.0)
-        return;
-    job->tree.resolution.precision = fmax(noise, stp_height_grid_cell(grid) / GRID_CELL_PARTS);
-    job->stats->resolution = job->tree.resolution;
-}
-
 /* A grid's neighbours are known, so all stages up to the first view have nothing to find. */
 static stp_status treat_grid(stp_prep_job *job, stp_error *err)
 {
@@ -348,7 +333,8 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     stp_prep_stats *stats = job->stats;
     const unsigned wanted = job->params->normal_bits;
     stp_height_grid_finish(&job->grid, job->source->coordinate_step);
-    choose_grid_precision(job);
+    choose_height_precision(job, job->grid.noise,
+                            stp_raster_cell(&job->grid.raster, job->grid.nodes) / GRID_CELL_PARTS);
     stats->normals_wide.normal_error = job->grid.normal_error;
     const unsigned bits = stp_normal_bits_for(job->grid.normal_error, false);
     job->tree.normal_bits = wanted ? wanted : bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;

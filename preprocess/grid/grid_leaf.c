@@ -28,14 +28,18 @@ typedef struct tile {
     const stp_point_item_params *params;
     uint32_t column, row;   /* of its first sample */
     uint32_t columns, rows; /* as far as the grid goes */
-    stp_grid_frame frame;   /* of the square at hand */
-    double wide, deep;      /* lengths of its cells' sides */
+    stp_raster_frame frame; /* of the square at hand */
     double *z;              /* SIDE_WITH_REACH squared; NaN: none */
     stp_item *items;        /* of square after square */
     uint32_t *ends;         /* of the squares' items */
     uint32_t *together;     /* ends, among the squares, of those that lie together */
     uint32_t count, squares, together_count;
 } tile;
+
+static stp_raster_frame frame_at(const stp_height_grid *grid, uint32_t column, uint32_t row)
+{
+    return stp_raster_frame_at(&grid->raster, grid->nodes, column, row);
+}
 
 static double *height_at(const tile *t, uint32_t column, uint32_t row)
 {
@@ -73,22 +77,15 @@ static cliff cliff_at(const tile *t, const double *middle)
     const int row = SIDE_WITH_REACH;
     const double x = fmin(difference(middle, middle - 1), difference(middle, middle + 1));
     const double y = fmin(difference(middle, middle - row), difference(middle, middle + row));
-    return (cliff){CLIFF_STEPS * x + CLIFF_SLOPE * t->wide, CLIFF_STEPS * y + CLIFF_SLOPE * t->deep,
-                   CLIFF_NOISE * t->grid->noise};
-}
-
-/* The area of a cell; negative if columns turn right to rows, as they do where rows go down in y.
- */
-static double area_of(const stp_grid_frame *frame)
-{
-    return frame->by_column[0] * frame->by_row[1] - frame->by_column[1] * frame->by_row[0];
+    return (cliff){CLIFF_STEPS * x + CLIFF_SLOPE * t->frame.wide,
+                   CLIFF_STEPS * y + CLIFF_SLOPE * t->frame.deep, CLIFF_NOISE * t->grid->noise};
 }
 
 /* Whether the chunk's columns are the grid's rows. The codec expects normals on the side from which
  * columns turn left to rows, but for level rasters. */
-static bool is_turned(const stp_height_grid *grid, const stp_grid_frame *frame)
+static bool is_turned(const stp_height_grid *grid, const stp_raster_frame *frame)
 {
-    return grid->nodes != NULL && area_of(frame) < 0.0;
+    return grid->nodes != NULL && frame->area < 0.0;
 }
 
 static stp_plane_sums sum_window(const tile *t, const double *middle)
@@ -114,7 +111,7 @@ static stp_dvec3 normal_of(const tile *t, const double *middle)
 {
     const stp_plane_sums s = sum_window(t, middle);
     const double *c = t->frame.by_column, *r = t->frame.by_row;
-    const double area = area_of(&t->frame);
+    const double area = t->frame.area;
     double slopes[2]; /* height by column and by row */
     (void)stp_plane_slopes(&s, slopes);
     const stp_dvec3 n = {(c[1] * slopes[1] - r[1] * slopes[0]) / area,
@@ -171,7 +168,7 @@ static double spacing_of(const tile *t, const double *middle, double upwards)
     const double diagonal = fmax(hypot(c[0] + r[0], c[1] + r[1]), hypot(c[0] - r[0], c[1] - r[1]));
     if (is_border(middle))
         return 0.5 * BORDER_SHARE * stretch * diagonal / t->params->lambda;
-    return fmax(stretch * sqrt(fabs(area_of(&t->frame))), DIAGONAL_SHARE * diagonal);
+    return fmax(stretch * sqrt(fabs(t->frame.area)), DIAGONAL_SHARE * diagonal);
 }
 
 static void add_sample(tile *t, uint32_t column, uint32_t row)
@@ -205,9 +202,7 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
     const uint32_t before = t->count;
     if (column >= t->columns || row >= t->rows) /* a square beyond the grid */
         return;
-    t->frame = stp_height_grid_frame(t->grid, t->column + column, t->row + row);
-    t->wide = hypot(t->frame.by_column[0], t->frame.by_column[1]);
-    t->deep = hypot(t->frame.by_row[0], t->frame.by_row[1]);
+    t->frame = frame_at(t->grid, t->column + column, t->row + row);
     const bool turned = is_turned(t->grid, &t->frame);
     for (uint32_t i = 0; i < STP_SQUARE_SIDE * STP_SQUARE_SIDE; i++) {
         const uint32_t a = stp_square_column(i), b = stp_square_row(i);
@@ -240,7 +235,7 @@ static void add_squares(tile *t)
 }
 
 /* A frame as a chunk has it. Rasters that are not level have floats. */
-static stp_raster raster_of(const stp_height_grid *grid, const stp_grid_frame *frame,
+static stp_raster raster_of(const stp_height_grid *grid, const stp_raster_frame *frame,
                             stp_dvec3 origin)
 {
     const bool level = grid->nodes == NULL, turned = is_turned(grid, frame);
@@ -271,7 +266,7 @@ static stp_status add_rasters(const tile *t, stp_built_chunk *out, stp_error *er
     out->chunk->reach = grid->reach;
     for (uint32_t r = 0; r < t->rows; r += each)
         for (uint32_t c = 0; c < t->columns; c += each) {
-            const stp_grid_frame frame = stp_height_grid_frame(grid, t->column + c, t->row + r);
+            const stp_raster_frame frame = frame_at(grid, t->column + c, t->row + r);
             rasters[out->chunk->raster_count++] = raster_of(grid, &frame, out->origin);
         }
     return STP_OK;
@@ -321,10 +316,9 @@ stp_dvec3 stp_height_grid_tile_middle(const stp_height_grid *grid, uint32_t inde
     const uint32_t below = index / grid->tile_columns, right = index % grid->tile_columns;
     const uint32_t column = right * STP_TILE_SIDE + STP_TILE_SIDE / 2;
     const uint32_t row = below * STP_TILE_SIDE + STP_TILE_SIDE / 2;
-    const stp_grid_frame f = stp_height_grid_frame(grid, least(column, grid->raster.columns - 1),
-                                                   least(row, grid->raster.rows - 1));
-    const double c = column - f.first[0], r = row - f.first[1];
-    return (stp_dvec3){f.at[0] + c * f.by_column[0] + r * f.by_row[0],
-                       f.at[1] + c * f.by_column[1] + r * f.by_row[1],
-                       0.5 * (grid->box.min.z + grid->box.max.z)};
+    const stp_raster_frame frame =
+        frame_at(grid, least(column, grid->raster.columns - 1), least(row, grid->raster.rows - 1));
+    stp_dvec3 out = stp_raster_frame_place(&frame, column, row);
+    out.z = 0.5 * (grid->box.min.z + grid->box.max.z);
+    return out;
 }

@@ -64,34 +64,6 @@ void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place)
     grid->z[place] = NAN;
 }
 
-/* A bent raster's frame is the plane through the middles of the sides of four nodes. */
-stp_grid_frame stp_height_grid_frame(const stp_height_grid *grid, uint32_t column, uint32_t row)
-{
-    const stp_scan_raster *r = &grid->raster;
-    if (!grid->nodes)
-        return (stp_grid_frame){
-            .at = {r->x, r->y}, .by_column = {r->dx, 0.0}, .by_row = {0.0, -r->dy}};
-    const uint32_t i = column / STP_RASTER_NODE, j = row / STP_RASTER_NODE;
-    const size_t across = stp_raster_node_count(r->columns);
-    const stp_dvec3 *n = grid->nodes + j * across + i;
-    stp_grid_frame out = {.first = {i * STP_RASTER_NODE, j * STP_RASTER_NODE}};
-    const double wide = stp_raster_node_column(i + 1, r->columns) - out.first[0];
-    const double deep = stp_raster_node_column(j + 1, r->rows) - out.first[1];
-    const double corner[4][2] = {{n[0].x, n[0].y},
-                                 {n[1].x, n[1].y},
-                                 {n[across].x, n[across].y},
-                                 {n[across + 1].x, n[across + 1].y}};
-    for (int k = 0; k < 2; k++) {
-        const double right = (corner[1][k] - corner[0][k]) + (corner[3][k] - corner[2][k]);
-        const double down = (corner[2][k] - corner[0][k]) + (corner[3][k] - corner[1][k]);
-        out.by_column[k] = 0.5 * right / wide;
-        out.by_row[k] = 0.5 * down / deep;
-        out.at[k] = 0.25 * (corner[0][k] + corner[1][k] + corner[2][k] + corner[3][k]) -
-                    0.25 * (right + down);
-    }
-    return out;
-}
-
 /* The standard deviation of noise: a fourth difference along a row is noise, since the surface's
  * own is small. The median leaves out cliffs. 0 without enough samples. */
 static double measure_noise(const stp_height_grid *grid)
@@ -127,19 +99,11 @@ static double slope_error(unsigned reach)
     return 1.0 / sqrt(sum);
 }
 
-double stp_height_grid_cell(const stp_height_grid *grid)
-{
-    const stp_grid_frame frame =
-        stp_height_grid_frame(grid, grid->raster.columns / 2, grid->raster.rows / 2);
-    return fmin(hypot(frame.by_column[0], frame.by_column[1]),
-                hypot(frame.by_row[0], frame.by_row[1]));
-}
-
 void stp_height_grid_finish(stp_height_grid *grid, double step)
 {
     const double rounding = step / sqrt(12.0);
     grid->noise = fmax(measure_noise(grid), rounding);
-    const double noise = grid->noise / stp_height_grid_cell(grid);
+    const double noise = grid->noise / stp_raster_cell(&grid->raster, grid->nodes);
     grid->reach = 1;
     while (grid->reach < STP_GRID_REACH && noise * slope_error(grid->reach) > NOISE_ANGLE)
         grid->reach++;

@@ -15,6 +15,7 @@
 #include "base/spill.h"
 #include "formats/chunk/codec/square.h"
 #include "formats/scan/scan.h"
+#include "preprocess/grid/raster_frame.h"
 #include "preprocess/tree/chunk_build.h"
 
 /* Samples on a side of a leaf, so that one has at most 65,536. */
@@ -38,15 +39,6 @@ typedef struct stp_height_grid {
     stp_spill *spill;    /* borrowed */
 } stp_height_grid;
 
-/* Where the samples around a place are: sample (column, row) of the grid is at
- * at + (column - first[0]) by_column + (row - first[1]) by_row. A straight raster has one frame, a
- * bent one a frame for each STP_RASTER_NODE columns and rows, all of whose samples it meets to a
- * small part of their spacing. */
-typedef struct stp_grid_frame {
-    uint32_t first[2];
-    double at[2], by_column[2], by_row[2]; /* x and y */
-} stp_grid_frame;
-
 /* Makes an empty grid. nodes: of a bent raster, else NULL. Errors: OUT_OF_MEMORY, IO. Free with
  * stp_height_grid_clear. */
 stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *raster,
@@ -59,12 +51,6 @@ void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place);
 /* Measures the noise and chooses the reach of normals. step: of the heights; 0: they have none. */
 void stp_height_grid_finish(stp_height_grid *grid, double step);
 void stp_height_grid_clear(stp_height_grid *grid);
-
-/* The frame around a sample that is or is not there. */
-stp_grid_frame stp_height_grid_frame(const stp_height_grid *grid, uint32_t column, uint32_t row);
-
-/* The lesser side of a cell in the grid's middle. */
-double stp_height_grid_cell(const stp_height_grid *grid);
 
 static inline uint32_t stp_height_grid_tile_count(const stp_height_grid *grid)
 {

@@ -2,8 +2,7 @@
  * refused, with the reason. */
 #include "tests/fixtures/chunk_reseal.h"
 #include "tests/fixtures/line_fixture.h"
-
-#include <unistd.h>
+#include "tests/support/new_file.h"
 
 #define OUT "test_line_malformed.stipple"
 #define CHANGED "test_line_changed.stipple"
@@ -76,11 +75,7 @@ static uint8_t *first_sample(const raw_file *f, const uint8_t *patch, int level)
 
 static void write_changed(const raw_file *f)
 {
-    unlink(CHANGED); /* to empty an old file waits for the disk */
-    FILE *out = fopen(CHANGED, "wb");
-    assert_non_null(out);
-    assert_int_equal(fwrite(f->bytes, 1, f->size, out), f->size);
-    assert_int_equal(fclose(out), 0);
+    assert_true(write_new_file(CHANGED, f->bytes, f->size));
 }
 
 static void verify_changed(const raw_file *f, stp_error *err)

@@ -154,12 +154,22 @@ points "$FOLDER/m.stipple" >"$FOLDER/found"
 near "$FOLDER/expected" "$FOLDER/found" 0.001
 "$STIPPLE" info "$FOLDER/m.stipple" | grep -q '^orientation  *file' || fail "a projected grid is no grid any more"
 
+# With a spacing the grid has no place in the world: columns and rows are that far apart.
+run "$STIPPLE" prep "$FOLDER/grid.asc" --spacing 30 -o "$FOLDER/m.stipple" --force
+expect_code 0
+points "$FOLDER/m.stipple" | awk '{ if ($1 > x) x = $1; if ($2 > y) y = $2 } END { exit !(x == 240 && y == 150) }' ||
+    fail "--spacing on a grid in degrees: $(points "$FOLDER/m.stipple" | tail -1)"
+
 # What cannot be.
 scatter 9.1 48.7 >"$FOLDER/plain.xyz"
 run "$STIPPLE" prep "$FOLDER/plain.xyz" --to EPSG:25832 -o "$FOLDER/none.stipple"
 expect_failure "does not say its coordinate system"
 run "$STIPPLE" prep "$FOLDER/in.xyz" --to EPSG:99999999 -o "$FOLDER/none.stipple"
 expect_failure "no way from"
+for system in EPSG:4326 EPSG:4978; do
+    run "$STIPPLE" prep "$FOLDER/in.xyz" --to $system -o "$FOLDER/none.stipple"
+    expect_failure "$system has angles, or x, y and z from the earth"
+done
 printf 'v 9 48 1\nv 9.1 48 1\nv 9 48.1 2\nf 1 2 3\n' >"$FOLDER/mesh.obj"
 printf '%s' "$wgs84" >"$FOLDER/mesh.prj"
 run "$STIPPLE" prep "$FOLDER/mesh.obj" -o "$FOLDER/none.stipple"

@@ -250,6 +250,20 @@ static void faces_have_colours(void **state)
     assert_int_equal(mesh.points[1].rgb[1], 65535);
     close_mesh(&mesh);
 
+    /* So if they have normals, too, nobody needs the faces, and the file is not held. */
+    scan_fixture_text(
+        "faces.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+        "property float y\nproperty float z\nproperty float nx\nproperty float ny\n"
+        "property float nz\nproperty uchar red\nproperty uchar green\n"
+        "property uchar blue\nproperty float quality\nelement face 1\nproperty list uchar int "
+        "vertex_indices\nproperty uchar red\nproperty uchar green\n"
+        "property uchar blue\nend_header\n0 0 0 0 0 1 9 9 9 5\n1 0 0 0 0 1 9 9 9 5\n"
+        "1 1 0 0 0 1 9 9 9 5\n3 0 1 2 255 0 0\n");
+    opened streamed = open_mesh("faces.ply", NULL);
+    assert_non_null(streamed.info.extra); /* which held files have not */
+    close_mesh(&streamed);
+
     static const char *const offs[] = {
         "OFF\n5 3 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 2 0\n3 0 1 2 255 0 0\n3 0 2 3 0 0 255 100\n"
         "3 4 4 4\n",

@@ -3,8 +3,10 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "preprocess/grid/raster_frame.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -211,7 +213,7 @@ stp_status prep_system_choose(prep_system *system, const char *path, const stp_s
     if (!is_projected(stp_projection_wkt(way->projection))) {
         status = stp_error_set(err, STP_UNSUPPORTED,
                                "--to %s has angles, or x, y and z from the earth's middle: give a "
-                               "projected system, like that of UTM at hand (EPSG:326 and the zone)",
+                               "projected system, or leave --to out for the zone of UTM at hand",
                                to);
         goto done;
     }
@@ -292,23 +294,20 @@ void prep_system_move(stp_projection *way, stp_point *points, size_t count)
     }
 }
 
-/* Whether four nodes tell where the samples between them lie: whether their middle is where the
- * middle of the samples is moved to. Where a map is torn, it is not. */
+/* Whether nodes tell where the samples between them lie: whether the middle of these is moved to
+ * the middle of the frame. Where a map is torn, it is not. */
 static bool nodes_tell(const stp_prep_file *file, stp_projection *way, uint32_t i, uint32_t j)
 {
     const stp_scan_raster *r = &file->raster;
-    const size_t across = stp_raster_node_count(r->columns);
-    const stp_dvec3 *n = file->raster_nodes + j * across + i;
-    const double c[2] = {stp_raster_node_column(i, r->columns),
-                         stp_raster_node_column(i + 1, r->columns)};
-    const double d[2] = {stp_raster_node_column(j, r->rows),
-                         stp_raster_node_column(j + 1, r->rows)};
-    const stp_dvec3 middle = stp_projection_apply(
-        way, stp_scan_raster_at(r, 0.5 * (c[0] + c[1]), 0.5 * (d[0] + d[1]), 0.0));
-    const stp_dvec3 mean = stp_dvec3_scale(
-        stp_dvec3_add(stp_dvec3_add(n[0], n[1]), stp_dvec3_add(n[across], n[across + 1])), 0.25);
-    const double cell = stp_dvec3_length(stp_dvec3_sub(n[1], n[0])) / (c[1] - c[0]);
-    return stp_dvec3_length(stp_dvec3_sub(middle, mean)) <= cell; /* false if a place is NaN */
+    const uint32_t begin[2] = {stp_raster_node_column(i, r->columns),
+                               stp_raster_node_column(j, r->rows)};
+    const double c = 0.5 * (begin[0] + stp_raster_node_column(i + 1, r->columns));
+    const double d = 0.5 * (begin[1] + stp_raster_node_column(j + 1, r->rows));
+    const stp_raster_frame frame = stp_raster_frame_at(r, file->raster_nodes, begin[0], begin[1]);
+    const stp_dvec3 middle = stp_raster_frame_place(&frame, c, d);
+    const stp_dvec3 moved = stp_projection_apply(way, stp_scan_raster_at(r, c, d, 0.0));
+    return hypot(moved.x - middle.x, moved.y - middle.y) <=
+           frame.wide; /* false if a place is NaN */
 }
 
 stp_status prep_system_move_raster(stp_prep_file *file, stp_projection *way, stp_error *err)

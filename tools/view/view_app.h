@@ -148,8 +148,10 @@ void view_note(viewer *v, const char *format, ...) __attribute__((format(printf,
 /* Formats "456123.250  5428001.125  310.500", with as many digits as the scene's size needs. */
 void view_format_position(const viewer *v, stp_dvec3 position, char out[160]);
 int view_digits(const viewer *v);
-/* Formats "23.125 m": a length with so many digits, and its unit if it has one. */
-void view_format_length(double length, int digits, const char *unit, char out[96]);
+/* Adds a unit to a number: "23.125 m". Nothing if it is not known. */
+void view_add_unit(const viewer *v, view_unit of, char *text, size_t bytes);
+/* Formats a length with as many digits as view_digits says, and its unit. */
+void view_format_length(const viewer *v, double length, view_unit of, char out[96]);
 /* Formats "412.3 m": a height. */
 void view_format_height(const viewer *v, double height, char out[96]);
 /* Gets the window position, y down, of a place in the model. False if it is behind the eye. */

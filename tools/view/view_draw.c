@@ -36,7 +36,6 @@ static void mode_words(const viewer *v, char out[240])
     static const char *const navigations[] = {"", ", fly", ", walk"};
     const view_control *c = &v->control;
     const stp_dvec3 *line = view_measure_last(&v->measure);
-    const char *unit = view_scene_length_unit(&v->scene);
     char measured[80] = "", heights[40] = "", contours[40] = "", marks[60] = "";
     if (c->params.contour_step > 0.0)
         snprintf(contours, sizeof contours, ", contours (%d labels)", v->labels.count);
@@ -44,9 +43,10 @@ static void mode_words(const viewer *v, char out[240])
         snprintf(marks, sizeof marks, ", marks: %zu (%d hidden)", v->marked.count, v->marks_hidden);
     if (c->params.exaggerate > 0.0)
         snprintf(heights, sizeof heights, ", heights x %.3g", c->params.exaggerate);
-    if (line != NULL)
-        snprintf(measured, sizeof measured, " %.5g%s%s", view_measure_length(line),
-                 unit[0] != '\0' ? " " : "", unit);
+    if (line != NULL) {
+        snprintf(measured, sizeof measured, " %.5g", view_measure_length(line));
+        view_add_unit(v, VIEW_UNIT_ANY, measured, sizeof measured);
+    }
     snprintf(out, 240, "%s%s%s%s%s%s%s%s%s%s", navigations[c->navigation], heights,
              c->camera.height > 0.0 ? ", orthographic" : "",
              c->params.edl > 0.0 ? ", eye-dome" : "", contours,

@@ -188,8 +188,7 @@ static void draw_measured(const viewer *v, const stp_dvec3 ends[2])
     bool first = draw_point(v, ends[0], at[0]), second = draw_point(v, ends[1], at[1]);
     if (!first || !second)
         return;
-    view_format_length(view_measure_length(ends), view_digits(v), view_scene_length_unit(&v->scene),
-                       text);
+    view_format_length(v, view_measure_length(ends), VIEW_UNIT_ANY, text);
     stp_ui_draw_label(0.5 * (at[0][0] + at[1][0]),
                       0.5 * (at[0][1] + at[1][1]) - 14.0 * stp_ui_scale(v->ui), text, WHITE, true);
 }

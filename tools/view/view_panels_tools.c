@@ -57,13 +57,12 @@ static void distance_rows(const viewer *v, const stp_dvec3 ends[2])
     double rise = stp_dvec3_dot(d, up), length = stp_dvec3_length(d);
     char text[224], level[96], high[96];
     int digits = view_digits(v);
-    view_format_length(length, digits, view_scene_length_unit(&v->scene), level);
+    view_format_length(v, length, VIEW_UNIT_ANY, level);
     stp_ui_row("distance", level);
     snprintf(text, sizeof text, "%.*f  %.*f  %.*f", digits, d.x, digits, d.y, digits, d.z);
     stp_ui_row("by axis", text);
-    view_format_length(sqrt(fmax(0.0, length * length - rise * rise)), digits,
-                       view_scene_level_unit(&v->scene), level);
-    view_format_length(rise, digits, view_scene_height_unit(&v->scene), high);
+    view_format_length(v, sqrt(fmax(0.0, length * length - rise * rise)), VIEW_UNIT_LEVEL, level);
+    view_format_length(v, rise, VIEW_UNIT_HEIGHT, high);
     snprintf(text, sizeof text, "%s level, %s up", level, high);
     stp_ui_row("", text);
 }
@@ -81,7 +80,8 @@ static void clicked_rows(const viewer *v)
     else
         snprintf(text, sizeof text, "measured");
     stp_ui_row("", text);
-    view_format_length(pick->radius, view_digits(v) + 1, view_scene_length_unit(&v->scene), text);
+    snprintf(text, sizeof text, "%.*f", view_digits(v) + 1, pick->radius);
+    view_add_unit(v, VIEW_UNIT_ANY, text, sizeof text);
     stp_ui_row("disc's radius", text);
     if (pick->chunk != STP_PICK_NO_CHUNK) {
         snprintf(text, sizeof text, "%u, level %d", pick->chunk, pick->level);
@@ -113,8 +113,7 @@ static void measured_rows(viewer *v)
         stp_ui_hint("removes it");
         stp_ui_same_line();
         snprintf(label, sizeof label, "line %d", i + 1);
-        view_format_length(view_measure_length(m->lines[i]), view_digits(v),
-                           view_scene_length_unit(&v->scene), length);
+        view_format_length(v, view_measure_length(m->lines[i]), VIEW_UNIT_ANY, length);
         stp_ui_row(label, length);
         stp_ui_pop_id();
     }

@@ -94,7 +94,7 @@ void view_panel_profile(viewer *v)
     }
     snprintf(text, sizeof text, "%zu", p->found.count);
     stp_ui_row("points", text);
-    view_format_length(p->found.width, view_digits(v), view_scene_level_unit(&v->scene), text);
+    view_format_length(v, p->found.width, VIEW_UNIT_LEVEL, text);
     stp_ui_row("strip's width", text);
     if (stp_ui_button("save CSV"))
         save(v, ".csv");
@@ -110,15 +110,13 @@ void view_panel_profile(viewer *v)
 static void draw_labels(const viewer *v, double x, double y, double width, double height)
 {
     const view_profile *p = &v->profile;
-    const int digits = view_digits(v);
     const double line = stp_ui_text_height();
-    const char *unit = view_scene_height_unit(&v->scene);
     char text[96], words[112];
-    view_format_length(p->high, digits, unit, text);
+    view_format_length(v, p->high, VIEW_UNIT_HEIGHT, text);
     stp_ui_draw_label(x, y, text, WHITE, false);
-    view_format_length(p->low, digits, unit, text);
+    view_format_length(v, p->low, VIEW_UNIT_HEIGHT, text);
     stp_ui_draw_label(x, y + height - 1.6 * line, text, WHITE, false);
-    view_format_length(p->found.length, digits, view_scene_level_unit(&v->scene), text);
+    view_format_length(v, p->found.length, VIEW_UNIT_LEVEL, text);
     snprintf(words, sizeof words, "%s long", text);
     stp_ui_draw_label(x + width - 12.0 * line, y, words, WHITE, false);
 }

@@ -3,6 +3,7 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 #define NOTE_S 6.0
 
@@ -28,15 +29,24 @@ void view_format_position(const viewer *v, stp_dvec3 p, char out[160])
     snprintf(out, 160, "%.*f  %.*f  %.*f", digits, p.x, digits, p.y, digits, p.z);
 }
 
-void view_format_length(double length, int digits, const char *unit, char out[96])
+void view_add_unit(const viewer *v, view_unit of, char *text, size_t bytes)
 {
-    snprintf(out, 96, "%.*f%s%s", digits, length, unit[0] != '\0' ? " " : "", unit);
+    const char *unit = view_scene_unit(&v->scene, of);
+    const size_t length = strlen(text);
+    if (unit[0] != '\0')
+        snprintf(text + length, bytes - length, " %s", unit);
+}
+
+void view_format_length(const viewer *v, double length, view_unit of, char out[96])
+{
+    snprintf(out, 96, "%.*f", view_digits(v), length);
+    view_add_unit(v, of, out, 96);
 }
 
 void view_format_height(const viewer *v, double height, char out[96])
 {
-    const char *unit = view_scene_height_unit(&v->scene);
-    snprintf(out, 96, "%.6g%s%s", height, unit[0] != '\0' ? " " : "", unit);
+    snprintf(out, 96, "%.6g", height);
+    view_add_unit(v, VIEW_UNIT_HEIGHT, out, 96);
 }
 
 bool view_place_drawn(const viewer *v, stp_dvec3 p, double at[2])

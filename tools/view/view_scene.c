@@ -45,12 +45,13 @@ static void read_unit(const char *wkt, const char *end, char *out, size_t bytes)
 static void read_units(const char *wkt, view_model *m)
 {
     static const char *const parts[] = {"VERT_CS[", "VERTCS[", "VERTCRS["};
-    const char *end = wkt + strlen(wkt), *level_end = end;
-    for (size_t i = 0; i < sizeof parts / sizeof *parts && level_end == end; i++)
-        level_end = strstr(wkt, parts[i]) != NULL ? strstr(wkt, parts[i]) : end;
+    const char *end = wkt + strlen(wkt), *level_end = NULL;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts && level_end == NULL; i++)
+        level_end = strstr(wkt, parts[i]);
     if (strncmp(wkt, "GEOG", 4) != 0) /* its x and y are angles */
-        read_unit(wkt, level_end, m->level_unit, sizeof m->level_unit);
-    read_unit(wkt, end, m->height_unit, sizeof m->height_unit);
+        read_unit(wkt, level_end != NULL ? level_end : end, m->units[VIEW_UNIT_LEVEL],
+                  sizeof *m->units);
+    read_unit(wkt, end, m->units[VIEW_UNIT_HEIGHT], sizeof *m->units);
 }
 
 /* Reads metadata: "a.las and 3 more", the coordinate system, and what intensities mean. */
@@ -106,7 +107,7 @@ stp_status view_scene_put(view_scene *scene, const char *path, stp_model **model
     *model = NULL;
     m->name = stp_is_address(path) ? view_files_base(stp_chunk_file_path(m->model->file))
                                    : view_files_base(m->path);
-    m->sources[0] = m->system[0] = m->level_unit[0] = m->height_unit[0] = '\0';
+    m->sources[0] = m->system[0] = m->units[0][0] = m->units[1][0] = '\0';
     read_metadata(m);
     scene->count += index == scene->count;
     view_scene_update(scene);
@@ -128,30 +129,20 @@ done:
     return status;
 }
 
-/* The unit that all models have; "" if they do not agree. at: its place in a model. */
-static const char *unit_of_all(const view_scene *scene, size_t at)
+const char *view_scene_unit(const view_scene *scene, view_unit of)
 {
-    const char *unit = scene->count > 0 ? (const char *)&scene->models[0] + at : "";
-    for (size_t i = 1; i < scene->count; i++)
-        if (strcmp((const char *)&scene->models[i] + at, unit) != 0)
+    const char *unit = "";
+    if (of == VIEW_UNIT_ANY) {
+        unit = view_scene_unit(scene, VIEW_UNIT_HEIGHT);
+        return strcmp(unit, view_scene_unit(scene, VIEW_UNIT_LEVEL)) == 0 ? unit : "";
+    }
+    for (size_t i = 0; i < scene->count; i++) {
+        const char *own = scene->models[i].units[of];
+        if (i > 0 && strcmp(own, unit) != 0)
             return "";
+        unit = own;
+    }
     return unit;
-}
-
-const char *view_scene_height_unit(const view_scene *scene)
-{
-    return unit_of_all(scene, offsetof(view_model, height_unit));
-}
-
-const char *view_scene_level_unit(const view_scene *scene)
-{
-    return unit_of_all(scene, offsetof(view_model, level_unit));
-}
-
-const char *view_scene_length_unit(const view_scene *scene)
-{
-    const char *height = view_scene_height_unit(scene);
-    return strcmp(height, view_scene_level_unit(scene)) == 0 ? height : "";
 }
 
 void view_scene_remove(view_scene *scene, size_t index)

@@ -10,6 +10,9 @@
 
 #define VIEW_MODELS_LIMIT 32
 
+/* Units: of lengths along x and y, of heights, and of any length. */
+typedef enum view_unit { VIEW_UNIT_LEVEL, VIEW_UNIT_HEIGHT, VIEW_UNIT_ANY } view_unit;
+
 typedef struct view_model {
     char *path;
     const char *name; /* the last part of the path or address, without secrets */
@@ -17,8 +20,7 @@ typedef struct view_model {
     bool hidden;
     char sources[160];    /* the files that the model was made of */
     char system[160];     /* coordinate system; "" if unknown */
-    char level_unit[32];  /* of x and y, "m" or "US ft"; "" if unknown */
-    char height_unit[32]; /* of z */
+    char units[2][32];    /* by view_unit: "m" or "US ft"; "" if unknown */
     double intensity_top; /* the scans' own number for intensity 1; 0: not known */
 } view_model;
 
@@ -43,11 +45,8 @@ stp_status view_scene_put(view_scene *scene, const char *path, stp_model **model
                           stp_error *err);
 /* The index of a model by its path; `count` if there is none. */
 size_t view_scene_find(const view_scene *scene, const char *path);
-/* The unit of heights; of lengths along x and y; of any length. "" if it is not known, or if models
- * or axes do not agree. */
-const char *view_scene_height_unit(const view_scene *scene);
-const char *view_scene_level_unit(const view_scene *scene);
-const char *view_scene_length_unit(const view_scene *scene);
+/* "" if it is not known, or if models or axes do not agree. */
+const char *view_scene_unit(const view_scene *scene, view_unit of);
 void view_scene_remove(view_scene *scene, size_t index);
 /* Recomputes box and counts after models were shown or hidden. */
 void view_scene_update(view_scene *scene);

@@ -147,27 +147,27 @@ static void find_meaning(TIFF *tiff, bool singles, stp_raster_info *info)
     }
 }
 
-/* Finds the spacing of columns and rows, and a tie: pixel (tie[0], tie[1]) lies at (tie[3],
- * tie[4]). tie: NULL if there is none. Errors: UNSUPPORTED (rows do not run along x, or upwards).
+/* Where a grid lies. tied: pixel (column, row) lies at (x, y). */
+typedef struct placing {
+    double dx, dy; /* 0: not told */
+    bool tied;
+    double column, row, x, y;
+} placing;
+
+/* By the spacing and a tie point, or by a matrix. Errors: UNSUPPORTED (the matrix turns the grid).
  */
-static stp_status find_grid(const tiff_raster *t, double scale[2], const double **tie,
-                            double own_tie[6], stp_error *err)
+static stp_status find_placing(const tiff_raster *t, placing *out, stp_error *err)
 {
     uint16_t count = 0;
-    double *found = NULL, *matrix = NULL;
-    scale[0] = scale[1] = 0.0;
-    *tie = NULL;
-    if (TIFFGetField(t->tiff, TAG_SCALE, &count, &found) && count >= 2) {
-        memcpy(scale, found, 2 * sizeof *scale);
-        if (TIFFGetField(t->tiff, TAG_TIE, &count, &found) && count >= 6)
-            *tie = found;
-    } else if (TIFFGetField(t->tiff, TAG_TRANSFORM, &count, &matrix) && count >= 8) {
-        const double own[6] = {0.0, 0.0, 0.0, matrix[3], matrix[7], 0.0};
-        memcpy(own_tie, own, sizeof own);
-        *tie = own_tie;
-        scale[0] = matrix[0];
-        scale[1] = -matrix[5];
-        if (matrix[1] != 0.0 || matrix[4] != 0.0 || !(scale[0] > 0.0) || !(scale[1] > 0.0))
+    double *scale = NULL, *tie = NULL, *m = NULL;
+    *out = (placing){0};
+    if (TIFFGetField(t->tiff, TAG_SCALE, &count, &scale) && count >= 2) {
+        *out = (placing){.dx = scale[0], .dy = scale[1]};
+        if (TIFFGetField(t->tiff, TAG_TIE, &count, &tie) && count >= 6)
+            *out = (placing){scale[0], scale[1], true, tie[0], tie[1], tie[3], tie[4]};
+    } else if (TIFFGetField(t->tiff, TAG_TRANSFORM, &count, &m) && count >= 8) {
+        *out = (placing){m[0], -m[5], true, 0.0, 0.0, m[3], m[7]};
+        if (m[1] != 0.0 || m[4] != 0.0 || !(out->dx > 0.0) || !(out->dy > 0.0))
             return stp_error_set(err, STP_UNSUPPORTED,
                                  "%s: its rows do not run along x, the top row first: turn it "
                                  "(gdalwarp)",
@@ -178,28 +178,22 @@ static stp_status find_grid(const tiff_raster *t, double scale[2], const double 
 
 static stp_status find_place(const tiff_raster *t, stp_raster_info *info, stp_error *err)
 {
-    stp_status status = STP_OK;
-    TIFF *tiff = t->tiff;
-    const double *tie = NULL;
-    double scale[2], own_tie[6];
-    STP_TRY(find_grid(t, scale, &tie, own_tie, err));
-    if (!(scale[0] > 0.0) || !(scale[1] > 0.0) || !isfinite(scale[0]) || !isfinite(scale[1]))
-        goto done;
+    placing p;
+    const stp_status status = find_placing(t, &p, err);
+    if (status != STP_OK || !(p.dx > 0.0) || !(p.dy > 0.0) || !isfinite(p.dx) || !isfinite(p.dy))
+        return status;
     info->spaced = true;
-    info->dx = scale[0];
-    info->dy = scale[1];
-    info->degrees = find_key(tiff, KEY_MODEL) == MODEL_GEOGRAPHIC;
-    info->epsg = find_key(tiff, info->degrees ? KEY_GEOGRAPHIC : KEY_PROJECTED);
-    info->vertical = find_key(tiff, KEY_VERTICAL);
-    if (tie == NULL)
-        goto done;
+    info->dx = p.dx;
+    info->dy = p.dy;
+    info->degrees = find_key(t->tiff, KEY_MODEL) == MODEL_GEOGRAPHIC;
+    info->epsg = find_key(t->tiff, info->degrees ? KEY_GEOGRAPHIC : KEY_PROJECTED);
+    info->vertical = find_key(t->tiff, KEY_VERTICAL);
     /* A pixel's place is its corner, or its middle. */
-    const double middle = find_key(tiff, KEY_RASTER) == RASTER_IS_POINT ? 0.0 : 0.5;
-    info->x = tie[3] + (middle - tie[0]) * info->dx;
-    info->y = tie[4] - (middle - tie[1]) * info->dy;
-    info->placed = isfinite(info->x) && isfinite(info->y);
-done:
-    return status;
+    const double middle = find_key(t->tiff, KEY_RASTER) == RASTER_IS_POINT ? 0.0 : 0.5;
+    info->x = p.x + (middle - p.column) * p.dx;
+    info->y = p.y - (middle - p.row) * p.dy;
+    info->placed = p.tied && isfinite(info->x) && isfinite(info->y);
+    return STP_OK;
 }
 
 /* Whether numbers of this kind can be read: 8, 16 or 32 bits, floats of 32 or 64. */
