@@ -145,6 +145,12 @@ static stp_status draw_samples(stp_renderer *r, const stp_project_params *params
                             : stp_project_draw(&r->project, params, points, err);
 }
 
+/* Whether some of the draws looked at are squares of grids to be drawn as triangles. */
+static bool has_squares(const stp_renderer *r, size_t draw_count)
+{
+    return r->sight.lists[STP_SIGHT_SQUARES].begin[draw_count] > 0;
+}
+
 /* Draws the nearest sample of each pixel; of splats, the one whose interval ends first. */
 static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                               stp_error *err)
@@ -163,10 +169,14 @@ static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *d
         stp_project_draw_shapes(&r->project, &params);
     if (d->counts)
         glEndQuery(GL_PRIMITIVES_GENERATED);
+    if (status == STP_OK && has_squares(r, count))
+        status = stp_project_draw_squares(&r->project, &params, &d->stats.points_drawn, err);
     if (status != STP_OK)
         return status;
     stp_stage_end(params.clock, STP_STAGE_PROJECT);
-    stp_reconstruct_resolve(&r->reconstruct, &r->pyramid, &r->tiles, first);
+    stp_reconstruct_resolve(r->reconstruct.resolve, &r->pyramid, &r->tiles, first);
+    if (has_squares(r, count))
+        stp_reconstruct_resolve(r->project.squares.resolve, &r->pyramid, &r->tiles, first);
     stp_stage_end(params.clock, STP_STAGE_RESOLVE);
     d->stats.passes++;
     d->stats.chunks_drawn += (uint32_t)count;
@@ -205,6 +215,15 @@ static void clear_sums(const stp_renderer *r)
         glClearNamedFramebufferfv(r->pyramid.sum_frame, GL_COLOR, i, none);
 }
 
+/* Samples of a grid that are seen with a greater radius than this are joined by triangles. The cap
+ * of coarser levels says up to where pull and push reconstruct well. */
+static float squares_px(const stp_renderer *r, const stp_draw_params *params)
+{
+    if (params->grid_draw == STP_GRID_POINTS || params->reconstruct >= STP_RECONSTRUCT_SPLAT)
+        return INFINITY;
+    return params->grid_draw == STP_GRID_TRIANGLES ? 0.0f : r->frame.quality[1];
+}
+
 stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                           stp_error *err)
 {
@@ -214,7 +233,10 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
     stp_sight_params sight = stp_frame_sight(r);
     sight.tiles = &r->tiles;
     sight.vertices = d->params->lod != STP_LOD_FULL;
+    sight.squares_px = squares_px(r, d->params);
     STP_TRY(stp_sight_look(&r->sight, &sight, draws, count, err));
+    if (has_squares(r, count))
+        STP_TRY(stp_project_prepare_squares(&r->project, &r->variant, r->shader_folder, err));
     STP_TRY(stp_tiles_collect(&r->tiles, first, err));
     upload_records(r, draws, count);
     if (splats && first)
@@ -367,9 +389,9 @@ static void measure_block(const stp_renderer *r, const stp_draw *draw, stp_cut_m
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(&r->scene, draw, r->eye);
     stp_sight_params sight = stp_frame_sight(r);
     for (uint32_t i = 0; i < r->scene.blocks[draw->block].patch_count; i++) {
-        const stp_gpu_patch *patch = &resident->patches[i];
+        const stp_gpu_patch *patch = &resident->mirror.patches[i];
         stp_range parts[STP_PATCH_QUARTERS];
-        if (!stp_patch_in_sight(&r->sight, &sight, draw, resident->briefs, i))
+        if (!stp_patch_in_sight(&r->sight, &sight, draw, resident->mirror.briefs, i))
             continue;
         stp_levels levels = stp_levels_choose(&r->frame, &chunk, patch);
         out->patches++;

@@ -139,7 +139,9 @@ typedef enum stp_shade {
     STP_SHADE_LEVEL = 5,
     STP_SHADE_CHUNK = 6,
     STP_SHADE_ERROR = 7,
-    STP_SHADE_CONFIDENCE = 8
+    STP_SHADE_CONFIDENCE = 8,
+    STP_SHADE_PRIMITIVE = 9, /* what samples are drawn as: points, lines, triangles */
+    STP_SHADE_LAST = STP_SHADE_PRIMITIVE
 } stp_shade;
 
 /* The source of the samples' colours. The numbers are STP_COLOUR_* of shaders/layout.glsl. */
@@ -171,6 +173,13 @@ typedef enum stp_cull {
     STP_CULL_NONE = 1, /* none */
     STP_CULL_BACK = 2  /* every back of known orientation, whether the surface is closed or not */
 } stp_cull;
+
+/* How the finest samples of a grid are drawn: of heights, of an elevation map. */
+typedef enum stp_grid_draw {
+    STP_GRID_AUTO = 0,   /* as triangles where they lie some pixels apart, else as points */
+    STP_GRID_POINTS = 1, /* as any other samples */
+    STP_GRID_TRIANGLES = 2
+} stp_grid_draw;
 
 /* A box outside which nothing is drawn: a sample is drawn if its centre lies in the box or on a
  * face. World coordinates; a side may be infinite. */
@@ -250,11 +259,12 @@ typedef struct stp_draw_params {
      * set it if you blend the picture over another by its alpha. */
     bool smooth_edges;
     stp_cull cull;
-    bool every_sample; /* as threshold zero: all level-0 samples, with any lod */
-    bool stream;       /* never waits for blocks: draws what is above a missing block meanwhile */
-    bool refine;       /* streaming, nothing changes: goes on past the threshold to every sample */
-    bool keep_pixels;  /* also finishes level 0 of the pyramid: normals are read from it */
-    bool timed;        /* waits for the GPU between stages, so that their times are true */
+    stp_grid_draw grid_draw; /* with SPLAT and POINTS there are no triangles of grids */
+    bool every_sample;       /* as threshold zero: all level-0 samples, with any lod */
+    bool stream;      /* never waits for blocks: draws what is above a missing block meanwhile */
+    bool refine;      /* streaming, nothing changes: goes on past the threshold to every sample */
+    bool keep_pixels; /* also finishes level 0 of the pyramid: normals are read from it */
+    bool timed;       /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
 #define STP_RADIUS_CAP_PX 6.0

@@ -80,6 +80,7 @@ void stp_frame_hold()
 #define STP_SHADE_CHUNK 6
 #define STP_SHADE_ERROR 7
 #define STP_SHADE_CONFIDENCE 8
+#define STP_SHADE_PRIMITIVE 9
 #define STP_COLOUR_RGB 0
 #define STP_COLOUR_NONE 1
 #define STP_COLOUR_INTENSITY 2
@@ -100,9 +101,12 @@ layout(binding = 2) uniform usamplerBuffer chunk_texture;
 
 // The patch of each sample.
 layout(binding = 3) uniform usamplerBuffer patch_of_sample;
+// Six texels a square of a grid that is drawn as triangles, STP_SQUARE_TEXELS: see square.glsl.
+layout(binding = 12) uniform usamplerBuffer square_texture;
 
 #define STP_PATCH_TEXELS 11
 #define STP_CHUNK_TEXELS 3
+#define STP_SQUARE_TEXELS 6
 #define STP_LEVELS 4
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu
@@ -113,7 +117,15 @@ layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 #define STP_NAME_SEGMENT 0x80000000u
 #define STP_NAME_TRIANGLE 0x40000000u
 #define STP_NAME_RIBBON 0xc0000000u
-#define STP_NAME_SAMPLE 0x3fffffffu
+#define STP_NAME_SAMPLE 0x1fffffffu
+// A triangle of a grid's cell (square.glsl). 19 bits: the number of the square among those drawn; 6 bits:
+// a sample's place in the square; 2 bits: which sample of the cell that is. STP_SQUARE_WHOLE: the triangle
+// is of the whole cell, not of the sample's quarter. STP_SQUARE_SECOND: it is the second triangle.
+#define STP_NAME_SQUARE 0x60000000u
+#define STP_NAME_SQUARE_SHIFT 10
+#define STP_NAME_PLACE_SHIFT 4
+#define STP_SQUARE_WHOLE 4u
+#define STP_SQUARE_SECOND 8u
 
 // Flags of a patch (formats/chunk/sample.h).
 #define STP_PATCH_STRIP 2u

@@ -11,11 +11,11 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
     stp_gpu_frame room;
     frame = stp_culling_narrow(&room, frame, scene, resident->block, eye, NULL);
     for (uint32_t i = 0; i < resident->placement.patches.count && need > estimate; i++) {
-        const stp_rule_bound bound = stp_patch_bound(&resident->briefs[i], &chunk);
+        const stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[i], &chunk);
         float centre[3];
         if (!stp_rule_visible(frame, &bound, centre))
             continue;
-        const stp_levels levels = stp_levels_choose(frame, &chunk, &resident->patches[i]);
+        const stp_levels levels = stp_levels_choose(frame, &chunk, &resident->mirror.patches[i]);
         for (int q = 0; q < STP_PATCH_QUARTERS; q++)
             if (levels.of[q] != STP_LEVEL_SKIP && levels.of[q] < need)
                 need = levels.of[q];
@@ -31,12 +31,13 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
     stp_gpu_frame room;
     frame = stp_culling_narrow(&room, frame, scene, resident->block, eye, NULL);
     for (uint32_t i = 0; i < resident->placement.patches.count; i++) {
-        const stp_patch_brief *brief = &resident->briefs[i];
+        const stp_patch_brief *brief = &resident->mirror.briefs[i];
         const stp_rule_bound bound = stp_patch_bound(brief, &chunk);
         float centre[3];
         if (brief->block == STP_BLOCK_NONE || !stp_rule_visible(frame, &bound, centre))
             continue;
         const stp_rule_sight sight = stp_rule_look(frame, &bound);
-        refer(context, brief->block, !stp_finest_does(frame, &sight, &resident->patches[i], 0));
+        refer(context, brief->block,
+              !stp_finest_does(frame, &sight, &resident->mirror.patches[i], 0));
     }
 }

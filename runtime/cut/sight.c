@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "runtime/cut/culling.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -96,6 +97,30 @@ static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *s
     return greatest * sight->scale;
 }
 
+/* Whether a patch in sight is a square of a grid, and its samples are so wide that triangles join
+ * them. */
+static bool is_wide_square(const look *l, const stp_draw *draw, const stp_resident *r,
+                           const stp_gpu_patch *patch, const stp_rule_sight *sight)
+{
+    const float radius_px = sight->scale < 0.0f ? FLT_MAX : sight->scale * patch->radius[0];
+    if (!r->mirror.squares || draw->finest != 0 || !(radius_px > l->params->squares_px))
+        return false;
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(l->params->scene, draw, l->params->eye);
+    stp_levels levels = stp_levels_choose(l->params->frame, &chunk, patch);
+    bool finest = true;
+    for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+        finest = finest && (levels.of[q] == 0 || (q > 0 && levels.of[q] == STP_LEVEL_SKIP));
+    return finest;
+}
+
+/* The greatest projected radius of the pixels of a square drawn as triangles (shape.glsl). */
+static float square_radius_px(const stp_resident *r, uint32_t patch, const stp_rule_sight *sight)
+{
+    if (stp_raster_is_upright(&r->mirror.rasters[r->mirror.squares[patch].raster]))
+        return 0.0f;
+    return sight->scale < 0.0f ? INFINITY : sight->scale * r->mirror.patches[patch].radius[0];
+}
+
 /* Draws of the same depth in the tree; their parents come in the tier before. */
 typedef struct tier {
     const look *look;
@@ -113,9 +138,9 @@ static void add_patch(const look *l, size_t draw, const stp_resident *r, uint32_
 {
     uint32_t item = r->placement.patches.begin + patch;
     add(l, STP_SIGHT_PATCHES, draw, item);
-    if (r->briefs[patch].shape == STP_PATCH_STRIP)
+    if (r->mirror.briefs[patch].shape == STP_PATCH_STRIP)
         add(l, STP_SIGHT_STRIPS, draw, item);
-    else if (r->briefs[patch].shape == STP_PATCH_TRIANGLES)
+    else if (r->mirror.briefs[patch].shape == STP_PATCH_TRIANGLES)
         add(l, STP_SIGHT_TRIANGLES, draw, item);
 }
 
@@ -144,7 +169,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
     float greatest = 0.0f;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
-        const stp_patch_brief *brief = &r->briefs[i];
+        const stp_patch_brief *brief = &r->mirror.briefs[i];
         if (!is_left(l->sight, state, i))
             continue;
         stp_rule_bound bound = stp_patch_bound(brief, &chunk);
@@ -153,7 +178,8 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
             !stp_rule_visible(frame, &bound, eye))
             continue;
         stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-        if (below >= STP_CUT_LINKED && leave_below(l, below, draw, &r->patches[i], brief, &sight))
+        if (below >= STP_CUT_LINKED &&
+            leave_below(l, below, draw, &r->mirror.patches[i], brief, &sight))
             continue;
         mark_tiles(params, worker, eye, bound.radius * stp_frame_stretch(params->frame));
         float radius_px = brief->vertex_radius * sight.scale;
@@ -162,10 +188,13 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
             continue;
         if (vertex) {
             add(l, STP_SIGHT_VERTICES, index, r->placement.level_begin[STP_LEVEL_COUNT - 1] + i);
+        } else if (is_wide_square(l, draw, r, &r->mirror.patches[i], &sight)) {
+            add(l, STP_SIGHT_SQUARES, index, r->placement.patches.begin + i);
+            radius_px = square_radius_px(r, i, &sight);
         } else {
             add_patch(l, index, r, i);
-            radius_px =
-                patch_radius_px(params->frame, &sight, &r->patches[i], (unsigned)draw->finest);
+            radius_px = patch_radius_px(params->frame, &sight, &r->mirror.patches[i],
+                                        (unsigned)draw->finest);
         }
         greatest = radius_px > greatest ? radius_px : greatest;
     }
@@ -240,7 +269,8 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
     look l = {.sight = s, .params = params, .draws = draws};
     unsigned shapes = stp_scene_shapes(params->scene);
     const bool used[STP_SIGHT_COUNT] = {true, params->vertices, (shapes & STP_PATCH_STRIP) != 0,
-                                        (shapes & STP_PATCH_TRIANGLES) != 0};
+                                        (shapes & STP_PATCH_TRIANGLES) != 0,
+                                        params->squares_px < INFINITY};
     STP_TRY(stp_alloc(&found, STP_SIGHT_COUNT * count + 1, sizeof *found, "lists of patches", err));
     for (int i = 0; i < STP_SIGHT_COUNT; i++) {
         l.found[i] = found + (size_t)i * count;

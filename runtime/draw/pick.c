@@ -206,28 +206,44 @@ static unsigned corners_of(GLuint name)
     return name & STP_NAME_SEGMENT ? 2 : name & STP_NAME_TRIANGLE ? 3 : 1;
 }
 
+/* The depths of what a name stands for, which begins with a sample; of a grid's cell those of its
+ * patch. False if a corner cannot be read. */
+static bool read_depths(const stp_pick_params *params, GLuint name, GLuint index,
+                        const stored_sample *first, double depths[2])
+{
+    const bool square = (name & ~STP_NAME_SAMPLE) == STP_NAME_SQUARE;
+    const double about = square ? 2.0 * (double)first->patch.bound_radius : 0.0;
+    const double depth = depth_of(params->frame, first);
+    depths[0] = depth - about;
+    depths[1] = depth + about;
+    for (unsigned i = 1; i < corners_of(name) && !square; i++) {
+        stored_sample corner;
+        if (!read_sample(params->texture, index + i, &corner))
+            return false;
+        depths[0] = fmin(depths[0], depth_of(params->frame, &corner));
+        depths[1] = fmax(depths[1], depth_of(params->frame, &corner));
+    }
+    return true;
+}
+
 /* Describes a sample of the Object Texture, if it is still the sample that was drawn. For a segment
  * or a triangle, describes the sample that it begins with. */
 static void describe(const stp_pick_params *params, const drawn_sample *drawn, stp_pick *out)
 {
-    stored_sample first, corner;
-    GLuint index = drawn->name & STP_NAME_SAMPLE;
-    if (!read_sample(params->texture, index, &first))
+    stored_sample first;
+    double depths[2];
+    const GLuint index = stp_squares_sample(params->squares, drawn->name);
+    if (!read_sample(params->texture, index, &first) ||
+        !read_depths(params, drawn->name, index, &first, depths))
         return;
-    double depth = -drawn->centre.z, least = depth_of(params->frame, &first), greatest = least;
-    for (unsigned i = 1; i < corners_of(drawn->name); i++) {
-        if (!read_sample(params->texture, index + i, &corner))
-            return;
-        double at = depth_of(params->frame, &corner);
-        least = fmin(least, at);
-        greatest = fmax(greatest, at);
-    }
-    double tolerance = DEPTH_TOLERANCE * stp_dvec3_length(drawn->centre);
+    const double depth = -drawn->centre.z;
+    const double tolerance = DEPTH_TOLERANCE * stp_dvec3_length(drawn->centre);
     int level = 0;
     while (level < STP_LEVEL_COUNT &&
            !(index - first.patch.first[level] < first.patch.count[level]))
         level++;
-    if (!(depth >= least - tolerance && depth <= greatest + tolerance) || level == STP_LEVEL_COUNT)
+    if (!(depth >= depths[0] - tolerance && depth <= depths[1] + tolerance) ||
+        level == STP_LEVEL_COUNT)
         return;
     out->chunk = first.chunk.id;
     out->level = level;

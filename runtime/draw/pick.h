@@ -7,6 +7,7 @@
 #define STP_RUNTIME_DRAW_PICK_H
 
 #include "runtime/draw/pyramid.h"
+#include "runtime/draw/squares.h"
 #include "runtime/stipple.h"
 #include "runtime/stream/object_texture.h"
 
@@ -16,6 +17,7 @@
 typedef struct stp_pick_params {
     const stp_pyramid *pyramid;
     const stp_object_texture *texture;
+    const stp_squares *squares; /* drawn as triangles */
     const stp_gpu_frame *frame;
     const stp_draw_params *drawn; /* what the picture was drawn with */
     stp_dvec3 eye;

@@ -75,6 +75,25 @@ done:
     return status;
 }
 
+stp_status stp_project_prepare_squares(stp_project *p, const stp_variant *variant,
+                                       const char *folder, stp_error *err)
+{
+    stp_variant of_squares = *variant;
+    char defines[STP_VARIANT_DEFINES_BYTES];
+    of_squares.squares = true;
+    stp_variant_defines(&of_squares, defines);
+    stp_status status =
+        prepare_patches(&p->squares.program, "square.geom", "shape.frag", folder, defines, err);
+    if (status == STP_OK && p->squares.resolve == 0)
+        status = stp_program_create(&p->squares.resolve,
+                                    &(stp_program_params){.vertex = "screen.vert",
+                                                          .fragment = "resolve.frag",
+                                                          .defines = defines,
+                                                          .folder = folder},
+                                    err);
+    return status;
+}
+
 void stp_project_destroy(stp_project *p)
 {
     glDeleteProgram(p->patch_program);
@@ -84,6 +103,7 @@ void stp_project_destroy(stp_project *p)
     glDeleteProgram(p->wide_program);
     glDeleteProgram(p->triangle_program);
     stp_runs_destroy(&p->runs);
+    stp_squares_destroy(&p->squares);
     stp_splat_destroy(&p->splat);
     if (p->index_buffer != 0)
         glDeleteBuffers(1, &p->index_buffer);
@@ -120,7 +140,8 @@ static seen_draw see(const stp_project_params *params, size_t i)
 
 static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)
 {
-    return &seen->resident->patches[seen->patches[i] - seen->resident->placement.patches.begin];
+    return &seen->resident->mirror
+                .patches[seen->patches[i] - seen->resident->placement.patches.begin];
 }
 
 /* Chooses the levels of one block's patches and lists their samples. */
@@ -291,20 +312,39 @@ stp_status stp_project_draw(stp_project *p, const stp_project_params *params, ui
     return STP_OK;
 }
 
+/* Shapes are drawn between these two. */
+static void begin_shapes(const stp_project_params *params)
+{
+    glScissor(0, 0, params->pyramid->width, params->pyramid->height); /* tiles have set another */
+    for (GLenum i = 0; params->frame->modes[2] != 0 && i < 6; i++)    /* of the clip box */
+        glEnable(GL_CLIP_DISTANCE0 + i);
+}
+
+static void end_shapes(void)
+{
+    for (GLenum i = 0; i < 6; i++)
+        glDisable(GL_CLIP_DISTANCE0 + i);
+}
+
 void stp_project_draw_shapes(stp_project *p, const stp_project_params *params)
 {
-    GLenum planes = params->frame->modes[2] != 0 ? 6 : 0;             /* of the clip box */
-    glScissor(0, 0, params->pyramid->width, params->pyramid->height); /* tiles have set another */
-    for (GLenum i = 0; i < planes; i++)
-        glEnable(GL_CLIP_DISTANCE0 + i);
+    begin_shapes(params);
     if (p->strip_program != 0)
         draw_patches(p, params, p->strip_program, STP_SIGHT_STRIPS);
     if (p->wide_program != 0)
         draw_patches(p, params, p->wide_program, STP_SIGHT_STRIPS);
     if (p->triangle_program != 0)
         draw_patches(p, params, p->triangle_program, STP_SIGHT_TRIANGLES);
-    for (GLenum i = 0; i < planes; i++)
-        glDisable(GL_CLIP_DISTANCE0 + i);
+    end_shapes();
+}
+
+stp_status stp_project_draw_squares(stp_project *p, const stp_project_params *params,
+                                    uint64_t *points, stp_error *err)
+{
+    begin_shapes(params);
+    stp_status status = stp_squares_draw(&p->squares, params, points, err);
+    end_shapes();
+    return status;
 }
 
 /* Lists every sample of the patches in sight. */

@@ -8,6 +8,7 @@
 #include "runtime/draw/pyramid.h"
 #include "runtime/draw/scatter.h"
 #include "runtime/draw/splat.h"
+#include "runtime/draw/squares.h"
 #include "runtime/draw/stage_clock.h"
 #include "runtime/gl/shader.h"
 #include "runtime/stipple.h"
@@ -19,6 +20,7 @@ typedef struct stp_project {
     GLuint strip_program, wide_program, triangle_program;
     stp_runs runs;
     stp_scatter scatter;
+    stp_squares squares;
     stp_splat splat; /* used instead of the programs for samples if splats are drawn */
     GLuint index_buffer;
     uint32_t *indices; /* of samples, for the roads that choose on the CPU */
@@ -31,6 +33,9 @@ typedef struct stp_project {
  * its variant. folder: shader files here replace the embedded ones; may be NULL. Errors: GL. */
 stp_status stp_project_prepare(stp_project *project, const stp_variant *variant, stp_lod lod,
                                const char *folder, stp_error *err);
+/* Compiles the programs that draw squares of grids as triangles, in the same way. Errors: GL. */
+stp_status stp_project_prepare_squares(stp_project *project, const stp_variant *variant,
+                                       const char *folder, stp_error *err);
 void stp_project_destroy(stp_project *project);
 
 /* The input of every road. */
@@ -60,6 +65,10 @@ stp_status stp_project_draw(stp_project *project, const stp_project_params *para
 /* Draws strips and triangles, if the chosen level is drawn as such. Geometry shaders choose their
  * levels on every road. Call after drawing samples; with splats, after drawing their fronts. */
 void stp_project_draw_shapes(stp_project *project, const stp_project_params *params);
+/* Draws squares of grids as triangles; adds their samples to *points. Call after the shapes.
+ * Errors: OUT_OF_MEMORY, LIMIT (more squares than names tell apart). */
+stp_status stp_project_draw_squares(stp_project *project, const stp_project_params *params,
+                                    uint64_t *points, stp_error *err);
 /* As stp_project_draw for splats: lists the splats, and project->splat draws them later. With
  * STP_LOD_GEOMETRY, levels are chosen as with STP_LOD_COMPUTE. */
 stp_status stp_project_list(stp_project *project, const stp_project_params *params,

@@ -106,6 +106,7 @@ static stp_status pick(stp_renderer *r, int x, int y, stp_pick *out, stp_error *
     STP_TRY(stp_pick_find(out,
                           &(stp_pick_params){.pyramid = &r->pyramid,
                                              .texture = stp_block_cache_texture(r->cache),
+                                             .squares = &r->project.squares,
                                              .frame = &r->frame,
                                              .drawn = &r->drawn,
                                              .eye = r->eye,

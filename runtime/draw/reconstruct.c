@@ -70,12 +70,12 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
     *p = (stp_reconstruct_programs){0};
 }
 
-void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                             const stp_tiles *tiles, bool first)
+void stp_reconstruct_resolve(GLuint program, const stp_pyramid *pyramid, const stp_tiles *tiles,
+                             bool first)
 {
     glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[0].pulled_frame);
     glDisable(GL_DEPTH_TEST);
-    glUseProgram(programs->resolve);
+    glUseProgram(program);
     glUniform1i(STP_UNIFORM_FIRST_PASS, first);
     glBindTextureUnit(STP_UNIT_NEAREST, pyramid->nearest);
     stp_tiles_draw(tiles, 0);

@@ -32,11 +32,11 @@ stp_status stp_reconstruct_prepare_compute(stp_reconstruct_programs *programs, c
 bool stp_reconstruct_pushes(const stp_reconstruct_programs *programs, int levels);
 void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
 
-/* Turns nearest samples into level 0 as pulled. The first pass of a frame empties the pixels that
- * it does not cover; later passes leave them. Leaves the depth test off. All passes draw tiles
- * only. */
-void stp_reconstruct_resolve(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                             const stp_tiles *tiles, bool first);
+/* Turns nearest samples into level 0 as pulled, by the program `resolve`, or one for squares of
+ * grids, which leaves all other pixels. The first pass of a frame empties the pixels that it does
+ * not cover; later passes leave them. Leaves the depth test off. All passes draw tiles only. */
+void stp_reconstruct_resolve(GLuint program, const stp_pyramid *pyramid, const stp_tiles *tiles,
+                             bool first);
 /* Whether level 0 has finished pixels besides the pulled ones. */
 bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int levels);
 /* Fills levels 1..levels as pulled, then levels - 1..1 as finished (with templates none of these).

@@ -14,16 +14,18 @@ enum {
     STP_UNIT_PATCHES = 1,
     STP_UNIT_CHUNKS = 2,
     STP_UNIT_PATCH_OF_SAMPLE = 3,
-    STP_UNIT_FINE = 4,    /* shape, paint */
-    STP_UNIT_COARSE = 6,  /* shape, paint */
-    STP_UNIT_NEAREST = 8, /* while resolving */
-    STP_UNIT_FRONT = 8,   /* while splatting: the depth buffer, then the two sums, or the lists */
-    STP_UNIT_EDGE = 8,    /* while smoothing edges: the picture, its depths */
-    STP_UNIT_COUNT = 12
+    STP_UNIT_FINE = 4,     /* shape, paint */
+    STP_UNIT_COARSE = 6,   /* shape, paint */
+    STP_UNIT_NEAREST = 8,  /* while resolving */
+    STP_UNIT_FRONT = 8,    /* while splatting: the depth buffer, then the two sums, or the lists */
+    STP_UNIT_EDGE = 8,     /* while smoothing edges: the picture, its depths */
+    STP_UNIT_SQUARES = 12, /* of square.glsl */
+    STP_UNIT_COUNT = 13
 };
 /* The image of contour.glsl; compute shaders have others at its sides. */
 #define STP_IMAGE_STEPS 3
 enum {
+    STP_UNIFORM_SCATTERED = 1, /* shape.frag */
     STP_UNIFORM_PYRAMID_LEVEL = 2,
     STP_UNIFORM_READ_SIZE = 3,
     STP_UNIFORM_VERTICES = 4,
@@ -41,7 +43,13 @@ enum {
 #define STP_NAME_SEGMENT UINT32_C(0x80000000)
 #define STP_NAME_TRIANGLE UINT32_C(0x40000000)
 #define STP_NAME_RIBBON UINT32_C(0xc0000000)
-#define STP_NAME_SAMPLE UINT32_C(0x3fffffff)
+#define STP_NAME_SAMPLE UINT32_C(0x1fffffff)
+/* A triangle of a grid's cell. 19 bits: the number of the square among those drawn; 6 bits: a
+ * sample's place in the square, in Morton order; 4 bits: which triangle of the cell. */
+#define STP_NAME_SQUARE UINT32_C(0x60000000)
+#define STP_NAME_SQUARE_SHIFT 10
+#define STP_NAME_PLACE_SHIFT 4
+#define STP_NAMED_SQUARES_LIMIT (1u << (29 - STP_NAME_SQUARE_SHIFT))
 
 /* Words of a bit set of all classes. */
 #define STP_CLASS_WORDS 8
@@ -106,9 +114,25 @@ typedef struct stp_gpu_chunk {
     uint32_t openings[STP_OPENING_WORDS]; /* through which its patches may be seen */
 } stp_gpu_chunk;
 
+/* A square of a grid that is drawn as triangles (shaders/project/square.glsl). Along axis (axis + 1
+ * + k) % 3, the next column is column[k] further, the next row row[k], and a height of 1 up[k]. */
+typedef struct stp_gpu_square {
+    float origin[3], step; /* of its patch, relative to the eye */
+    uint32_t samples[2];   /* bit i % 32 of word i / 32: sample i in Morton order is there */
+    uint32_t first;        /* of level 0, in the Object Texture */
+    uint32_t patch;        /* in the Object Texture */
+    float column[2], row[2], up[2];
+    uint32_t axis;
+    uint32_t overlaps; /* other surfaces go on at its borders */
+    /* The squares around it, by rows, then by columns, as numbers among those drawn; UINT32_MAX:
+     * none is drawn. */
+    uint32_t beside[8];
+} stp_gpu_square;
+
 _Static_assert(sizeof(stp_gpu_frame) == 352 + 16 * STP_OPENINGS_LIMIT,
                "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 48, "STP_CHUNK_TEXELS texels");
+_Static_assert(sizeof(stp_gpu_square) == 96, "STP_SQUARE_TEXELS texels");
 
 #endif

@@ -137,8 +137,7 @@ static void evict(stp_block_cache *c, uint32_t slot)
     stp_resident *r = &c->slots[slot];
     stp_object_texture_release(&c->texture, &r->placement);
     c->gpu_used -= stp_placement_bytes(&r->placement);
-    free(r->patches);
-    free(r->briefs);
+    stp_mirror_clear(&r->mirror);
     c->slot_of[r->block] = NO_SLOT;
     *r = (stp_resident){.block = STP_BLOCK_NONE};
     c->free_slots[c->free_count++] = slot;
@@ -253,12 +252,10 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
                         .finest = load->want.finest,
                         .last_used = stamp,
                         .placement = *at,
-                        .patches = load->patches,
-                        .briefs = load->briefs};
+                        .mirror = load->mirror};
     c->slot_of[r->block] = p->slot;
     c->gpu_used += stp_placement_bytes(at);
-    load->patches = NULL;
-    load->briefs = NULL;
+    load->mirror = (stp_mirror){0};
 }
 
 /* Gives back the place of a load that failed after it was placed. */
@@ -579,10 +576,8 @@ void stp_block_cache_destroy(stp_block_cache **cache)
     if (c == NULL)
         return;
     stp_stream_destroy(&c->stream); /* first, since decoders write into the ring */
-    for (uint32_t s = 0; c->slots != NULL && s < c->texture.slot_capacity; s++) {
-        free(c->slots[s].patches);
-        free(c->slots[s].briefs);
-    }
+    for (uint32_t s = 0; c->slots != NULL && s < c->texture.slot_capacity; s++)
+        stp_mirror_clear(&c->slots[s].mirror);
     stp_upload_ring_destroy(&c->ring);
     stp_object_texture_destroy(&c->texture);
     free(c->slots);

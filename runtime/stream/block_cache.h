@@ -22,8 +22,7 @@ typedef struct stp_resident {
     int finest;     /* levels >= finest are resident */
     uint64_t last_used;
     stp_placement placement;
-    stp_gpu_patch *patches;  /* copies of the GPU's patches, for choosing on the CPU */
-    stp_patch_brief *briefs; /* of the patches */
+    stp_mirror mirror; /* for choosing on the CPU */
 } stp_resident;
 
 typedef struct stp_block_cache stp_block_cache;

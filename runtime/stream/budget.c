@@ -21,7 +21,7 @@ static const uint64_t ring_most_bytes[2] = {UINT64_C(32) << 20, UINT64_C(8) << 2
 #define SPARE_SLOTS_LEAST 16
 /* What else is kept of each block: entries of tables of the model, the cache and the stream. */
 #define TABLE_BYTES 160
-#define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_patch_brief))
+#define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_patch_brief) + sizeof(stp_square))
 
 /* Sums and maxima over a scene's blocks. */
 typedef struct demand {

@@ -269,24 +269,31 @@ static void write_piece(const stp_load *load, const stp_chunk *chunk)
                chunk->samples[l],
                (size_t)chunk->level_begin[l][chunk->patch_count] * sizeof(stp_sample));
     number_patches(chunk, p, (uint32_t *)(void *)(memory + stp_load_numbers_offset(p)));
-    memcpy(memory + stp_load_patches_offset(p), load->patches,
-           (size_t)p->patches.count * sizeof *load->patches);
+    memcpy(memory + stp_load_patches_offset(p), load->mirror.patches,
+           (size_t)p->patches.count * sizeof *load->mirror.patches);
 }
 
-/* Fills the CPU's copies of the patches. */
-static stp_status mirror_patches(const stp_stream *s, stp_load *load, const stp_chunk *chunk,
+/* Fills the CPU's copies of the patches, and takes the squares of level 0 from the chunk. */
+static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk *chunk,
                                  stp_error *err)
 {
     stp_status status = STP_OK;
-    STP_TRY(stp_alloc(&load->patches, chunk->patch_count, sizeof *load->patches, "patches", err));
-    STP_TRY(stp_alloc(&load->briefs, chunk->patch_count, sizeof *load->briefs, "patches", err));
+    stp_mirror *m = &load->mirror;
+    STP_TRY(stp_alloc(&m->patches, chunk->patch_count, sizeof *m->patches, "patches", err));
+    STP_TRY(stp_alloc(&m->briefs, chunk->patch_count, sizeof *m->briefs, "patches", err));
     uint32_t block = load->want.block, of = s->scene->blocks[block].chunk;
-    const stp_scene_model *m = stp_scene_find(s->scene, of);
-    stp_gpu_patches_fill(load->patches, chunk, &load->place.placement, load->place.slot,
-                         block - m->first_block, stp_scene_shapes(s->scene));
+    const stp_scene_model *model = stp_scene_find(s->scene, of);
+    stp_gpu_patches_fill(m->patches, chunk, &load->place.placement, load->place.slot,
+                         block - model->first_block, stp_scene_shapes(s->scene));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
-        load->briefs[p] = stp_patch_brief_of(s->scene, of, &load->patches[p], &chunk->patches[p]);
-        load->briefs[p].empty = m->model->chosen ? (uint8_t)stp_chosen_empty(chunk, p) : 0;
+        m->briefs[p] = stp_patch_brief_of(s->scene, of, &m->patches[p], &chunk->patches[p]);
+        m->briefs[p].empty = model->model->chosen ? (uint8_t)stp_chosen_empty(chunk, p) : 0;
+    }
+    if (chunk->finest_level == 0 && stp_chunk_is_squares(chunk)) {
+        m->squares = chunk->squares;
+        m->rasters = chunk->rasters;
+        chunk->squares = NULL;
+        chunk->rasters = NULL;
     }
 done:
     return status;
@@ -415,6 +422,15 @@ done:
     return status;
 }
 
+void stp_mirror_clear(stp_mirror *mirror)
+{
+    free(mirror->patches);
+    free(mirror->briefs);
+    free(mirror->squares);
+    free(mirror->rasters);
+    *mirror = (stp_mirror){0};
+}
+
 void stp_stream_destroy(stp_stream **stream)
 {
     stp_stream *s = *stream;
@@ -428,10 +444,8 @@ void stp_stream_destroy(stp_stream **stream)
     for (unsigned i = 0; i < s->thread_count; i++)
         pthread_join(s->threads[i], NULL);
     interrupt_reads(s->scene, stp_byte_source_resume);
-    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++) {
-        free(s->loads[i].patches);
-        free(s->loads[i].briefs);
-    }
+    for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++)
+        stp_mirror_clear(&s->loads[i].mirror);
     stp_payload_store_destroy(&s->store);
     pthread_cond_destroy(&s->news);
     pthread_cond_destroy(&s->work);
@@ -449,10 +463,7 @@ static void end_load(stp_stream *s, stp_load *load)
         stp_payload_store_discard(&s->store, load->want.block);
     else if (pinned)
         stp_payload_store_unpin(&s->store, load->want.block);
-    free(load->patches);
-    free(load->briefs);
-    load->patches = NULL;
-    load->briefs = NULL;
+    stp_mirror_clear(&load->mirror);
     s->load_of[load->want.block] = 0;
     set_state(s, load, STP_LOAD_FREE);
 }

@@ -57,6 +57,16 @@ uint64_t stp_load_numbers_offset(const stp_placement *placement);
 uint64_t stp_load_patches_offset(const stp_placement *placement);
 uint64_t stp_load_bytes(const stp_placement *placement);
 
+/* What the CPU keeps of a block on the GPU: arrays by patch. */
+typedef struct stp_mirror {
+    stp_gpu_patch *patches;
+    stp_patch_brief *briefs;
+    stp_square *squares; /* if level 0 is of squares of a grid; else NULL */
+    stp_raster *rasters; /* of the squares */
+} stp_mirror;
+
+void stp_mirror_clear(stp_mirror *mirror);
+
 typedef struct stp_load {
     stp_load_state state;
     stp_want want;
@@ -64,10 +74,8 @@ typedef struct stp_load {
     bool dropped;      /* was not asked for at some time: a failed read is then old news */
     stp_range payload; /* in the store, pinned unless FREE; empty: there was no memory */
     stp_load_place place;
-    /* If DONE; whoever takes the load owns these. */
-    stp_gpu_patch *patches;
-    stp_patch_brief *briefs;
-    stp_error error; /* when FAILED */
+    stp_mirror mirror; /* if DONE; whoever takes the load owns it */
+    stp_error error;   /* when FAILED */
 } stp_load;
 
 typedef struct stp_stream stp_stream;

@@ -187,6 +187,15 @@ bool stp_sample_oriented(uvec4 texel)
     return (texel.y & 0x03000000u) == 0x03000000u;
 }
 
+// A normal in eye space, unit. n: in the scan's axes, of any length.
+vec3 stp_normal_to_eye(vec3 n)
+{
+#if STP_EXAGGERATED
+    n.z *= centre.w; // it stays across its surface
+#endif
+    return normalize(stp_to_eye(n));
+}
+
 #if STP_EXAGGERATED
 // Stretches a disc as its place is stretched. An ellipse would come of it; it is drawn as the disc with
 // the same second moment. n: the normal, or a tube's tangent, in the world.

@@ -1,6 +1,6 @@
 // Turns a sample into a pixel of the pyramid: its disc ("Projection" in README.md) and its colour.
-// Needs layout.glsl, patch.glsl, project.glsl, shape.glsl, choose.glsl, palette.glsl, pixel.glsl,
-// ellipse.glsl.
+// Needs layout.glsl, patch.glsl, project.glsl, shape.glsl, square.glsl, choose.glsl, palette.glsl,
+// pixel.glsl, ellipse.glsl.
 
 #define STP_SLOPE_LIMIT 5.0
 
@@ -78,8 +78,8 @@ vec3 stp_own_colour(stp_disc disc)
 #endif
 }
 
-// The colour that pull and push carry.
-vec3 stp_sample_colour(stp_disc disc, uvec2 id)
+// The colour that pull and push carry. name: what is drawn; id: its sample and patch.
+vec3 stp_sample_colour(stp_disc disc, uint name, uvec2 id)
 {
 #if STP_SHADE == STP_SHADE_CHUNK || STP_SHADE == STP_SHADE_LEVEL || STP_SHADE == STP_SHADE_ERROR
     stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
@@ -92,10 +92,13 @@ vec3 stp_sample_colour(stp_disc disc, uvec2 id)
 #elif STP_SHADE == STP_SHADE_ERROR
     stp_patch p = stp_patch_fetch(id.y, chunk.offset);
     vec3 shown = stp_palette_heat(stp_patch_error(p, stp_error_of(id, p)) / max(quality.x, 1e-6));
+#elif STP_SHADE == STP_SHADE_PRIMITIVE
+    vec3 shown = stp_palette_primitive(name);
 #else
     return stp_own_colour(disc);
 #endif
-#if STP_SHADE == STP_SHADE_CHUNK || STP_SHADE == STP_SHADE_LEVEL || STP_SHADE == STP_SHADE_ERROR
+#if STP_SHADE == STP_SHADE_CHUNK || STP_SHADE == STP_SHADE_LEVEL || STP_SHADE == STP_SHADE_ERROR ||                     \
+    STP_SHADE == STP_SHADE_PRIMITIVE
 #if STP_OVERLAY && STP_COLOUR != STP_COLOUR_ELEVATION
     shown = mix(stp_own_colour(disc), shown, colour_range.z);
 #endif
@@ -132,16 +135,30 @@ uvec2 stp_level_ends(uvec2 id, vec4 lattice)
     return uvec2(p.first[level], p.first[level] + p.count[level]);
 }
 
-// The disc that a name in nearest_sample stands for, seen at a window position.
-stp_disc stp_disc_of(uint name, uint patch_index, vec4 lattice, vec2 window)
+// The sample that a name in nearest_sample stands for, or that its shape begins with, and its patch.
+uvec2 stp_name_id(uint name)
 {
     uint index = name & STP_NAME_SAMPLE;
+#if STP_SQUARES // all names are of squares
+    stp_square s = stp_square_fetch(index >> STP_NAME_SQUARE_SHIFT);
+    return uvec2(s.first + stp_square_rank(s.mask, index >> STP_NAME_PLACE_SHIFT & 63u), s.patch_index);
+#endif
+    return uvec2(index, texelFetch(patch_of_sample, int(index)).x);
+}
+
+// The disc that a name stands for, seen at a window position. id: of the name.
+stp_disc stp_disc_of(uint name, uvec2 id, vec4 lattice, vec2 window)
+{
+    uint index = id.x;
+#if STP_SQUARES
+    return stp_square_disc(name, window);
+#endif
 #if STP_LINES
     if ((name & STP_NAME_SEGMENT) != 0u) {
         stp_disc a = stp_vertex_fetch(index, lattice), b = stp_vertex_fetch(index + 1u, lattice);
         if ((name & STP_NAME_TRIANGLE) == 0u)
             return stp_segment_disc(a, b, window);
-        uvec2 ends = stp_level_ends(uvec2(index, patch_index), lattice);
+        uvec2 ends = stp_level_ends(id, lattice);
         return stp_ribbon_disc(stp_ribbon_between(a, b, index, ends, lattice), window);
     }
 #endif
@@ -152,8 +169,8 @@ stp_disc stp_disc_of(uint name, uint patch_index, vec4 lattice, vec2 window)
     return stp_disc_alone(stp_vertex_fetch(index, lattice));
 }
 
-// The pixel of a disc as seen from a window position. id.x: the sample, id.y: its patch.
-stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
+// The pixel of a disc as seen from a window position. name: what it is drawn as; id: of the name.
+stp_pixel stp_disc_pixel(stp_disc disc, uint name, uvec2 id, vec2 window)
 {
     disc.radius *= disc.kind == 0u ? STP_RADIUS_PART : 1.0; // a line's radius is its half width
     vec3 w = stp_ray_through(disc.position);
@@ -179,14 +196,13 @@ stp_pixel stp_disc_pixel(stp_disc disc, uvec2 id, vec2 window)
     return stp_pixel(disc.normal, disc.radius, depth,
                      depth + stp_depth_extent(disc.radius, tube ? 1.0 : dot(disc.normal, w), ppu),
                      centre.xy + disc.position.xy * ppu - window,
-                     stp_sample_colour(disc, id), depth, tag);
+                     stp_sample_colour(disc, name, id), depth, tag);
 }
 
-// The pixel of a name (id.x: a sample, or the shape that begins with it) of patch id.y, seen from a
-// window position.
-stp_pixel stp_sample_pixel(uvec2 id, vec2 window)
+// The pixel of a name, seen from a window position.
+stp_pixel stp_sample_pixel(uint name, vec2 window)
 {
+    uvec2 id = stp_name_id(name);
     vec4 lattice = stp_lattice_fetch(id.y, stp_chunk_fetch(stp_patch_slot(id.y)).offset);
-    stp_disc disc = stp_disc_of(id.x, id.y, lattice, window);
-    return stp_disc_pixel(disc, uvec2(id.x & STP_NAME_SAMPLE, id.y), window);
+    return stp_disc_pixel(stp_disc_of(name, id, lattice, window), name, id, window);
 }

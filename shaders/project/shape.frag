@@ -10,12 +10,20 @@ in vec3 place;
 
 layout(location = 0) out uint nearest;
 
+// Compute shaders have drawn the samples, and left their depths here (scatter.glsl).
+layout(location = 1) uniform bool scattered;
+layout(r32ui, binding = 0) uniform uimage2D nearest_depth;
+
 void main()
 {
 #if STP_PLANES
     if (stp_behind_planes(place))
         discard;
 #endif
+    float z = stp_depth_apart(gl_FragCoord.z, STP_ORDER_SHAPE);
+    uint bits = floatBitsToUint(z);
+    if (scattered && imageAtomicMax(nearest_depth, ivec2(gl_FragCoord.xy), bits) > bits)
+        discard;
     nearest = id;
-    gl_FragDepth = stp_depth_apart(gl_FragCoord.z, STP_ORDER_SHAPE);
+    gl_FragDepth = z;
 }

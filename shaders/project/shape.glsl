@@ -1,5 +1,5 @@
-// The disc where a pixel sees a segment or a triangle (MKC08, section 4). Needs layout.glsl,
-// patch.glsl, project.glsl, pixel.glsl, ellipse.glsl.
+// The disc where a pixel sees a segment, a triangle (MKC08, section 4), or the cell of a grid's
+// sample. Needs layout.glsl, patch.glsl, project.glsl, square.glsl, pixel.glsl, ellipse.glsl.
 
 stp_disc stp_vertex_fetch(uint index, vec4 lattice)
 {
@@ -148,4 +148,56 @@ stp_disc stp_ribbon_disc(stp_ribbon r, vec2 window)
     c.position = at;
     c.radius = 0.0;
     return c;
+}
+
+// The mean normal of a triangle's corners. If it faces away from the eye, but the triangle does not, as
+// near outlines, it is mirrored.
+vec3 stp_square_normal(vec3 mean, vec3 triangle, vec3 place)
+{
+    vec3 ray = stp_ray_through(place);
+    float away = dot(mean, ray), side = dot(triangle, mean) < 0.0 ? -1.0 : 1.0;
+    return away > 0.0 && side * dot(triangle, ray) < 0.0 ? mean - 2.0 * away * ray : mean;
+}
+
+// Where a pixel sees the plane of a disc, no farther from the disc's centre than its radius.
+vec3 stp_disc_meet(stp_disc disc, vec2 window)
+{
+    vec3 aside = vec3((window - centre.xy) / viewport.z, 0.0), away = vec3(0.0, 0.0, -1.0);
+    vec3 from = STP_ORTHOGRAPHIC != 0 ? aside : vec3(0.0), way = STP_ORTHOGRAPHIC != 0 ? away : aside + away;
+    float depth = -disc.position.z, cosine = dot(disc.normal, way);
+    float met = dot(disc.normal, disc.position - from) / (cosine == 0.0 ? 1e-30 : cosine);
+    return from + way * clamp(met, depth - disc.radius, depth + disc.radius);
+}
+
+// A triangle of a grid's cell, seen at a window position, as a disc. Between the cell's samples, values
+// change as places do: bilinear. A quarter has those of its sample. The disc grows nowhere, but at the
+// borders of elevation maps.
+stp_disc stp_square_disc(uint name, vec2 window)
+{
+    uint listed = (name & STP_NAME_SAMPLE) >> STP_NAME_SQUARE_SHIFT;
+    bool is_whole = (name & STP_SQUARE_WHOLE) != 0u, second = (name & STP_SQUARE_SECOND) != 0u;
+    ivec2 at = stp_square_at(name >> STP_NAME_PLACE_SHIFT & 63u);
+    stp_square_cell cell = stp_square_cell_fetch(listed, at);
+    vec3 a = stp_to_eye(cell.samples[second ? 3 : 0].place);
+    vec3 b = stp_to_eye(cell.samples[second ? 2 : 1].place), c = stp_to_eye(cell.samples[second ? 1 : 2].place);
+    vec2 parts = stp_triangle_hold(stp_triangle_meet(a, b, c, window));
+    vec2 share = is_whole ? (second ? 1.0 - parts : parts) : vec2(0.0), nearer = step(0.5, share);
+    stp_square_sample own = cell.samples[int(nearer.x) + 2 * int(nearer.y)];
+    stp_disc disc = stp_disc_decode(own.texel, own.lattice.xyz, own.lattice.w);
+    vec3 normal = vec3(0.0), colour = vec3(0.0);
+    float intensity = 0.0;
+    for (int i = 0; i < 4; i++) {
+        uvec4 texel = cell.samples[i].texel;
+        vec2 way = mix(1.0 - share, share, bvec2(i & 1, i & 2));
+        normal += way.x * way.y * stp_normal_direction(texel.z);
+        colour += way.x * way.y * unpackUnorm4x8(texel.w).rgb;
+        intensity += way.x * way.y * float(texel.w >> 24);
+    }
+    disc.colour = colour;
+    disc.intensity = intensity / 255.0;
+    disc.normal = stp_normal_to_eye(normal);
+    disc.position = is_whole ? a + parts.x * (b - a) + parts.y * (c - a) : stp_disc_meet(disc, window);
+    disc.normal = stp_square_normal(disc.normal, is_whole ? cross(b - a, c - a) : disc.normal, disc.position);
+    disc.radius = is_whole || !stp_square_overlaps(listed) ? 0.0 : disc.radius;
+    return disc;
 }

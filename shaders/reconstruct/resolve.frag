@@ -1,4 +1,5 @@
-// Turns the nearest sample of each pixel into level 0 of the pyramid ("Projection" in README.md).
+// Turns the nearest sample of each pixel into level 0 of the pyramid ("Projection" in README.md). With
+// STP_SQUARES: only where that is a square of a grid.
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -7,6 +8,7 @@
 #include "pixel.glsl"
 #include "pixel_out.glsl"
 #include "ellipse.glsl"
+#include "square.glsl"
 #include "shape.glsl"
 #include "sample_pixel.glsl"
 
@@ -16,12 +18,18 @@ layout(location = 6) uniform bool first_pass; // of this frame
 
 void main()
 {
-    uint index = texelFetch(nearest_sample, ivec2(gl_FragCoord.xy), 0).x;
-    if (index == STP_NO_SAMPLE && !first_pass) // an earlier pass may have drawn the pixel
+    uint name = texelFetch(nearest_sample, ivec2(gl_FragCoord.xy), 0).x;
+    bool square = (name & ~STP_NAME_SAMPLE) == STP_NAME_SQUARE;
+#if STP_SQUARES
+    if (!square)
         discard;
-    uvec2 id = uvec2(index, texelFetch(patch_of_sample, int(index & STP_NAME_SAMPLE)).x);
-    stp_pixel p = stp_sample_pixel(id, gl_FragCoord.xy);
-    if (index == STP_NO_SAMPLE)
+#else
+    name = square ? STP_NO_SAMPLE : name; // the program for squares comes next
+    if (name == STP_NO_SAMPLE && !first_pass) // an earlier pass may have drawn the pixel
+        discard;
+#endif
+    stp_pixel p = stp_sample_pixel(name, gl_FragCoord.xy);
+    if (name == STP_NO_SAMPLE)
         p = stp_pixel_invalid();
     stp_pixel_write(p);
 }

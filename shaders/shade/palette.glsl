@@ -54,6 +54,18 @@ vec3 stp_palette_class(uint number)
     return number < 23u ? colours[number] : stp_palette_hash(number);
 }
 
+// What a name in nearest_sample is drawn as. Points: blue; lines: yellow; flat pieces of ribbons: green;
+// triangles: orange; cells of grids: red.
+vec3 stp_palette_primitive(uint name)
+{
+    bool segment = (name & STP_NAME_SEGMENT) != 0u, triangle = (name & STP_NAME_TRIANGLE) != 0u;
+    bool square = (name & ~STP_NAME_SAMPLE) == STP_NAME_SQUARE;
+    return segment ? (triangle ? vec3(0.40, 0.75, 0.35) : vec3(0.95, 0.85, 0.30))
+           : square ? vec3(0.85, 0.40, 0.35)
+           : triangle ? vec3(0.95, 0.60, 0.25)
+                      : vec3(0.45, 0.60, 0.90);
+}
+
 // Normals fitted to the nearest neighbours: green; to wider planes: yellow and red; from the input:
 // blue.
 vec3 stp_palette_fit(uint fit)

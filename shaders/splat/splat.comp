@@ -8,6 +8,7 @@
 #include "palette.glsl"
 #include "pixel.glsl"
 #include "ellipse.glsl"
+#include "square.glsl"
 #include "shape.glsl"
 #include "sample_pixel.glsl"
 #include "runs.glsl"
@@ -81,7 +82,8 @@ void stp_splat_visit(stp_projected s, uint splat)
     if (!stp_place(texel, s.lattice.xyz, s.lattice.w, s.openings, pixel, z))
         return;
     uvec2 id = uvec2(s.index, texelFetch(patch_of_sample, int(s.index)).x);
-    stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, s.lattice.xyz, s.lattice.w)), id, vec2(0.0));
+    stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, s.lattice.xyz, s.lattice.w)), id.x, id,
+                                 vec2(0.0));
     float radius_px = max(p.radius * stp_pixels_per_unit(p.z_min), STP_ELLIPSE_FLOOR);
     stp_splat disc = stp_splat(vec4(p.d, 1.0 / radius_px, p.z_min), p.normal, p.z_max - p.z_min);
     if (p.radius <= 0.0) // covers only its own pixel

@@ -76,12 +76,13 @@ static void read_block(picture *p, uint32_t id)
     for (int l = 1; l < STP_LEVEL_COUNT; l++)
         r->placement.level_begin[l] =
             r->placement.level_begin[l - 1] + chunk->level_begin[l - 1][chunk->patch_count];
-    r->patches = allocate(chunk->patch_count, sizeof *r->patches);
-    r->briefs = allocate(chunk->patch_count, sizeof *r->briefs);
-    stp_gpu_patches_fill(r->patches, chunk, &r->placement, id, id, stp_scene_shapes(&p->scene));
+    r->mirror.patches = allocate(chunk->patch_count, sizeof *r->mirror.patches);
+    r->mirror.briefs = allocate(chunk->patch_count, sizeof *r->mirror.briefs);
+    stp_gpu_patches_fill(r->mirror.patches, chunk, &r->placement, id, id,
+                         stp_scene_shapes(&p->scene));
     for (uint32_t i = 0; i < chunk->patch_count; i++)
-        r->briefs[i] =
-            stp_patch_brief_of(&p->scene, block->chunk, &r->patches[i], &chunk->patches[i]);
+        r->mirror.briefs[i] =
+            stp_patch_brief_of(&p->scene, block->chunk, &r->mirror.patches[i], &chunk->patches[i]);
 }
 
 static void read_blocks(picture *p)
@@ -95,8 +96,7 @@ static void read_blocks(picture *p)
 static void free_blocks(picture *p)
 {
     for (uint32_t id = 0; p->cache.chunks != NULL && id < p->scene.block_count; id++) {
-        free(p->cache.residents[id].patches);
-        free(p->cache.residents[id].briefs);
+        stp_mirror_clear(&p->cache.residents[id].mirror);
         stp_chunk_destroy(&p->cache.chunks[id]);
     }
     free(p->cache.residents);
@@ -150,10 +150,10 @@ static void append_draw(picture *p, const stp_sight_params *looked, const stp_dr
     const stp_resident *r = &p->cache.residents[draw->block];
     const stp_gpu_chunk record = stp_gpu_chunk_from_draw(&p->scene, draw, p->view.eye);
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
-        if (!stp_patch_in_sight(&p->sight, looked, draw, r->briefs, i))
+        if (!stp_patch_in_sight(&p->sight, looked, draw, r->mirror.briefs, i))
             continue;
-        const drawn_patch drawn = {entry, chunk, i, &r->patches[i],
-                                   stp_levels_choose(&p->frame, &record, &r->patches[i])};
+        const drawn_patch drawn = {entry, chunk, i, &r->mirror.patches[i],
+                                   stp_levels_choose(&p->frame, &record, &r->mirror.patches[i])};
         require(drawn_append(&drawn, &p->view, &p->frame, splat, &p->discs, NULL) == STP_OK,
                 "discs have room");
     }

@@ -245,12 +245,12 @@ static void make_scene(made_scene *s, double unlinked, double cuts)
         s->cache.residents[b] = (stp_resident){
             .block = b,
             .placement.patches.count = own->patch_count,
-            .patches = &m->patches[own->chunk][own->first_patch],
-            .briefs = briefs,
+            .mirror.patches = &m->patches[own->chunk][own->first_patch],
+            .mirror.briefs = briefs,
         };
         for (uint32_t p = 0; p < own->patch_count; p++)
             briefs[p] = stp_patch_brief_of(&s->scene, s->scene.blocks[b].chunk,
-                                           &s->cache.residents[b].patches[p],
+                                           &s->cache.residents[b].mirror.patches[p],
                                            &m->stored[own->chunk][own->first_patch + p]);
     }
 }
@@ -340,7 +340,7 @@ static bool draws(const made_scene *s, const size_t *by_block, int model, uint32
     uint32_t number = s->scene.models[model].first_block + block;
     return by_block[number] > 0 &&
            stp_patch_in_sight(&s->sight, &s->looked, &s->cut.draws[by_block[number] - 1],
-                              s->cache.residents[number].briefs,
+                              s->cache.residents[number].mirror.briefs,
                               patch - m->blocks[block].first_patch);
 }
 
@@ -384,7 +384,7 @@ static void check_order(const made_scene *s)
     for (uint32_t b = 0; b < s->scene.block_count; b++) {
         const stp_resident *r = &s->cache.residents[b];
         for (uint32_t p = 0; p < r->placement.patches.count; p++) {
-            uint32_t below = r->briefs[p].block;
+            uint32_t below = r->mirror.briefs[p].block;
             if (below != STP_BLOCK_NONE && gains[b] > 0.0f && gains[below] > 0.0f &&
                 s->available[b] >= STP_LEVEL_COUNT)
                 assert_true(s->available[b] == STP_CUT_NEVER || gains[below] < gains[b]);

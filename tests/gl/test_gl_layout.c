@@ -34,6 +34,8 @@ static GLuint compute_program(const char *text)
 static const char decode[] =
     "#include \"layout.glsl\"\n"
     "#include \"patch.glsl\"\n"
+    "bool stp_sample_left_out(uvec4 texel) { return false; }\n"
+    "#include \"square.glsl\"\n"
     "layout(local_size_x = 1) in;\n"
     "layout(std430, binding = 0) buffer result { float found[]; };\n"
     "int at = 0;\n"
@@ -61,6 +63,15 @@ static const char decode[] =
     "put(float(STP_PATCH_TRIANGLES));\n"
     "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE)); "
     "put(float(STP_NAME_RIBBON));\n"
+    "put(float(STP_NAME_SQUARE)); put(float(STP_NAME_SAMPLE)); "
+    "put(float(STP_NAME_SQUARE_SHIFT)); put(float(STP_NAME_PLACE_SHIFT));\n"
+    "    stp_square s = stp_square_fetch(1u);\n"
+    "    put4(s.lattice); put(float(s.mask.x)); put(float(s.mask.y)); put(float(s.first)); "
+    "put(float(s.patch_index));\n"
+    "    stp_square_axes a = stp_square_axes_fetch(1u);\n"
+    "    put3(a.column); put3(a.row); put3(a.up); put(stp_square_overlaps(1u) ? 1.0 : 0.0);\n"
+    "    for (int i = 0; i < 9; i++)\n"
+    "        if (i != 4) put(float(stp_square_beside(1u, ivec2(i % 3, i / 3) - 1)));\n"
     "    stp_quarter_errors q = stp_quarter_errors_fetch(1u);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -148,6 +159,42 @@ static void want_sample(expectation *e, const stp_sample *sample)
     want(e, (sample->flags & both) == both);
 }
 
+static const stp_gpu_square square = {.origin = {121, 122, 123},
+                                      .step = 124,
+                                      .samples = {125, 126},
+                                      .first = 127,
+                                      .patch = 128,
+                                      .column = {129, 130},
+                                      .row = {131, 132},
+                                      .up = {133, 134},
+                                      .axis = 1,
+                                      .overlaps = 1,
+                                      .beside = {141, 142, 143, 144, 145, 146, 147, 148}};
+
+/* Heights go along y, and the axes that follow it are z and x. */
+static void want_across(expectation *e, const float across[2], double up)
+{
+    want(e, (double)across[1]);
+    want(e, up);
+    want(e, (double)across[0]);
+}
+
+static void want_square(expectation *e)
+{
+    want_floats(e, square.origin, 3);
+    want(e, (double)square.step);
+    want(e, square.samples[0]);
+    want(e, square.samples[1]);
+    want(e, square.first);
+    want(e, square.patch);
+    want_across(e, square.column, 0.0);
+    want_across(e, square.row, 0.0);
+    want_across(e, square.up, 1.0);
+    want(e, square.overlaps);
+    for (int i = 0; i < 8; i++)
+        want(e, square.beside[i]);
+}
+
 static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                               const stp_gpu_patch *patch, const stp_sample *samples)
 {
@@ -200,6 +247,11 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want(&e, STP_NAME_SEGMENT);
     want(&e, STP_NAME_TRIANGLE);
     want(&e, STP_NAME_RIBBON);
+    want(&e, STP_NAME_SQUARE);
+    want(&e, STP_NAME_SAMPLE);
+    want(&e, STP_NAME_SQUARE_SHIFT);
+    want(&e, STP_NAME_PLACE_SHIFT);
+    want_square(&e);
     want_floats(&e, patch->quarter_error[0][0], 16);
     for (int i = 0; i < 3; i++)
         want_sample(&e, &samples[i]);
@@ -246,12 +298,14 @@ static void shaders_read_what_c_writes(void **state)
                               0,
                               {9, 8, 7},
                               0}};
-    GLuint buffers[5];
+    const stp_gpu_square squares[2] = {{.step = 9}, square};
+    GLuint buffers[6];
     float found[256];
     GLuint program = compute_program(decode);
     buffers[0] = texture_of(samples, sizeof samples, STP_UNIT_OBJECT_TEXTURE);
     buffers[1] = texture_of(patches, sizeof patches, STP_UNIT_PATCHES);
     buffers[2] = texture_of(chunks, sizeof chunks, STP_UNIT_CHUNKS);
+    buffers[5] = texture_of(squares, sizeof squares, STP_UNIT_SQUARES);
     glCreateBuffers(2, buffers + 3);
     glNamedBufferStorage(buffers[3], sizeof frame, &frame, 0);
     glNamedBufferStorage(buffers[4], sizeof found, NULL, 0);
@@ -266,7 +320,7 @@ static void shaders_read_what_c_writes(void **state)
     for (int i = 0; i < e.count; i++)
         if (!(fabs((double)found[i] - e.values[i]) <= 1e-6 * fmax(1.0, fabs(e.values[i]))))
             fail_msg("value %d is %.9g, expected %.9g", i, (double)found[i], e.values[i]);
-    glDeleteBuffers(5, buffers);
+    glDeleteBuffers(6, buffers);
     glDeleteProgram(program);
 }
 

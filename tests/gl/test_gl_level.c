@@ -55,13 +55,13 @@ static void compare_block(const gl_levels *levels, size_t draw, int view, choice
     stp_inspection look = stp_renderer_inspect(levels->fixture.renderer);
     uint32_t count = look.looked.scene->blocks[resident->block].patch_count;
     for (uint32_t p = 0; p < count; p++) {
-        const stp_gpu_patch *patch = &resident->patches[p];
+        const stp_gpu_patch *patch = &resident->mirror.patches[p];
         stp_levels gpu = gl_levels_drawn(levels, resident, p);
         stp_levels cpu;
         memset(&cpu, STP_LEVEL_SKIP, sizeof cpu);
         sum->patches++;
-        if (stp_patch_in_sight(look.sight, &look.looked, &look.cut->draws[draw], resident->briefs,
-                               p))
+        if (stp_patch_in_sight(look.sight, &look.looked, &look.cut->draws[draw],
+                               resident->mirror.briefs, p))
             cpu = stp_levels_choose(look.frame, &chunk, patch);
         else
             sum->skipped++;
@@ -72,7 +72,7 @@ static void compare_block(const gl_levels *levels, size_t draw, int view, choice
             mixed |= cpu.of[q] != STP_LEVEL_SKIP && cpu.of[q] != cpu.of[0];
             if (gpu.of[q] == cpu.of[q])
                 continue;
-            const stp_rule_bound bound = stp_patch_bound(&resident->briefs[p], &chunk);
+            const stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[p], &chunk);
             const float sine = stp_rule_look(look.frame, &bound).sin_alpha;
             /* if one of them drew the patch vertex, the other quarters say nothing more */
             if (!is_tie(&look, &chunk, patch, sine, q, gpu.of[q]) &&

@@ -101,7 +101,7 @@ static void overlays(void **state)
     static uint8_t plain[4 * PIXELS], rgba[4 * PIXELS];
     stp_view view = view_of(f, false);
     gl_fixture_draw(f, &view, &(stp_draw_params){.shade = STP_SHADE_PHONG}, NULL, plain);
-    for (int shade = STP_SHADE_LEVEL; shade <= STP_SHADE_CONFIDENCE; shade++) {
+    for (int shade = STP_SHADE_LEVEL; shade <= STP_SHADE_LAST; shade++) {
         static const double amounts[4] = {1e-6, 0.3, 0.6, 1.0};
         double last = 0.0;
         for (int k = 0; k < 4; k++) {

@@ -84,7 +84,7 @@ test_pictures() {
         reconstructs=()
     fi
     # each with the next reconstruction; points alone leave gaps
-    for shade in phong lambert normal depth level chunk error confidence; do
+    for shade in phong lambert normal depth level chunk error confidence primitive; do
         reconstruct=${reconstructs[0]:-gauss}
         reconstructs=("${reconstructs[@]:1}")
         render "$model" --size 64x64 --shade $shade --reconstruct "$reconstruct"

@@ -38,7 +38,7 @@ test_keys() {
     xdotool key shift+r key shift+r
     expect_title "points" "shift and r"
     xdotool key shift+s
-    expect_title "confidence" "shift and s"
+    expect_title "primitive" "shift and s"
     xdotool key s key s key s
     expect_title "unlit" s
     wait_for 30 screen_changed || fail "unlit looks like lambert"

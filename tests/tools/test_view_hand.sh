@@ -166,7 +166,7 @@ test_legend() {
     expect_title ", elevation in auto" "c twice"
     wait_for 30 bar_is_there || fail "no colour bar: $(bar_pixels) pixels"
     press shift+s
-    expect_title "confidence" "shift and s"
+    expect_title "primitive" "shift and s"
     wait_for 30 bar_is_gone || fail "a colour bar though other colours are shown"
     expect_kill_by_key q
 }

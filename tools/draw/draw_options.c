@@ -98,6 +98,10 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
          "edges: smooth edges by how far discs reach; N: average N x N pixels (edges)", NULL},
         {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES,
          "shading; unlit: colours without light (the model's default, else phong)", &o->has_shade},
+        {"--grid-draw", 0, CLI_CHOICE, &o->grid_draw, DRAW_GRIDS,
+         "finest samples of grids and maps: points, triangles; auto: triangles where samples lie "
+         "some pixels apart (auto)",
+         NULL},
         {"--colour", 0, CLI_STRING, &o->colour_name, DRAW_COLOURS,
          "colour of samples; or the name of an attribute that prep kept, like gps_time (rgb)",
          NULL},
@@ -107,7 +111,9 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--colour-range", 0, CLI_STRING, &o->colour_range, "LOW,HIGH",
          "ends of the palette: intensity 0 to 1, elevation in z (2nd to 98th percentile)", NULL},
         {"--overlay", 0, CLI_NUMBER, &o->overlay, "AMOUNT",
-         "share of --shade level, chunk, error, confidence in colours, up to 1 (0: alone)", NULL},
+         "share of --shade level, chunk, error, confidence, primitive in colours, up to 1 (0: "
+         "alone)",
+         NULL},
         {"--edl", 0, CLI_AMOUNT, &o->edl, "[STRENGTH]",
          "eye-dome lighting: darken edges in depth (1)", NULL},
         {"--light", 0, CLI_STRING, &o->light, "AZIMUTH,ALTITUDE",
@@ -329,7 +335,7 @@ static stp_status check_amounts(const draw_options *o, stp_error *err)
     if (o->overlay > 0.0 && o->shade < (int)STP_SHADE_LEVEL)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--overlay: nothing to lay over the colours: give --shade level, "
-                             "chunk, error or confidence, too");
+                             "chunk, error, confidence or primitive, too");
     if (o->edl < 0.0)
         return stp_error_set(err, STP_INVALID_ARGUMENT, "--edl %g: give a number from 0 on",
                              o->edl);
@@ -390,6 +396,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .edl = o->edl,
         .smooth_edges = o->aa == DRAW_AA_EDGES,
         .cull = (stp_cull)o->cull,
+        .grid_draw = (stp_grid_draw)o->grid_draw,
     };
     draw_exaggerate_set(&p, o->exaggerate, &model->info->box);
     STP_TRY(check_amounts(o, err));

@@ -72,10 +72,10 @@ static stp_status note_patch(noting *n, const stp_gpu_chunk *chunk, const stp_re
                              uint32_t p, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_gpu_patch *patch = &resident->patches[p];
+    const stp_gpu_patch *patch = &resident->mirror.patches[p];
     uint32_t first = n->look->looked.scene->blocks[resident->block].first_patch;
     stp_levels levels = stp_levels_choose(n->look->frame, chunk, patch);
-    stp_rule_bound bound = stp_patch_bound(&resident->briefs[p], chunk);
+    stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[p], chunk);
     stp_rule_sight sight = stp_rule_look(n->look->frame, &bound);
     bool leaf = n->model->entries[chunk->id].child_count == 0;
     n->cut->patches++;
@@ -113,7 +113,7 @@ static stp_status note_block(noting *n, const stp_draw *draw, stp_error *err)
         stp_block_cache_get(cache, stp_block_cache_slot(cache, draw->block));
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(n->look->looked.scene, draw, n->look->eye);
     for (uint32_t p = 0; p < block->patch_count; p++)
-        if (stp_patch_in_sight(n->look->sight, &n->look->looked, draw, resident->briefs, p))
+        if (stp_patch_in_sight(n->look->sight, &n->look->looked, draw, resident->mirror.briefs, p))
             STP_TRY(note_patch(n, &chunk, resident, p, err));
 done:
     return status;

@@ -190,7 +190,7 @@ static bool handle_drawing_key(view_control *c, uint32_t key, bool back)
             (stp_reconstruct)cycle((int)p->reconstruct, STP_RECONSTRUCT_LAST + 1, back);
         return true;
     case 's':
-        p->shade = (stp_shade)cycle((int)p->shade, STP_SHADE_CONFIDENCE + 1, back);
+        p->shade = (stp_shade)cycle((int)p->shade, STP_SHADE_LAST + 1, back);
         return true;
     case 'u':
         p->shade = p->shade == STP_SHADE_UNLIT ? STP_SHADE_PHONG : STP_SHADE_UNLIT;

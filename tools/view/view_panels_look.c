@@ -153,6 +153,8 @@ static void overlay_legend(stp_shade shade)
         {STP_SHADE_ERROR, "projected error, from none, black, to the threshold, white"},
         {STP_SHADE_CONFIDENCE, "green: measured; yellow to red: interpolated, from how coarse a "
                                "level of the pyramid"},
+        {STP_SHADE_PRIMITIVE, "blue: points; yellow: lines; green: ribbons; orange: triangles; "
+                              "red: cells of grids and maps"},
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
         if (texts[i].shade == shade)
@@ -246,7 +248,13 @@ void view_panel_surface(viewer *v)
     changed |= light_rows(p);
     changed |= contour_rows(v, p);
     height_rows(v);
-    int cull = (int)p->cull;
+    int cull = (int)p->cull, grid_draw = (int)p->grid_draw;
+    if (stp_ui_choice("grids and maps", &grid_draw, DRAW_GRIDS, ALL)) {
+        p->grid_draw = (stp_grid_draw)grid_draw;
+        changed = true;
+    }
+    stp_ui_hint("their finest samples as points or triangles; auto: triangles where they are some "
+                "pixels apart");
     if (stp_ui_choice("seen from behind", &cull, DRAW_CULLS, ALL)) {
         p->cull = (stp_cull)cull;
         changed = true;

@@ -95,6 +95,16 @@ static void clicked_rows(const viewer *v)
         snprintf(text, sizeof text, "%u", pick->class_id);
         stp_ui_row("class", text);
     }
+    const view_grid_sample *grid = &v->values.grid;
+    if (grid->known) {
+        snprintf(text, sizeof text, "column %u, row %u", grid->column, grid->row);
+        stp_ui_row("nearest sample", text);
+        snprintf(text, sizeof text, "%.*f", view_digits(v) + 1, grid->height);
+        view_add_unit(v, VIEW_UNIT_HEIGHT, text, sizeof text);
+        stp_ui_row("its height", text);
+        snprintf(text, sizeof text, "%u of %u missing", grid->missing, grid->told);
+        stp_ui_row("neighbours", text);
+    }
     for (uint32_t i = 0; i < v->values.count; i++) {
         snprintf(text, sizeof text, "%.15g", v->values.values[i]);
         stp_ui_row(v->values.names[i], text);

@@ -1,8 +1,9 @@
-/* The attributes of what was clicked. */
+/* The attributes of what was clicked, and which sample of a grid it is. */
 #include "tools/view/view_values.h"
 
 #include "base/memory.h"
 #include "formats/chunk/attribute/attribute_file.h"
+#include "formats/chunk/codec/square.h"
 #include "runtime/cut/model.h"
 #include "runtime/stream/chosen.h"
 
@@ -53,21 +54,74 @@ done:
     return status;
 }
 
+/* Whether a chunk of squares has a sample at a column and row. *told: whether a square around it
+ * would be in this chunk, as far as the others tell. */
+static bool grid_has(const stp_chunk *chunk, int64_t column, int64_t row, bool *told)
+{
+    const int64_t at[2] = {column >> 3, row >> 3};
+    int64_t least[2] = {INT64_MAX, INT64_MAX}, most[2] = {-1, -1};
+    bool there = false;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_square *square = &chunk->squares[p];
+        const int64_t of[2] = {square->column, square->row};
+        for (int k = 0; k < 2; k++) {
+            least[k] = of[k] < least[k] ? of[k] : least[k];
+            most[k] = of[k] > most[k] ? of[k] : most[k];
+        }
+        if (of[0] == at[0] && of[1] == at[1])
+            there |=
+                square->samples >> stp_square_place((uint32_t)column & 7u, (uint32_t)row & 7u) & 1u;
+    }
+    *told = at[0] >= least[0] && at[0] <= most[0] && at[1] >= least[1] && at[1] <= most[1];
+    return there;
+}
+
+/* Finds the place in its grid of a level-0 sample. */
+static void find_in_grid(view_grid_sample *out, const stp_chunk *chunk, double origin_z,
+                         uint32_t sample)
+{
+    uint32_t p = 0;
+    while (chunk->level_begin[0][p + 1] <= sample)
+        p++;
+    const stp_square *square = chunk->squares ? &chunk->squares[p] : NULL;
+    if (!square || !square->samples || !chunk->rasters[square->raster].level)
+        return;
+    uint64_t left = square->samples;
+    for (uint32_t i = chunk->level_begin[0][p]; i < sample; i++)
+        left &= left - 1;
+    const uint32_t place = (uint32_t)__builtin_ctzll(left);
+    *out = (view_grid_sample){
+        .known = true,
+        .column = square->column * STP_SQUARE_SIDE + stp_square_column(place),
+        .row = square->row * STP_SQUARE_SIDE + stp_square_row(place),
+        .height = origin_z + stp_sample_position(&chunk->samples[0][sample], &chunk->patches[p]).z};
+    for (int i = 0; i < 9; i++) {
+        bool told = false;
+        const int64_t column = (int64_t)out->column + i % 3 - 1,
+                      row = (int64_t)out->row + i / 3 - 1;
+        const bool there = grid_has(chunk, column, row, &told);
+        out->told += i != 4 && told ? 1u : 0u;
+        out->missing += told && !there ? 1u : 0u;
+    }
+}
+
 void view_values_find(view_values *out, const stp_model *model, const stp_pick *pick)
 {
     stp_attribute_file *file = NULL;
     stp_chunk *chunk = NULL;
     out->count = 0;
-    if (!pick->hit || pick->chunk >= model->info->chunk_count ||
-        stp_attribute_file_open(&file, model->file, NULL) != STP_OK)
+    out->grid.known = false;
+    if (!pick->hit || pick->chunk >= model->info->chunk_count)
         return;
-    if (stp_attribute_file_list(file)->count > 0 &&
-        stp_chunk_file_read(model->file, pick->chunk, 0, &chunk, NULL) == STP_OK &&
+    if (stp_chunk_file_read(model->file, pick->chunk, 0, &chunk, NULL) == STP_OK &&
         mark(model, chunk) == STP_OK) {
-        const stp_dvec3 at = stp_dvec3_sub(pick->position, model->entries[pick->chunk].origin);
-        const uint32_t sample = nearest_sample(chunk, model->chosen != NULL, at);
-        if (sample != UINT32_MAX)
+        const stp_dvec3 origin = model->entries[pick->chunk].origin;
+        const uint32_t sample =
+            nearest_sample(chunk, model->chosen != NULL, stp_dvec3_sub(pick->position, origin));
+        if (sample != UINT32_MAX && stp_attribute_file_open(&file, model->file, NULL) == STP_OK)
             (void)read_values(out, file, chunk, sample);
+        if (sample != UINT32_MAX && pick->level == 0)
+            find_in_grid(&out->grid, chunk, origin.z, sample);
     }
     stp_chunk_destroy(&chunk);
     stp_attribute_file_close(&file);

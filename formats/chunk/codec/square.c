@@ -59,11 +59,6 @@ static bool find_place(const stp_raster *raster, const double position[3], uint3
     return true;
 }
 
-static uint32_t spread(uint32_t n)
-{
-    return (n & 1u) | (n & 2u) << 1 | (n & 4u) << 2;
-}
-
 static bool find_square(const stp_raster *raster, const stp_patch *patch, const stp_sample *samples,
                         stp_square *out)
 {
@@ -75,8 +70,7 @@ static bool find_square(const stp_raster *raster, const stp_patch *patch, const 
         if (!find_place(raster, (const double[3]){p.x, p.y, p.z}, at))
             return false;
         const stp_square own = {.column = at[0] / STP_SQUARE_SIDE, .row = at[1] / STP_SQUARE_SIDE};
-        const int bit =
-            (int)(spread(at[0] % STP_SQUARE_SIDE) | spread(at[1] % STP_SQUARE_SIDE) << 1);
+        const int bit = (int)stp_square_place(at[0] % STP_SQUARE_SIDE, at[1] % STP_SQUARE_SIDE);
         if (bit <= before || (i > 0 && (own.column != out->column || own.row != out->row)))
             return false;
         out->column = own.column;

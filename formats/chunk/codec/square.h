@@ -32,6 +32,14 @@ static inline uint32_t stp_square_row(uint32_t i)
     return stp_square_column(i >> 1);
 }
 
+/* The place in Morton order of a column and row of a square. */
+static inline uint32_t stp_square_place(uint32_t column, uint32_t row)
+{
+    const uint32_t c = (column & 1u) | (column & 2u) << 1 | (column & 4u) << 2;
+    const uint32_t r = (row & 1u) | (row & 2u) << 1 | (row & 4u) << 2;
+    return c | r << 1;
+}
+
 /* Finds the squares of a block with all levels whose rasters are set: all of one level raster, or
  * all of tilted ones. False if some patch is not a square of a grid, or its square cannot be coded.
  * out: one for each patch. */

@@ -1,0 +1,255 @@
+/* Lists squares of grids with those beside them, and draws them. */
+#include "runtime/draw/squares.h"
+
+#include "base/memory.h"
+#include "formats/chunk/codec/square.h"
+#include "runtime/draw/project.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* llvmpipe works on a part while the next is prepared. */
+#define PART_SQUARES 64
+
+/* A square is beside another if it is where the other's grid goes on, to within this part of the
+ * other's side: grids that are not straight bend a little from piece to piece. */
+#define OFF_MOST (1.0 / 16.0)
+
+/* Where a square is: on the map if heights go along z, else by columns and rows of its raster. */
+typedef struct stp_square_key {
+    uint64_t grid;     /* the same for all squares that may be beside it */
+    int64_t bucket[2]; /* of `at`; no two squares of a grid have the same */
+    double at[2];      /* of its first sample */
+    double step[2][2]; /* to the next square by columns, and by rows */
+    uint32_t number;   /* among those drawn */
+} stp_square_key;
+
+void stp_squares_destroy(stp_squares *s)
+{
+    glDeleteProgram(s->program);
+    glDeleteProgram(s->resolve);
+    if (s->buffer != 0) {
+        glDeleteTextures(1, &s->texture);
+        glDeleteBuffers(1, &s->buffer);
+    }
+    free(s->records);
+    free(s->keys);
+    *s = (stp_squares){0};
+}
+
+static uint64_t mix(uint64_t hash, const void *bytes, size_t size)
+{
+    for (size_t i = 0; i < size; i++) /* FNV-1a */
+        hash = (hash ^ ((const uint8_t *)bytes)[i]) * UINT64_C(0x100000001b3);
+    return hash;
+}
+
+/* Places a square on the map. */
+static void place_on_map(stp_square_key *key, const stp_square *square, const stp_raster *raster,
+                         stp_dvec3 origin)
+{
+    const double from[2] = {origin.x, origin.y};
+    for (int k = 0; k < 2; k++) {
+        const double *a = raster->across[k];
+        key->step[0][k] = STP_SQUARE_SIDE * a[1];
+        key->step[1][k] = STP_SQUARE_SIDE * a[2];
+        key->at[k] =
+            from[k] + a[0] + square->column * key->step[0][k] + square->row * key->step[1][k];
+    }
+}
+
+static stp_square_key key_of(const stp_project_params *params, uint32_t block,
+                             const stp_square *square, const stp_raster *raster)
+{
+    const uint32_t chunk = params->scene->blocks[block].chunk;
+    stp_square_key key = {.at = {square->column, square->row}, .step = {{1.0, 0.0}, {0.0, 1.0}}};
+    if (stp_raster_is_upright(raster)) {
+        key.grid = (uint64_t)(stp_scene_find(params->scene, chunk) - params->scene->models);
+        place_on_map(&key, square, raster, stp_scene_entry(params->scene, block)->origin);
+    } else {
+        key.grid = mix(UINT64_MAX, &chunk, sizeof chunk);
+        key.grid = mix(key.grid, &raster->axis, sizeof raster->axis);
+        key.grid = mix(key.grid, raster->across, sizeof raster->across);
+        key.grid |= UINT64_C(1) << 63; /* no model's */
+    }
+    return key;
+}
+
+static stp_gpu_square record_of(const stp_square *square, const stp_raster *raster,
+                                const stp_gpu_patch *patch, const stp_gpu_chunk *chunk)
+{
+    stp_gpu_square out = {.step = patch->step,
+                          .samples = {(uint32_t)square->samples, (uint32_t)(square->samples >> 32)},
+                          .first = patch->first[0],
+                          .axis = raster->axis,
+                          .overlaps = !stp_raster_is_upright(raster)};
+    for (int i = 0; i < 3; i++)
+        out.origin[i] = patch->origin[i] + chunk->offset[i];
+    for (int k = 0; k < 2; k++) {
+        out.column[k] = (float)raster->across[k][1];
+        out.row[k] = (float)raster->across[k][2];
+        out.up[k] = (float)raster->across[k][3];
+    }
+    return out;
+}
+
+/* Lists the squares of one draw. */
+static void list_draw(stp_squares *s, const stp_project_params *params, size_t draw,
+                      uint64_t *points)
+{
+    const stp_sight_list *list = &params->sight->lists[STP_SIGHT_SQUARES];
+    const uint32_t block = params->draws[draw].block;
+    const stp_resident *r =
+        stp_block_cache_get(params->cache, stp_block_cache_slot(params->cache, block));
+    const stp_gpu_chunk chunk =
+        stp_gpu_chunk_from_draw(params->scene, &params->draws[draw], params->eye);
+    for (size_t i = list->begin[draw]; i < list->begin[draw + 1]; i++) {
+        const uint32_t of = list->items[i] - r->placement.patches.begin;
+        const stp_square *square = &r->mirror.squares[of];
+        const stp_raster *raster = &r->mirror.rasters[square->raster];
+        s->records[s->count] = record_of(square, raster, &r->mirror.patches[of], &chunk);
+        s->records[s->count].patch = list->items[i];
+        s->keys[s->count] = key_of(params, block, square, raster);
+        s->keys[s->count].number = (uint32_t)s->count;
+        *points += r->mirror.patches[of].count[0];
+        s->count++;
+    }
+}
+
+static int compare_keys(const void *a, const void *b)
+{
+    const stp_square_key *p = a, *q = b;
+    if (p->grid != q->grid)
+        return p->grid < q->grid ? -1 : 1;
+    for (int k = 0; k < 2; k++)
+        if (p->bucket[k] != q->bucket[k])
+            return p->bucket[k] < q->bucket[k] ? -1 : 1;
+    return 0;
+}
+
+/* The place of a key's grid among those of the models; the last one is all others'. */
+static size_t grid_place(const stp_square_key *key)
+{
+    return key->grid < STP_SCENE_MODELS_LIMIT ? (size_t)key->grid : STP_SCENE_MODELS_LIMIT;
+}
+
+static double side_of(const stp_square_key *key)
+{
+    return fmin(hypot(key->step[0][0], key->step[0][1]), hypot(key->step[1][0], key->step[1][1]));
+}
+
+/* Sorts the squares into buckets half as wide as the least square of their grid. Gets that width
+ * by grid_place. */
+static void put_in_buckets(stp_squares *s, double width[STP_SCENE_MODELS_LIMIT + 1])
+{
+    for (size_t i = 0; i <= STP_SCENE_MODELS_LIMIT; i++)
+        width[i] = INFINITY;
+    for (size_t i = 0; i < s->count; i++) {
+        double *of = &width[grid_place(&s->keys[i])];
+        *of = fmin(*of, 0.5 * side_of(&s->keys[i]));
+    }
+    for (size_t i = 0; i < s->count; i++)
+        for (int k = 0; k < 2; k++)
+            s->keys[i].bucket[k] =
+                (int64_t)floor(s->keys[i].at[k] / width[grid_place(&s->keys[i])]);
+    qsort(s->keys, s->count, sizeof *s->keys, compare_keys);
+}
+
+/* The number of the square beside another on this side (-1, 0 or 1 by columns and by rows), or
+ * UINT32_MAX. width: of a bucket. */
+static uint32_t find_beside(const stp_squares *s, const stp_square_key *of, const int side[2],
+                            double width)
+{
+    const double off = OFF_MOST * side_of(of);
+    double at[2];
+    for (int k = 0; k < 2; k++)
+        at[k] = of->at[k] + side[0] * of->step[0][k] + side[1] * of->step[1][k];
+    for (int i = 0; i < 4; i++) { /* the place may lie at the border of buckets */
+        stp_square_key key = {.grid = of->grid};
+        const double corner[2] = {at[0] + (i & 1 ? off : -off), at[1] + (i & 2 ? off : -off)};
+        for (int k = 0; k < 2; k++)
+            key.bucket[k] = (int64_t)floor(corner[k] / width);
+        const stp_square_key *found = bsearch(&key, s->keys, s->count, sizeof key, compare_keys);
+        if (found && fabs(found->at[0] - at[0]) <= off && fabs(found->at[1] - at[1]) <= off &&
+            fabs(found->step[0][0] - of->step[0][0]) <= off &&
+            fabs(found->step[0][1] - of->step[0][1]) <= off)
+            return found->number;
+    }
+    return UINT32_MAX;
+}
+
+/* Sets the squares beside each square. What one square says of another, the other says of it, so
+ * they share the cells between them. */
+static void link_squares(stp_squares *s)
+{
+    static const int sides[4][2] = {{1, 0}, {-1, 1}, {0, 1}, {1, 1}}; /* words 4 to 7 */
+    double width[STP_SCENE_MODELS_LIMIT + 1];
+    put_in_buckets(s, width);
+    for (size_t i = 0; i < s->count; i++)
+        memset(s->records[i].beside, 0xff, sizeof s->records[i].beside);
+    for (size_t i = 0; i < s->count; i++)
+        for (int k = 0; k < 4; k++) {
+            const stp_square_key *of = &s->keys[i];
+            const uint32_t found = find_beside(s, of, sides[k], width[grid_place(of)]);
+            if (found == UINT32_MAX)
+                continue;
+            s->records[of->number].beside[4 + k] = found;
+            s->records[found].beside[3 - k] = of->number;
+        }
+}
+
+static void upload(stp_squares *s)
+{
+    if (s->buffer == 0) {
+        glCreateBuffers(1, &s->buffer);
+        glCreateTextures(GL_TEXTURE_BUFFER, 1, &s->texture);
+    }
+    glNamedBufferData(s->buffer, (GLsizeiptr)(s->count * sizeof *s->records), s->records,
+                      GL_STREAM_DRAW);
+    glTextureBuffer(s->texture, GL_RGBA32UI, s->buffer);
+    glBindTextureUnit(STP_UNIT_SQUARES, s->texture);
+}
+
+stp_status stp_squares_draw(stp_squares *s, const stp_project_params *params, uint64_t *points,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    const size_t count = params->sight->lists[STP_SIGHT_SQUARES].begin[params->draw_count];
+    s->count = 0;
+    if (count == 0)
+        return STP_OK;
+    if (count > STP_NAMED_SQUARES_LIMIT)
+        return stp_error_set(err, STP_LIMIT,
+                             "%zu squares of a grid are too many to be drawn as triangles: draw "
+                             "grids as points",
+                             count);
+    STP_TRY(stp_grow(&s->records, &s->capacity, count, sizeof *s->records, "squares", err));
+    STP_TRY(stp_grow(&s->keys, &s->key_capacity, count, sizeof *s->keys, "squares", err));
+    for (size_t i = 0; i < params->draw_count; i++)
+        list_draw(s, params, i, points);
+    link_squares(s);
+    upload(s);
+    glUseProgram(s->program);
+    glUniform1i(STP_UNIFORM_SCATTERED, params->lod == STP_LOD_COMPUTE);
+    glBindVertexArray(stp_block_cache_texture(params->cache)->empty_array);
+    for (size_t i = 0; i < count; i += PART_SQUARES) {
+        glDrawArrays(GL_POINTS, (GLint)i,
+                     (GLsizei)(count - i < PART_SQUARES ? count - i : PART_SQUARES));
+        glFlush();
+    }
+done:
+    return status;
+}
+
+GLuint stp_squares_sample(const stp_squares *s, GLuint name)
+{
+    const GLuint number = (name & STP_NAME_SAMPLE) >> STP_NAME_SQUARE_SHIFT;
+    if ((name & ~STP_NAME_SAMPLE) != STP_NAME_SQUARE)
+        return name & STP_NAME_SAMPLE;
+    if (number >= s->count)
+        return UINT32_MAX;
+    const stp_gpu_square *square = &s->records[number];
+    const uint64_t samples = square->samples[0] | (uint64_t)square->samples[1] << 32;
+    const uint64_t before = (UINT64_C(1) << (name >> STP_NAME_PLACE_SHIFT & 63u)) - 1;
+    return square->first + (GLuint)__builtin_popcountll(samples & before);
+}

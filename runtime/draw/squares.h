@@ -1,0 +1,40 @@
+/* Draws squares of grids as triangles: lists the squares with those beside them, so that the
+ * shaders find the neighbours of every sample (shaders/project/square.glsl).
+ *
+ * Squares beside each other are of one grid: of a level raster in the same model, or of the same
+ * tilted raster in the same chunk. Elsewhere surfaces go on by half a cell and overlap. Threads:
+ * the render thread. */
+#ifndef STP_RUNTIME_DRAW_SQUARES_H
+#define STP_RUNTIME_DRAW_SQUARES_H
+
+#include "base/error.h"
+#include "runtime/gl/gpu_layout.h"
+
+#include <epoxy/gl.h>
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct stp_project_params stp_project_params; /* runtime/draw/project.h */
+
+/* Zero: none. */
+typedef struct stp_squares {
+    GLuint program, resolve; /* the project compiles them */
+    GLuint buffer, texture;
+    stp_gpu_square *records; /* of the last pass */
+    size_t count, capacity;
+    struct stp_square_key *keys; /* where each is in its grid, sorted */
+    size_t key_capacity;
+} stp_squares;
+
+void stp_squares_destroy(stp_squares *squares);
+
+/* The sample that a pixel's name stands for: of a grid, or else as it is; UINT32_MAX: not known. */
+GLuint stp_squares_sample(const stp_squares *squares, GLuint name);
+
+/* Draws the squares in sight (STP_SIGHT_SQUARES) and adds their samples to *points. They stay bound
+ * as textures for the shaders that resolve. Errors: OUT_OF_MEMORY, LIMIT (more squares than names
+ * tell apart). */
+stp_status stp_squares_draw(stp_squares *squares, const stp_project_params *params,
+                            uint64_t *points, stp_error *err);
+
+#endif
