@@ -155,6 +155,11 @@ uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin,
     return least_of(columns, begin, count, false, STP_OVER_COST, over, point, least);
 }
 
+float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float point[3])
+{
+    return value(point, disc->numbers, false, STP_OVER_COST, over);
+}
+
 STP_WIDE
 bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
                           const stp_over *over, const float point[3], float limit)

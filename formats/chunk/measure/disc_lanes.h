@@ -95,6 +95,9 @@ void stp_disc_columns_clear(stp_disc_columns *columns);
 uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
                                 const stp_over *over, const float point[3], float *least);
 
+/* The cost of a point over a disc that is not under its merged disc. */
+float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float point[3]);
+
 /* Whether the point costs at most `limit` over one of the discs that `index` names. */
 bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
                           const stp_over *over, const float point[3], float limit);

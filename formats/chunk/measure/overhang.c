@@ -149,17 +149,24 @@ static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squar
                    sqrt(squared) + slack - forgiven(m, slack));
 }
 
+/* Whether floats show that the point's cost over a disc under another merged disc is no more than
+ * the greatest. */
+static bool is_cheap(const measure *m, const suspect *s, uint32_t disc)
+{
+    stp_over over = over_near(m, s->normal, s->slack);
+    const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
+    over.near_squared = INFINITY;
+    return stp_lane_cost(&m->grid->numbers[disc], &over, point) <= (float)(m->greatest - s->slack);
+}
+
 /* Raises the greatest error to what the point needs: its cost over the nearest disc, or what it
  * needs going by its nearest own disc, if that is less. */
 static void measure_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
-    double squared = 0.0;
+    double squared = INFINITY, own_squared = 0.0, value = INFINITY;
+    uint32_t disc = 0;
     if (is_answered_about(m, s))
-        return;
-    uint32_t disc = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
-    double value = over_own(m, disc, s->x, squared, s->slack);
-    if (value <= m->greatest)
         return;
     merged.what = STP_OVER_SQUARED;
     merged.normal = s->normal;
@@ -167,10 +174,14 @@ static void measure_point(measure *m, const suspect *s)
     merged.end = s->last;
     bool found =
         stp_disc_grid_least(m->grid, s->x, &merged, enough(m, s->slack), false, &squared, &disc);
-    if (found && squared <= enough(m, s->slack))
+    if (found && (squared <= enough(m, s->slack) || is_cheap(m, s, disc)))
         return;
     if (found)
-        value = stp_min(value, stp_disc_grid_value(m->grid, disc, s->x, &merged));
+        value = stp_disc_grid_value(m->grid, disc, s->x, &merged);
+    if (value <= m->greatest)
+        return;
+    const uint32_t own = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &own_squared);
+    value = stp_min(value, over_own(m, own, s->x, own_squared, s->slack));
     const bool alone = found && squared > near_squared(m, s->slack); /* no disc is near enough */
     if (value > m->greatest && (alone || !is_answered(m, s)))
         raise_to(m, value);
