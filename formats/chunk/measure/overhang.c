@@ -4,6 +4,7 @@
 
 #include "formats/chunk/measure/disc_grid.h"
 #include "formats/chunk/measure/disc_hints.h"
+#include "formats/chunk/measure/disc_rows.h"
 #include "formats/chunk/measure/patch_bounds.h"
 
 #include <string.h>
@@ -15,11 +16,13 @@
 typedef struct suspect {
     stp_dvec3 x, normal; /* the point; the normal of its merged disc */
     double slack;        /* possible error of float results */
-    double cost;   /* upper bound of its cost over the hinted disc; 1e30 if that disc is too far
-                         away */
+    double cost;   /* upper bound of its cost over the hinted disc; TOO_FAR or more if that disc is
+                         too far away */
     uint32_t disc; /* the hinted disc */
     uint32_t first, last; /* the level-0 discs under the merged disc: [first, last) */
 } suspect;
+
+#define TOO_FAR 1e30
 
 /* If the grid gives up, a check tries all discs of the chunk, but at most this often. */
 #define WHOLE_SEARCHES 64
@@ -32,6 +35,7 @@ typedef struct suspect {
 typedef struct measure {
     const stp_disc_grid *grid;
     const stp_disc_hints *hints;
+    const stp_disc_rows *rows; /* of a check: none */
     const stp_patch *patch;
     double sine; /* of the patch's cone angle gamma: the rule never takes sin(alpha) for less */
     bool check;
@@ -159,6 +163,19 @@ static bool is_cheap(const measure *m, const suspect *s, uint32_t disc)
     return stp_lane_cost(&m->grid->numbers[disc], &over, point) <= (float)(m->greatest - s->slack);
 }
 
+/* Looks for the disc nearest to a point, or one near enough. False: one not found may be nearer. */
+static bool find_nearest(const measure *m, const suspect *s, double *squared, uint32_t *disc)
+{
+    const stp_merged_disc merged = {.what = STP_OVER_SQUARED};
+    const double stop = enough(m, s->slack);
+    const stp_near_enough near = {(float)stop, (float)(m->greatest - s->slack),
+                                  over_near(m, s->normal, s->slack)};
+    if (m->rows->columns > 0 && stp_disc_rows_nearest(m->rows, s->x, &near, squared, disc))
+        return true;
+    *squared = INFINITY;
+    return stp_disc_grid_least(m->grid, s->x, &merged, stop, false, squared, disc);
+}
+
 /* Raises the greatest error to what the point needs: its cost over the nearest disc, or what it
  * needs going by its nearest own disc, if that is less. */
 static void measure_point(measure *m, const suspect *s)
@@ -166,14 +183,12 @@ static void measure_point(measure *m, const suspect *s)
     stp_merged_disc merged = m->merged;
     double squared = INFINITY, own_squared = 0.0, value = INFINITY;
     uint32_t disc = 0;
-    if (is_answered_about(m, s))
+    if (m->rows->columns == 0 && is_answered_about(m, s))
         return;
-    merged.what = STP_OVER_SQUARED;
     merged.normal = s->normal;
     merged.begin = s->first;
     merged.end = s->last;
-    bool found =
-        stp_disc_grid_least(m->grid, s->x, &merged, enough(m, s->slack), false, &squared, &disc);
+    const bool found = find_nearest(m, s, &squared, &disc);
     if (found && (squared <= enough(m, s->slack) || is_cheap(m, s, disc)))
         return;
     if (found)
@@ -203,7 +218,7 @@ static void measure_far(measure *m, const stp_disc *disc, uint32_t first, uint32
     }
 }
 
-static stp_disc in_units(const stp_disc *disc, double scale)
+static stp_disc in_units(const stp_flat_disc *disc, double scale)
 {
     return (stp_disc){.centre = stp_dvec3_scale(disc->centre, scale),
                       .normal = disc->normal,
@@ -264,7 +279,7 @@ static void measure_suspects(measure *m)
 {
     while (m->suspect_count > 0) {
         unsigned most = 0;
-        for (unsigned i = 1; i < m->suspect_count; i++)
+        for (unsigned i = 1; i < m->suspect_count && m->suspects[most].cost < TOO_FAR; i++)
             most = m->suspects[i].cost > m->suspects[most].cost ? i : most;
         const suspect *s = &m->suspects[most];
         if (s->cost > m->greatest && m->check)
@@ -293,17 +308,20 @@ static void measure_level(measure *m, const stp_chunk *chunk, int level, unsigne
     const stp_patch *patch = m->patch;
     const uint32_t p = (uint32_t)(patch - chunk->patches), own = chunk->level_begin[0][p];
     const stp_sample *samples = chunk->samples[level] + chunk->level_begin[level][p];
-    unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
+    const unsigned begin = stp_quarter_begin(patch->counts, level, q);
+    const unsigned end = stp_quarter_begin(patch->counts, level, q + 1);
+    stp_sample_lanes lanes;
+    stp_samples_decode(&samples[begin], end - begin, patch, &lanes);
     m->merged.error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent) *
                       STP_STORED_SLACK * m->grid->scale;
     m->merged.what = STP_OVER_COST;
-    for (unsigned i = stp_quarter_begin(patch->counts, level, q); i < end; i++) {
+    for (unsigned i = begin; i < end; i++) {
         unsigned first = stp_covered_begin(patch->counts, level, i, 0);
         unsigned count = stp_covered_begin(patch->counts, level, i + 1, 0) - first;
         if (is_its_own(&samples[i], &chunk->samples[0][own + first], count))
             continue;
-        stp_disc disc = stp_disc_from_sample(&samples[i], patch);
-        disc = in_units(&disc, m->grid->scale);
+        const stp_flat_disc flat = stp_flat_disc_from_lanes(&lanes, i - begin);
+        const stp_disc disc = in_units(&flat, m->grid->scale);
         suspect_points(m, &disc, own + first, own + first + count);
     }
     measure_suspects(m);
@@ -361,6 +379,7 @@ static bool exceeds_stored(measure *m, const stp_chunk *chunk, uint32_t p)
 typedef struct ground {
     stp_disc_grid grid;
     stp_disc_hints hints;
+    stp_disc_rows rows; /* to measure */
 } ground;
 
 static stp_status ground_create(ground *out, const stp_chunk *chunk, const stp_carry *carry,
@@ -377,6 +396,7 @@ done:
 
 static void ground_clear(ground *g)
 {
+    stp_disc_rows_clear(&g->rows);
     stp_disc_hints_clear(&g->hints);
     stp_disc_grid_clear(&g->grid);
 }
@@ -398,7 +418,9 @@ stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const
 {
     ground g;
     stp_status status = ground_create(&g, chunk, carry, around, err);
-    measure m = {.grid = &g.grid, .hints = &g.hints};
+    measure m = {.grid = &g.grid, .hints = &g.hints, .rows = &g.rows};
+    if (status == STP_OK)
+        status = stp_disc_rows_create(&g.rows, &g.grid, err);
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
         if (chunk->patches[p].flags & STP_PATCH_SHAPES)
             out[p] = stored_overhang(&chunk->patches[p]);
@@ -413,7 +435,7 @@ stp_status stp_overhang_check(uint32_t *patch, const stp_chunk *chunk,
 {
     ground g;
     stp_status status = ground_create(&g, chunk, NULL, around, err);
-    measure m = {.grid = &g.grid, .hints = &g.hints, .check = true};
+    measure m = {.grid = &g.grid, .hints = &g.hints, .rows = &g.rows, .check = true};
     uint32_t found = STP_CHUNK_NONE;
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count && found == STP_CHUNK_NONE; p++)
         if (!(chunk->patches[p].flags & STP_PATCH_SHAPES) && exceeds_stored(&m, chunk, p))
