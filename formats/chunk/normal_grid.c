@@ -29,7 +29,7 @@ void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3])
     stp_normal_codes_get(out, nearest);
     find_places(nearest[0], shift, u);
     find_places(nearest[1], shift, v);
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 4 && least > 0.0f; i++) {
         const int32_t uv[2] = {stp_normal_grid_code(u[i & 1], shift),
                                stp_normal_grid_code(v[i >> 1], shift)};
         uint8_t code[3];

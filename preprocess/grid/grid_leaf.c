@@ -29,6 +29,7 @@ typedef struct tile {
     uint32_t column, row;   /* of its first sample */
     uint32_t columns, rows; /* as far as the grid goes */
     stp_raster_frame frame; /* of the square at hand */
+    double diagonal;        /* of its cells, the greater one */
     double *z;              /* SIDE_WITH_REACH squared; NaN: none */
     stp_item *items;        /* of square after square */
     uint32_t *ends;         /* of the squares' items */
@@ -75,8 +76,8 @@ typedef struct cliff {
 static cliff cliff_at(const tile *t, const double *middle)
 {
     const int row = SIDE_WITH_REACH;
-    const double x = fmin(difference(middle, middle - 1), difference(middle, middle + 1));
-    const double y = fmin(difference(middle, middle - row), difference(middle, middle + row));
+    const double x = stp_min(difference(middle, middle - 1), difference(middle, middle + 1));
+    const double y = stp_min(difference(middle, middle - row), difference(middle, middle + row));
     return (cliff){CLIFF_STEPS * x + CLIFF_SLOPE * t->frame.wide,
                    CLIFF_STEPS * y + CLIFF_SLOPE * t->frame.deep, CLIFF_NOISE * t->grid->noise};
 }
@@ -88,19 +89,42 @@ static bool is_turned(const stp_height_grid *grid, const stp_raster_frame *frame
     return grid->nodes != NULL && frame->area < 0.0;
 }
 
+/* Greatest height over or under the middle, by steps from it along an axis. */
+static void reach_along(double by_step, int reach, double out[STP_GRID_REACH + 1])
+{
+    out[0] = 0.0; /* by_step may be infinite */
+    for (int i = 1; i <= reach; i++)
+        out[i] = i * by_step;
+}
+
 static stp_plane_sums sum_window(const tile *t, const double *middle)
 {
-    const int reach = (int)t->grid->reach;
+    const int reach = (int)t->grid->reach, side = 2 * reach + 1;
     const cliff far = cliff_at(t, middle);
+    double columns[STP_GRID_REACH + 1], rows[STP_GRID_REACH + 1];
     stp_plane_sums s = {0};
+    bool whole = true;
+    reach_along(far.by_column, reach, columns);
+    reach_along(far.by_row, reach, rows);
     for (int j = -reach; j <= reach; j++)
         for (int i = -reach; i <= reach; i++) {
             const double z = middle[j * (int)SIDE_WITH_REACH + i] - *middle;
-            const double off =
-                (i ? abs(i) * far.by_column : 0.0) + (j ? abs(j) * far.by_row : 0.0) + far.least;
-            if (!(fabs(z) <= off)) /* a cliff, or no sample */
-                continue;
-            stp_plane_add(&s, i, j, z);
+            whole &= fabs(z) <= columns[abs(i)] + rows[abs(j)] + far.least;
+            s.z += z;
+            s.xz += i * z;
+            s.yz += j * z;
+        }
+    const int squares = reach * (reach + 1) * side / 3; /* of a row's columns, summed up */
+    s.n = side * side;
+    s.xx = s.yy = side * squares;
+    if (whole)
+        return s;
+    s = (stp_plane_sums){0};
+    for (int j = -reach; j <= reach; j++)
+        for (int i = -reach; i <= reach; i++) {
+            const double z = middle[j * (int)SIDE_WITH_REACH + i] - *middle;
+            if (fabs(z) <= columns[abs(i)] + rows[abs(j)] + far.least) /* else a cliff, or none */
+                stp_plane_add(&s, i, j, z);
         }
     return s;
 }
@@ -162,13 +186,12 @@ static bool is_border(const double *middle)
  * stays as wide as it is. Single samples that are missing are closed. */
 static double spacing_of(const tile *t, const double *middle, double upwards)
 {
-    const double *c = t->frame.by_column, *r = t->frame.by_row;
-    const double wide = sqrt(fmin(1.0 / fmax(upwards, 1e-3), WIDEST_CELL));
-    const double stretch = exp2(nearbyint(STRETCH_STEPS * log2(wide)) / STRETCH_STEPS);
-    const double diagonal = fmax(hypot(c[0] + r[0], c[1] + r[1]), hypot(c[0] - r[0], c[1] - r[1]));
+    const double wide = sqrt(stp_min(1.0 / stp_max(upwards, 1e-3), WIDEST_CELL));
+    const double steps = nearbyint(STRETCH_STEPS * log2(wide));
+    const double stretch = steps > 0.0 ? exp2(steps / STRETCH_STEPS) : 1.0;
     if (is_border(middle))
-        return 0.5 * BORDER_SHARE * stretch * diagonal / t->params->lambda;
-    return fmax(stretch * sqrt(fabs(t->frame.area)), DIAGONAL_SHARE * diagonal);
+        return 0.5 * BORDER_SHARE * stretch * t->diagonal / t->params->lambda;
+    return stp_max(stretch * sqrt(fabs(t->frame.area)), DIAGONAL_SHARE * t->diagonal);
 }
 
 static void add_sample(tile *t, uint32_t column, uint32_t row)
@@ -185,7 +208,7 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
                              .spacing = spacing_of(t, z, normal.z),
                              .normal = on_grid(normal, t->params->normal_bits),
                              .source = (uint32_t)place,
-                             .normal_bits = t->params->normal_bits,
+                             .normal_bits = STP_NORMAL_BITS, /* it is on the grid already */
                              .rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY},
                              .flags = STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED |
                                       STP_FIT_GIVEN << STP_SAMPLE_FIT_SHIFT};
@@ -203,6 +226,9 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
     if (column >= t->columns || row >= t->rows) /* a square beyond the grid */
         return;
     t->frame = frame_at(t->grid, t->column + column, t->row + row);
+    const double *across = t->frame.by_column, *down = t->frame.by_row;
+    t->diagonal = fmax(hypot(across[0] + down[0], across[1] + down[1]),
+                       hypot(across[0] - down[0], across[1] - down[1]));
     const bool turned = is_turned(t->grid, &t->frame);
     for (uint32_t i = 0; i < STP_SQUARE_SIDE * STP_SQUARE_SIDE; i++) {
         const uint32_t a = stp_square_column(i), b = stp_square_row(i);
