@@ -81,10 +81,15 @@ stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payl
     stp_bytes bytes = {0};
     stp_chunk_entry described = *entry;
     uint32_t counts[STP_LEVEL_COUNT];
+    stp_chunk squared = *chunk; /* with room for the squares that encoding finds */
+    squared.squares = NULL;
     STP_TRY(check_chunk(chunk, counts, err));
+    if (chunk->raster_count > 0)
+        STP_TRY(stp_alloc(&squared.squares, chunk->patch_count, sizeof *squared.squares, "squares",
+                          err));
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         size_t begin = bytes.size;
-        STP_TRY(stp_segment_encode(chunk, s, codec, &bytes, err));
+        STP_TRY(stp_segment_encode(&squared, s, codec, &bytes, err));
         described.segment_end[s] = (uint32_t)bytes.size;
         described.segment_hash[s] = stp_hash(bytes.data + begin, bytes.size - begin);
     }
@@ -94,6 +99,7 @@ stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payl
     *payload = bytes.data;
     bytes.data = NULL;
 done:
+    free(squared.squares);
     free(bytes.data);
     return status;
 }

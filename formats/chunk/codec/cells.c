@@ -2,6 +2,7 @@
 #include "formats/chunk/codec/cells.h"
 
 #include "base/memory.h"
+#include "base/wide.h"
 #include "formats/chunk/codec/symbols.h"
 
 #include <stdlib.h>
@@ -171,7 +172,7 @@ static void put_far(stp_symbol_writer *w, unsigned lane, int32_t high)
     stp_symbol_put_bits(w, lane, beyond - (1u << length), length);
 }
 
-static void put_number(stp_symbol_writer *w, column *c, int32_t cell, int shift)
+INLINE void put_number(stp_symbol_writer *w, column *c, int32_t cell, int shift)
 {
     const unsigned bits = low_bits(c->mean);
     const int32_t raised = cell + (int32_t)(1u << bits >> 1);
@@ -216,7 +217,7 @@ INLINE unsigned lower_odds(const column *c, unsigned upper)
     return 2u * (upper != 0) + ((c->before & (HALVES - 1)) != 0);
 }
 
-static void put_kind(stp_symbol_writer *w, column *c, unsigned cell, int shift)
+INLINE void put_kind(stp_symbol_writer *w, column *c, unsigned cell, int shift)
 {
     const unsigned was = c->before >> HALF_BITS, upper = cell >> HALF_BITS;
     const unsigned k = lower_odds(c, upper);
@@ -300,6 +301,17 @@ static uint8_t first_mean(const int16_t *cells, uint32_t count)
     return (uint8_t)(bit_length(mean + mean / 2) - 1);
 }
 
+STP_WIDE
+static void put_row(stp_symbol_writer *w, const columns *all, uint32_t row)
+{
+    const int shift = stp_odds_shift(row);
+    for (column *c = all->of; c < all->of + all->count; c++)
+        if (c->is_kinds)
+            put_kind(w, c, (uint8_t)c->cells[row], shift);
+        else
+            put_number(w, c, c->cells[row], shift);
+}
+
 stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes *out,
                             stp_error *err)
 {
@@ -318,13 +330,7 @@ stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes
     begin_known_means(&all);
     for (uint32_t i = 0; i < table->row_count; i++) {
         STP_TRY(stp_symbols_reserve(&w, (size_t)CELL_ITEMS * all.count, err));
-        for (unsigned k = 0; k < all.count; k++) {
-            column *c = &all.of[k];
-            if (c->is_kinds)
-                put_kind(&w, c, (uint8_t)c->cells[i], stp_odds_shift(i));
-            else
-                put_number(&w, c, c->cells[i], stp_odds_shift(i));
-        }
+        put_row(&w, &all, i);
         if (i == 0)
             begin_known_means(&all);
     }

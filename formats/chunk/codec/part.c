@@ -181,23 +181,30 @@ static void level_tables_destroy(stp_level_tables *tables)
 
 /* The squares of a block to be written, and their map. */
 typedef struct block_squares {
-    stp_square *of; /* by patch */
+    stp_square *of, *own; /* by patch; own: to be freed */
     stp_square_map map;
     bool found; /* false: the block is coded as points */
 } block_squares;
 
-static stp_status squares_find(const stp_chunk *chunk, block_squares *out, stp_error *err)
+/* If the block has room for squares, segment 0 leaves there what it finds, for the others. */
+static stp_status squares_find(const stp_chunk *block, int segment, block_squares *out,
+                               stp_error *err)
 {
     stp_status status = STP_OK;
-    if (!chunk->is_block || chunk->raster_count == 0)
+    if (!block->is_block || block->raster_count == 0)
         return STP_OK;
-    STP_TRY(stp_alloc(&out->of, chunk->patch_count, sizeof *out->of, "squares", err));
-    if (!stp_squares_find(chunk, out->of))
-        return STP_OK;
-    status = stp_square_map_create(chunk, out->of, &out->map, err);
-    out->found = status == STP_OK;
+    if (!block->squares)
+        STP_TRY(stp_alloc(&out->own, block->patch_count, sizeof *out->own, "squares", err));
+    out->of = block->squares ? block->squares : out->own;
+    out->found = block->squares && segment > 0 ? stp_chunk_is_squares(block)
+                                               : stp_squares_find(block, out->of);
+    if (out->found)
+        status = stp_square_map_create(block, out->of, &out->map, err);
+    out->found = out->found && status == STP_OK;
     if (status == STP_CORRUPT) /* no map holds these squares */
         status = STP_OK;
+    if (!out->found)
+        out->of[0].samples = 0;
 done:
     return status;
 }
@@ -205,7 +212,7 @@ done:
 static void squares_clear(block_squares *s)
 {
     stp_square_map_clear(&s->map);
-    free(s->of);
+    free(s->own);
 }
 
 /* Whether no patch is of strips or triangles, whose cones tell nothing of where the next patch is.
@@ -285,7 +292,7 @@ static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *o
 {
     stp_status status = STP_OK;
     block_squares squares = {0};
-    STP_TRY(squares_find(chunk, &squares, err));
+    STP_TRY(squares_find(chunk, segment, &squares, err));
     if (segment == 0) {
         STP_TRY(patches_encode(chunk, &squares, out, err));
         STP_TRY(vertices_encode(chunk, out, err));

@@ -63,7 +63,7 @@ void stp_scale_find(const stp_chunk *chunk, stp_scale *out)
     for (int k = 0; k < STEPS_TRIED; k++, step /= 10.0) {
         stp_scale scale = {.step = step};
         bool found = true;
-        for (int a = 0; a < 3 && found; a++)
+        for (int a = 2; a >= 0 && found; a--) /* heights of grids tell first */
             found = find_phase(chunk, step, a, &scale.phase[a]);
         if (found && holds(chunk, &scale)) {
             *out = scale;

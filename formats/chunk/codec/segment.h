@@ -24,7 +24,8 @@ typedef struct stp_block_row {
 } stp_block_row;
 
 /* Appends a segment's bytes. Blocks end at chunk->block_ends. The chunk must hold the segment's
- * levels and pass stp_patches_check. Errors: OUT_OF_MEMORY, INTERNAL (Draco, zstd),
+ * levels and pass stp_patches_check. If it has rasters and room for squares, segment 0 sets these,
+ * and the others take them. Errors: OUT_OF_MEMORY, INTERNAL (Draco, zstd),
  * INVALID_ARGUMENT (codec). */
 stp_status stp_segment_encode(const stp_chunk *chunk, int segment, stp_codec codec, stp_bytes *out,
                               stp_error *err);
