@@ -89,6 +89,9 @@ stp_status stp_block_records_make(const uint8_t *payload, const stp_chunk_entry 
     stp_chunk *chunk = NULL;
     stp_chunk_scratch scratch = {0};
     const size_t begin = out->size;
+    *count = 0;
+    if (!stp_codec_has_blocks((stp_codec)entry->codec))
+        return STP_OK;
     STP_TRY(
         stp_chunk_create_blank(&chunk, entry->patch_count, entry->sample_count, 2, &scratch, err));
     chunk->linked = (entry->flags & STP_CHUNK_LINKED) != 0;

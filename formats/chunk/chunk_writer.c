@@ -121,8 +121,8 @@ void stp_chunk_writer_destroy(stp_chunk_writer **writer)
 }
 
 /* Keeps the records of a chunk's blocks. */
-static stp_status keep_blocks(stp_chunk_writer *writer, const void *payload, stp_chunk_entry *entry,
-                              stp_error *err)
+static stp_status keep_blocks(stp_chunk_writer *writer, const stp_bytes *records,
+                              stp_chunk_entry *entry, stp_error *err)
 {
     stp_status status = STP_OK;
     const size_t begin = writer->blocks.size;
@@ -135,7 +135,8 @@ static stp_status keep_blocks(stp_chunk_writer *writer, const void *payload, stp
                              "a chunk in blocks for a file of version 1");
     if (begin / STP_BLOCK_BYTES > UINT32_MAX - STP_CHUNK_PATCHES_LIMIT)
         return stp_error_set(err, STP_LIMIT, "more than 2^32 blocks");
-    STP_TRY(stp_block_records_make(payload, entry, &writer->blocks, &entry->block_count, err));
+    STP_TRY(stp_bytes_append(&writer->blocks, records->data, records->size, err));
+    entry->block_count = (uint32_t)(records->size / STP_BLOCK_BYTES);
     entry->first_block = (uint32_t)(begin / STP_BLOCK_BYTES);
     entry->blocks_hash = stp_hash(writer->blocks.data + begin, writer->blocks.size - begin);
 done:
@@ -161,10 +162,24 @@ stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload
                                    const stp_chunk_entry *entry, uint32_t *handle, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_bytes records = {0};
+    uint32_t block_count;
+    STP_TRY(stp_block_records_make(payload, entry, &records, &block_count, err));
+    STP_TRY(stp_chunk_writer_append_made(writer, payload, &records, entry, handle, err));
+done:
+    free(records.data);
+    return status;
+}
+
+stp_status stp_chunk_writer_append_made(stp_chunk_writer *writer, const void *payload,
+                                        const stp_bytes *records, const stp_chunk_entry *entry,
+                                        uint32_t *handle, stp_error *err)
+{
+    stp_status status = STP_OK;
     stp_chunk_entry *kept = NULL;
     STP_TRY(next_entry(writer, entry, &kept, err));
     kept->offset = stp_output_size(writer->output);
-    STP_TRY(keep_blocks(writer, payload, kept, err));
+    STP_TRY(keep_blocks(writer, records, kept, err));
     STP_TRY(
         stp_output_write(writer->output, payload, entry->segment_end[STP_SEGMENT_COUNT - 1], err));
     *handle = (uint32_t)writer->entry_count++;

@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/block_cut.h"
+#include "formats/chunk/block_table.h"
 #include "preprocess/patch/world_lattice.h"
 #include "preprocess/tree/cell_cut.h"
 #include "preprocess/tree/chunk_build.h"
@@ -41,6 +42,7 @@ typedef struct span {
 typedef struct built {
     stp_built_chunk chunk;
     void *payload;
+    stp_bytes records; /* of its blocks */
     stp_chunk_entry entry;
     stp_dbox box; /* of a leaf's samples as stored, world */
     stp_chunk_numbers numbers;
@@ -173,6 +175,7 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
     const stp_placed_chunk middle = stp_built_chunk_place(&out->chunk);
     const stp_surrounding_chunks others = {&t->reaches, add_surrounding, t};
     stp_surroundings around = {0};
+    uint32_t block_count;
     (void)worker;
     STP_TRY(stp_surroundings_find(&around, &middle, self, &others, err));
     STP_TRY(stp_built_chunk_measure(&out->chunk, &around, err));
@@ -180,6 +183,7 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
         STP_TRY(stp_chunk_cut(out->chunk.chunk, out->chunk.run_ends, out->chunk.run_count,
                               stp_block_samples_least(t->params->codec), err));
     STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
+    STP_TRY(stp_block_records_make(out->payload, &out->entry, &out->records, &block_count, err));
     out->entry.origin = out->chunk.origin;
     STP_TRY(advance(t, err));
 done:
@@ -192,6 +196,7 @@ static void clear_tier(tree *t)
     for (uint32_t i = 0; t->tier && i < t->tier_count; i++) {
         stp_built_chunk_clear(&t->tier[i].chunk);
         free(t->tier[i].payload);
+        free(t->tier[i].records.data);
         stp_chunk_numbers_clear(&t->tier[i].numbers, t->cloud->spill);
     }
     free(t->tier);
@@ -204,7 +209,8 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
 {
     stp_status status = STP_OK;
     uint32_t handle = 0;
-    STP_TRY(stp_chunk_writer_append(t->writer, b->payload, &b->entry, &handle, err));
+    STP_TRY(
+        stp_chunk_writer_append_made(t->writer, b->payload, &b->records, &b->entry, &handle, err));
     STP_TRY(stp_grow(&t->children, &t->children_capacity, (size_t)handle + 1, sizeof *t->children,
                      "chunks", err));
     STP_TRY(stp_grow(&t->child_counts, &t->child_counts_capacity, (size_t)handle + 1,
@@ -238,6 +244,8 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
     b->chunk.run_ends = NULL;
     free(b->payload);
     b->payload = NULL;
+    free(b->records.data);
+    b->records = (stp_bytes){0};
 done:
     return status;
 }
