@@ -216,7 +216,7 @@ static void keep_colours(const grid_reader *g, double *z, uint16_t (*rgb)[3])
             z[i] = NAN;
         for (int k = 0; k < 3; k++) {
             const double share = pixel[grey ? 0 : k] / g->colour_info->full;
-            rgb[i][k] = (uint16_t)lrint(65535.0 * fmin(fmax(share, 0.0), 1.0));
+            rgb[i][k] = (uint16_t)lrint(65535.0 * stp_min(stp_max(share, 0.0), 1.0)); /* NaN: 0 */
         }
     }
 }
