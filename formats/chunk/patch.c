@@ -154,6 +154,13 @@ typedef struct row_coder {
     bool decode;
 } row_coder;
 
+/* Tight tables: how much less the code of a level's radius is, as a rule, than the next coarser
+ * one's. A disc for four discs is twice as wide, which is 16 codes. */
+static const uint8_t tight_drop[STP_LEVEL_COUNT] = {11, 16, 15, 0};
+static const uint8_t no_drop[STP_LEVEL_COUNT] = {0};
+/* STP_PATCH_MIDDLE is 2^MIDDLE_BITS. */
+#define MIDDLE_BITS 9
+
 /* Two for each axis, behind the exponent's. */
 #define ORIGIN_COLUMNS 6u
 
@@ -234,25 +241,28 @@ STP_INLINE void code_normal(row_coder *c, const uint8_t previous[3], uint8_t nor
     normal[2] = (uint8_t)(word >> 16);
 }
 
-/* Predicts level 3 from the previous patch, and each finer level from the next coarser one. */
+/* Predicts level 3 from the previous patch, and each finer level l from the next coarser one, less
+ * drop[l]; but level 0 from the previous patch, too, if it is apart. */
 STP_INLINE void code_levels(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT],
+                            const uint8_t drop[STP_LEVEL_COUNT], bool apart,
                             uint8_t values[STP_LEVEL_COUNT])
 {
     uint8_t predicted = previous[STP_LEVEL_COUNT - 1];
     for (int l = STP_LEVEL_COUNT - 1; l >= 0; l--) {
-        values[l] = code_byte(c, predicted, values[l]);
+        predicted = (uint8_t)(predicted - drop[l]);
+        values[l] = code_byte(c, l == 0 && apart ? previous[0] : predicted, values[l]);
         predicted = values[l];
     }
 }
 
 /* Codes the errors of levels 3 and 0 by patch and those of levels 2 and 1 by quarter. Level 2 is
  * predicted from level 3, level 1 from level 2 of the same quarter. A level's greatest error
- * follows from its quarters. */
-STP_INLINE void code_errors(row_coder *c, uint8_t previous, unsigned quarter_count,
-                            uint8_t values[STP_LEVEL_COUNT],
+ * follows from its quarters. previous: the errors of the patch before. */
+STP_INLINE void code_errors(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT],
+                            unsigned quarter_count, uint8_t values[STP_LEVEL_COUNT],
                             uint8_t quarters[2][STP_PATCH_QUARTERS])
 {
-    values[3] = code_byte(c, previous, values[3]);
+    values[3] = code_byte(c, previous[3], values[3]);
     for (int level = 2; level > 0; level--) {
         for (unsigned q = 0; q < STP_PATCH_QUARTERS; q++) {
             uint8_t coarser = level == 2 ? values[3] : quarters[1][q];
@@ -261,7 +271,7 @@ STP_INLINE void code_errors(row_coder *c, uint8_t previous, unsigned quarter_cou
         }
         values[level] = greatest_of(quarters[level - 1]);
     }
-    values[0] = code_byte(c, values[1], values[0]);
+    values[0] = code_byte(c, c->table->tight ? previous[0] : values[1], values[0]);
 }
 
 STP_INLINE stp_ivec3 cone_axis_of(const stp_patch *p)
@@ -307,23 +317,42 @@ STP_INLINE void code_origin(row_coder *c, const stp_patch *previous, stp_patch *
     }
 }
 
+/* Codes the centre of the bounding sphere. Tight: along x it is expected in the middle, and may be
+ * 2 to 64 times as far; along y and z it is expected to be the same. */
+STP_INLINE void code_centre(row_coder *c, const stp_patch *previous, stp_patch *p)
+{
+    uint16_t *centre = p->bound_centre;
+    if (!c->table->tight) {
+        for (int i = 0; i < 3; i++)
+            centre[i] = code_short(c, previous->bound_centre[i], centre[i]);
+        return;
+    }
+    const uint16_t way = (uint16_t)(centre[0] - STP_PATCH_MIDDLE);
+    const uint16_t turned =
+        code_short(c, 0, (uint16_t)(way >> MIDDLE_BITS | way << (16 - MIDDLE_BITS)));
+    centre[0] =
+        (uint16_t)(STP_PATCH_MIDDLE + (turned << MIDDLE_BITS | turned >> (16 - MIDDLE_BITS)));
+    for (int i = 1; i < 3; i++)
+        centre[i] = code_short(c, centre[i - 1], centre[i]);
+}
+
 STP_INLINE void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p)
 {
+    const bool tight = c->table->tight;
     p->exponent = (int16_t)code_short(c, (uint16_t)previous->exponent, (uint16_t)p->exponent);
     row_coder origin = *c; /* comes last, since it follows the cone's axis */
     c->column += ORIGIN_COLUMNS;
     p->child = code_byte(c, previous->child, p->child);
     p->flags = code_byte(c, previous->flags, p->flags);
-    p->counts[0] = code_byte(c, previous->counts[0], p->counts[0]);
+    p->counts[0] = code_byte(c, tight ? STP_PATCH_SAMPLES : previous->counts[0], p->counts[0]);
     for (int l = 0; l + 1 < STP_LEVEL_COUNT; l++)
         p->counts[l + 1] = (uint8_t)stp_level_count_above(p->counts[l]);
-    code_levels(c, previous->radius, p->radius);
-    code_errors(c, previous->error[3], p->counts[2], p->error, p->quarter_error);
-    code_errors(c, previous->tangential_error[3], p->counts[2], p->tangential_error,
+    code_levels(c, previous->radius, tight ? tight_drop : no_drop, false, p->radius);
+    code_errors(c, previous->error, p->counts[2], p->error, p->quarter_error);
+    code_errors(c, previous->tangential_error, p->counts[2], p->tangential_error,
                 p->quarter_tangential_error);
-    code_levels(c, previous->colour_error, p->colour_error);
-    for (int i = 0; i < 3; i++)
-        p->bound_centre[i] = code_short(c, previous->bound_centre[i], p->bound_centre[i]);
+    code_levels(c, previous->colour_error, no_drop, tight, p->colour_error);
+    code_centre(c, previous, p);
     p->bound_radius = code_byte(c, p->radius[STP_LEVEL_COUNT - 1], p->bound_radius);
     p->cone_angle = code_byte(c, previous->cone_angle, p->cone_angle);
     code_normal(c, previous->cone_axis, p->cone_axis);
@@ -344,6 +373,8 @@ STP_INLINE void code_patches(const stp_patch *in, stp_patch *out, const stp_tabl
     memset(&previous, 0, sizeof previous);
     for (int i = 0; table->middles && i < 3; i++)
         previous.bound_centre[i] = STP_PATCH_MIDDLE;
+    if (table->tight)
+        previous.child = STP_PATCH_NO_CHILD;
     for (uint32_t i = 0; i < table->row_count; i++) {
         row_coder c = {.table = table, .row = i, .decode = decode};
         stp_patch patch;

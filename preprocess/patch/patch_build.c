@@ -298,7 +298,11 @@ static bool bound(builder *b)
         patch->flags |= STP_PATCH_TWO_SIDED;
     if (common & STP_SAMPLE_CLOSED)
         patch->flags |= STP_PATCH_CLOSED;
-    stp_normal_encode(stp_dvec3_to_float(stp_dvec3_normalize(sum)), patch->cone_axis);
+    const stp_sample *vertex = &b->samples->level[STP_LEVEL_COUNT - 1][0];
+    if (vertex->flags & STP_SAMPLE_HAS_NORMAL)
+        memcpy(patch->cone_axis, vertex->normal, sizeof patch->cone_axis);
+    else
+        stp_normal_encode(stp_dvec3_to_float(stp_dvec3_normalize(sum)), patch->cone_axis);
     stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
     double angle = 0.0;
     double least_cosine = 1.0; /* of normals of discs without a cone */
@@ -316,7 +320,6 @@ static bool bound(builder *b)
     }
     angle = stp_max(angle, acos(stp_max(-1.0, least_cosine)));
     patch->cone_angle = stp_cone_angle_encode(angle + 1e-6);
-    const stp_sample *vertex = &b->samples->level[STP_LEVEL_COUNT - 1][0];
     memcpy(patch->bound_centre, vertex->position, sizeof patch->bound_centre);
     const stp_dvec3 c = stp_sample_position(vertex, patch);
     double radius = 0.0;

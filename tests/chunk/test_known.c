@@ -257,6 +257,8 @@ static void test_version_2_0(void **state)
     check_codecs("middles_2_0");
     check_codecs("squares_2_0");
     check_codecs("maps_2_0");
+    check_codecs("tight/points_2_0");
+    check_codecs("tight/maps_2_0");
 }
 
 static void test_attributes(void **state)

@@ -6,7 +6,7 @@ import struct
 import codec_squares
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
                    grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
-from odds import read_columns
+from odds import TIGHT_PATCHES, TIGHT_SAMPLES, Symbols, read_columns, tight_columns
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
@@ -89,17 +89,18 @@ def add_coordinate(child, axis, predicted, cell, scale):
 
 class Table:
     """Rows of cells; of a block's table also the shift of normals, the scale, whether level (1) or tilted (3) squares
-    follow, and whether patches are predicted by middles."""
+    follow, and whether patches are predicted by middles, and as in tight tables."""
 
-    def __init__(self, rows=(), shift=0, scale=None, squares=0, middles=0):
+    def __init__(self, rows=(), shift=0, scale=None, squares=0, middles=0, tight=0):
         self.rows, self.shift, self.scale, self.squares, self.middles = rows, shift, scale, squares, middles
+        self.tight = tight
 
 
 def read_table(cursor, rows, columns, joined=False, level=None):
     if rows == 0:
         return Table()
     block = Cursor(cursor.take(cursor.number(4)), cursor.name)
-    mask, shift, by_odds, scale, squares, middles = block.number(8), 0, False, None, 0, 0
+    mask, shift, by_odds, scale, squares, middles, tight = block.number(8), 0, False, None, 0, 0, 0
     if joined:
         by_odds, mask = mask >> 59 & 1, mask & ~(1 << 59)
         if columns == SAMPLE_COLUMNS:
@@ -111,36 +112,99 @@ def read_table(cursor, rows, columns, joined=False, level=None):
             squares = mask >> 57 & 3
             mask &= ~(3 << 57) if squares & 1 else -1
             middles, mask = mask >> 56 & 1, mask & ~(1 << 56)
+            tight = middles and mask >> 55 & 1
+            mask &= ~(1 << 55) if tight else -1
     require(mask >> columns == 0, f"{cursor.name}: the mask has bits beyond the last column")
     same = {c: signed(block.number(2), 16) for c in range(columns) if mask >> c & 1}
     table = {c: [same[c]] * rows for c in same}
     if by_odds:
-        table.update(read_columns(block, rows, columns, same, middles))
+        table.update(read_columns(block, rows, columns, same, middles, tight))
     else:
         for stream in streams_of(rows, columns, joined):
             varying = [c for c in stream if c not in same]
             cells = read_column(block, rows * len(varying)) if varying else []
             table.update((c, cells[i * rows:(i + 1) * rows]) for i, c in enumerate(varying))
     block.end()
-    return Table(list(zip(*(table[c] for c in range(columns)))), shift, scale, squares, middles)
+    return Table(list(zip(*(table[c] for c in range(columns)))), shift, scale, squares, middles, tight)
 
 
-def quarters(cells, patch, before):
-    """The columns: those of the coarsest level, of quarters of levels 2 and 1, and of level 0."""
+class TightTables:
+    """The tables of a tight part."""
+
+    def __init__(self, cursor):
+        self.symbols, self.name, self.scale = Symbols(cursor, True), cursor.name, None
+
+    def read(self, rows, columns, level=None, last=False):
+        """The next table: of patches, or of samples; level: None for level 3."""
+        symbols, shift, same, coded = self.symbols, 0, {}, []
+        if rows == 0:
+            return Table()
+        if columns == SAMPLE_COLUMNS:
+            shift = symbols.bits(0, 4)
+            require(shift <= 11, f"{self.name}: normals are shifted by {shift} bits")
+        if level == 0 and self.scale is None:
+            self.scale = symbols.bits(0, 1)
+            if self.scale:
+                data = b"".join(symbols.bits(0, 16).to_bytes(2, "little") for _ in range(7))
+                self.scale = Scale(Cursor(data, self.name))
+        for c in range(columns):
+            how = symbols.symbol(0, symbols.how, 5, 0)[0]
+            require(how <= 2, f"{self.name}: a column is coded in way {how}")
+            if how == 0:
+                coded.append(c)
+            else:
+                same[c] = [signed(symbols.bits(0, 16), 16) if how == 2 else 0] * rows
+        firsts = TIGHT_PATCHES if columns != SAMPLE_COLUMNS else TIGHT_SAMPLES[0 if level is None else 1 + last]
+        table = tight_columns(symbols, rows, columns, coded, firsts) | same
+        patches = columns != SAMPLE_COLUMNS
+        return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches)
+
+    def end(self):
+        self.symbols.end()
+
+
+class LooseTables:
+    """The tables of any other part, and what stands between them."""
+
+    def __init__(self, cursor, joined):
+        self.cursor, self.joined = cursor, joined
+
+    def read(self, rows, columns, level=None, last=False):
+        return read_table(self.cursor, rows, columns, self.joined, level)
+
+    def end(self):
+        self.cursor.end()
+
+
+def tables_of(cursor, joined, squares=None):
+    tight = joined and not squares and len(cursor.data) >= 8 and cursor.data[3] & 128
+    return TightTables(cursor) if tight else LooseTables(cursor, joined)
+
+
+def quarters(cells, patch, before, tight):
+    """The columns: those of the coarsest level, of quarters of levels 2 and 1, and of level 0. before: errors of the patch
+    before, by level."""
     count = patch.counts[2]
-    coarsest = (before + cells[0]) & 255
+    coarsest = (before[3] + cells[0]) & 255
     two = [((coarsest if q < count else 0) + cells[1 + q]) & 255 for q in range(4)]
     one = [(two[q] + cells[5 + q]) & 255 for q in range(4)]
-    return [(max(one) + cells[9]) & 255, max(one), max(two), coarsest], [one, two]
+    return [((before[0] if tight else max(one)) + cells[9]) & 255, max(one), max(two), coarsest], [one, two]
 
 
-def finer(cells, before):
+def finer(cells, before, drops=(0, 0, 0, 0)):
     """Turns cells of levels 3 to 0 into a list of levels 0 to 3."""
     out = []
-    for cell in cells:
-        before = (before + cell) & 255
+    for cell, drop in zip(cells, drops):
+        before = (before - drop + cell) & 255
         out.insert(0, before)
     return out
+
+
+def middle_of(cells):
+    """The centre of a patch's bound in a tight table."""
+    turned = cells[0] & 65535
+    x = (512 + (turned << 9 | turned >> 7)) & 65535
+    return [x, (x + cells[1]) & 65535, (x + cells[1] + cells[2]) & 65535]
 
 
 def place_before(before, exponent, axis, steps):
@@ -163,10 +227,12 @@ def origin_by_middles(patch, before, cells):
         rise += n[axis] * signed(patch.origin[axis] - o, 32)
 
 
-def patches_of(rows, linked, middles=0):
+def patches_of(rows, linked, middles=0, tight=0):
     patches, before = [], Patch()
     if middles:
         before.bound = [512] * 3
+    if tight:
+        before.child = 255
     for cells in rows:
         p = Patch()
         p.exponent = signed(before.exponent + cells[0], 16)
@@ -175,14 +241,16 @@ def patches_of(rows, linked, middles=0):
             p.origin[i] = signed(o + cells[1 + 2 * i] + 65536 * cells[2 + 2 * i], 32)
         p.child = (before.child + cells[7]) & 255
         p.flags = (before.flags + cells[8]) & 255
-        count = (before.counts[0] + cells[9]) & 255
+        count = ((64 if tight else before.counts[0]) + cells[9]) & 255
         require(1 <= count <= 64, f"a patch of {count} samples")
         p.counts = counts_of(count)
-        p.radius = finer(cells[10:14], before.radius[3])
-        p.error, p.quarter_error = quarters(cells[14:24], p, before.error[3])
-        p.tangential, p.quarter_tangential = quarters(cells[24:34], p, before.tangential[3])
+        p.radius = finer(cells[10:14], before.radius[3], (0, 15, 16, 11) if tight else (0, 0, 0, 0))
+        p.error, p.quarter_error = quarters(cells[14:24], p, before.error, tight)
+        p.tangential, p.quarter_tangential = quarters(cells[24:34], p, before.tangential, tight)
         p.colour = finer(cells[34:38], before.colour[3])
         p.bound = [(before.bound[i] + cells[38 + i]) & 65535 for i in range(3)]
+        if tight:
+            p.colour[0], p.bound = (before.colour[0] + cells[37]) & 255, middle_of(cells[38:41])
         p.bound_radius = (p.radius[3] + cells[41]) & 255
         p.cone_angle = (before.cone_angle + cells[42]) & 255
         p.u, p.v = (before.u + cells[43]) & 4095, (before.v + cells[44]) & 4095
@@ -352,21 +420,23 @@ def read_squares(cursor, patches, tilted):
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    table = read_table(cursor, patch_count, patch_columns(linked), joined)
-    patches = patches_of(table.rows, linked, table.middles)
+    tables = tables_of(cursor, joined)
+    table = tables.read(patch_count, patch_columns(linked))
+    patches = patches_of(table.rows, linked, table.middles, table.tight)
     squares = read_squares(cursor, patches, table.squares >> 1) if table.squares & 1 else None
-    coarsest = read_table(cursor, patch_count, SAMPLE_COLUMNS, joined)
+    coarsest = tables.read(patch_count, SAMPLE_COLUMNS)
     levels = [None, None, None, coarsest_level(coarsest.rows, patches, coarsest.shift)]
     for level in (2, 1, 0):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")
+            tables = tables_of(cursor, joined, squares)
         parents = len(levels[level + 1])
         how = cursor.number(1) if squares else 0
         elder = sum(p.counts[level] for p in patches) - parents
-        tables = [read_table(cursor, rows, SAMPLE_COLUMNS, joined, level) for rows in (elder, parents)]
-        levels[level] = (codec_squares.decode_level(squares, level, how, levels[level + 1], tables) if squares else
-                         finer_level(*tables, patches, level, levels[level + 1]))
-        cursor.end()
+        both = [tables.read(rows, SAMPLE_COLUMNS, level, last) for last, rows in enumerate((elder, parents))]
+        levels[level] = (codec_squares.decode_level(squares, level, how, levels[level + 1], both) if squares else
+                         finer_level(*both, patches, level, levels[level + 1]))
+        tables.end()
     return patches, levels
 
 

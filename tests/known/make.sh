@@ -60,6 +60,16 @@ in_blocks scale_2_0 cm.txt --columns $columns --outliers mark
 # From here on patches are predicted by middles.
 "$program" gen statue -n 1200 --seed 2 -o middles.ply --quiet
 in_blocks middles_2_0 middles.ply
+# From here on parts are tight. The points have a scale; of maps, squares have tight tables, other parts are tight.
+mkdir -p tight
+"$program" gen statue -n 1000 --seed 3 -o middles.ply --quiet --force
+add_columns middles.ply 0 | awk '{ for (i = 1; i <= 3; i++) $i = sprintf("%.2f", 9 * $i); print }' >cm.txt
+in_blocks tight/points_2_0 cm.txt --columns $columns
+"$program" gen statue -n 700 --seed 5 -o maps.ply --quiet
+for codec in raw draco zstd; do
+    "$program" prep maps.ply --maps -o "tight/maps_2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" tight/maps_2_0_raw.stipple >tight/maps_2_0.samples
 
 # Points as LAS: times of a clock, colours and intensities of 16 bits, counters that come in runs.
 python3 - attributes.las <<'END'
@@ -118,7 +128,7 @@ done
 python3 "$known/read.py" squares_2_0_raw.stipple >squares_2_0.samples
 
 # Elevation maps: squares on tilted planes, and points that stay.
-"$program" gen statue -n 700 --seed 4 -o maps.ply --quiet
+"$program" gen statue -n 700 --seed 4 -o maps.ply --quiet --force
 for codec in raw draco zstd; do
     "$program" prep maps.ply --maps -o "maps_2_0_$codec.stipple" --codec $codec --quiet
 done

@@ -16,14 +16,25 @@ PATCH_ALONE = (0, 1, 9)
 # Of patches by middles: the first means, by column.
 PATCH_FIRST = (4, 13, 7, 13, 7, 11, 7, 0, 0, 11, 11, 12, 12, 12, 12, 11, 11, 11, 11, 9, 9, 9, 9, 13, 12, 11, 11, 11, 11,
                10, 10, 10, 10, 14, 11, 8, 9, 11, 19, 19, 19, 8, 12, 16, 16, 16)
+# Tight tables: first means of patches, by column; and of samples, of levels 3 (0), of elder (1) and last (2) children.
+TIGHT_PATCHES = (4, 14, 8, 15, 8, 10, 8, 0, 0, 12, 12, 9, 10, 8, 13, 11, 11, 11, 11, 10, 10, 10, 10, 4, 13, 11, 11, 11,
+                 10, 10, 10, 10, 10, 13, 11, 9, 9, 12, 9, 3, 3, 9, 12, 17, 17, 16)
+TIGHT_SAMPLES = ((3, 0, 0, 4, 4, 13, 10, 10, 13, 3, 3, 3), (8, 0, 0, 11, 11, 9, 8, 8, 11, 13, 13, 10),
+                 (8, 0, 0, 8, 8, 8, 8, 8, 8, 9, 9, 9))
+# Columns of patches whose cells are not positive, and not negative, as a rule.
+FALLING, RISING = (9, *range(15, 23), *range(25, 33), 35, 36), (2, 4, 6, 38, 41)
 
 
 class Symbols:
-    """The symbols of a table."""
+    """The symbols of a table, or of all tables of a tight part."""
 
-    def __init__(self, cursor):
+    def __init__(self, cursor, tight=False):
         self.cursor = cursor
-        self.states = [cursor.number(8) for _ in range(LANES)]
+        if tight:
+            self.states = [(cursor.number(4) & (1 << 31) - 1) << 32 | cursor.number(4), cursor.number(8)]
+        else:
+            self.states = [cursor.number(8) for _ in range(LANES)]
+        self.how = [0, 3 << 13, 15 << 11] + [ALL - 4 * (SYMBOLS - s) for s in range(3, SYMBOLS)]
 
     def bits(self, lane, count):
         state = self.states[lane]
@@ -50,20 +61,21 @@ class Symbols:
         require(self.states == [1 << 31] * LANES, f"{self.cursor.name}: the symbols do not end")
 
 
-def falling_odds(ratio):
+def falling_odds(ratio, side):
     weights = [4096]
     for _ in range(MOST + 1):
         weights.append(weights[-1] * ratio >> 16)
-    weights = weights[MOST:0:-1] + weights
+    below, above = ([w >> 5 * (side == wrong) for w in weights[1:MOST + 1]] for wrong in (1, -1))
+    weights = below[::-1] + weights[:1] + above + weights[MOST + 1:]
     return [sum(weights[:s]) * (ALL - 4 * SYMBOLS) // sum(weights) + 4 * s for s in range(SYMBOLS)]
 
 
 class Numbers:
     """A column of numbers."""
 
-    def __init__(self, lane, first, beside):
+    def __init__(self, lane, first, beside, side=0):
         self.lane, self.mean, self.beside, self.size, self.cells = lane, 1 << first, beside, NONE, []
-        self.odds = [[falling_odds(ratio) for ratio in row] for row in RATIOS]
+        self.odds = [[falling_odds(ratio, side) for ratio in row] for row in RATIOS]
 
     def read(self, symbols, shift):
         length = self.mean.bit_length()
@@ -86,9 +98,9 @@ class Kinds:
 
     size = NONE
 
-    def __init__(self, lane):
+    def __init__(self, lane, step=512):
         self.lane, self.before, self.cells = lane, 0, []
-        odds = [0] + [ALL - 512 * (17 - s) for s in range(1, 16)] + [ALL - 4 * (SYMBOLS - s) for s in range(16, SYMBOLS)]
+        odds = [0] + [ALL - step * (17 - s) for s in range(1, 16)] + [ALL - 4 * (SYMBOLS - s) for s in range(16, SYMBOLS)]
         self.upper, self.lower = [list(odds) for _ in range(16)], [list(odds) for _ in range(4)]
 
     def read(self, symbols, shift):
@@ -105,12 +117,41 @@ def beside_of(column, columns):
     return None if column in PATCH_ALONE else column - 1
 
 
-def read_columns(cursor, rows, columns, same, middles):
-    """The cells of each column that is not in `same`; takes the rest of the cursor. middles: of patches."""
+def tight_column(lane, c, columns, table, firsts):
+    kinds = KINDS.get(columns, PATCH_KINDS)
+    side = (c in RISING) - (c in FALLING) if columns not in KINDS else 0
+    return Kinds(lane, 128) if c in kinds else Numbers(lane, firsts[c], table.get(beside_of(c, columns)), side)
+
+
+def read_rows(symbols, rows, table, firsts):
+    """Reads all cells. firsts: None, or the first means that row 0 leaves as they are."""
+    for row in range(rows):
+        for c, column in table.items():
+            column.read(symbols, 5 + (row >= 64) + (row >= 256))
+            if firsts and row == 0:
+                column.mean = 1 << firsts[c]
+    return {c: column.cells for c, column in table.items()}
+
+
+def tight_columns(symbols, rows, columns, coded, firsts):
+    """The cells of the columns `coded` of a tight table."""
+    table = {}
+    for i, c in enumerate(coded):
+        table[c] = tight_column(i % LANES, c, columns, table, firsts)
+    return read_rows(symbols, rows, table, firsts)
+
+
+def read_columns(cursor, rows, columns, same, middles, tight):
+    """The cells of each column that is not in `same`; takes the rest of the cursor. middles, tight: of patches."""
     kinds = KINDS.get(columns, PATCH_KINDS)
     coded = [c for c in range(columns) if c not in same]
     if not coded:
         return {}
+    if tight:
+        symbols = Symbols(cursor)
+        cells = tight_columns(symbols, rows, columns, coded, TIGHT_PATCHES)
+        symbols.end()
+        return cells
     table = {}
     for lane, c in enumerate(coded):
         if c in kinds:
@@ -120,10 +161,6 @@ def read_columns(cursor, rows, columns, same, middles):
         require(first <= 23, f"{cursor.name}: the first mean of a column is 2^{first}")
         table[c] = Numbers(lane % LANES, first, table.get(beside_of(c, columns)))
     symbols = Symbols(cursor)
-    for row in range(rows):
-        for c, column in table.items():
-            column.read(symbols, 5 + (row >= 64) + (row >= 256))
-            if middles and row == 0:
-                column.mean = 1 << PATCH_FIRST[c]
+    cells = read_rows(symbols, rows, table, PATCH_FIRST if middles else None)
     symbols.end()
-    return {c: column.cells for c, column in table.items()}
+    return cells

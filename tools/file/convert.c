@@ -82,7 +82,7 @@ static int run(int argc, char **argv)
         {"--format", 0, CLI_CHOICE, &o.format, FORMAT_CHOICES,
          "version of the file; 2 is in blocks (the file's own)", &o.has_format},
         {"--block", 0, CLI_UINT, &o.block_samples, "SAMPLES",
-         "least samples of a block (1400; zstd 6800): smaller ones read less and take more room",
+         "least samples of a block (350; zstd 6800): smaller ones read less and take more room",
          NULL},
         {"--threshold", 0, CLI_NUMBER, &o.threshold_px, "PX",
          "default threshold of drawing commands (the file's own)", &o.has_threshold},

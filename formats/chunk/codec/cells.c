@@ -6,6 +6,7 @@
 #include "formats/chunk/codec/symbols.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #define INLINE STP_INLINE
 /* High parts from -HIGH_MOST to HIGH_MOST are symbols 0 to 30; symbol 31 stands for all others. */
@@ -20,8 +21,10 @@
 #define MEAN_BITS_LEAST (MEAN_BITS - 4)
 /* Sizes of the mean: below 1/16, one an octave up to 2, and above. */
 #define SIZE_COUNT (MEAN_BITS_WHOLE - MEAN_BITS_LEAST + 1)
+_Static_assert(SIZE_COUNT == STP_CELL_SIZES, "sizes of means");
 /* How large the high part of the cell beside is: not there, 0, up to 2, more. */
 enum { BESIDE_NONE, BESIDE_SMALL, BESIDE_MIDDLE, BESIDE_LARGE, BESIDE_COUNT };
+_Static_assert(BESIDE_COUNT == STP_CELL_BESIDES, "sizes of cells beside");
 #define MIDDLE_LEAST 1u
 #define LARGE_LEAST 3u
 /* Items of a cell: symbol, low bits, length of what is beyond, what is beyond. */
@@ -34,19 +37,16 @@ enum { BESIDE_NONE, BESIDE_SMALL, BESIDE_MIDDLE, BESIDE_LARGE, BESIDE_COUNT };
 /* A cell of kinds is two halves: bits 4-7, then bits 0-3. */
 #define HALF_BITS 4u
 #define HALVES (1u << HALF_BITS)
-/* The odds of a half that is not 0, at first. */
+/* The odds of a half that is not 0, at first; in tight tables. */
 #define HALF_ODDS 512
-/* Odds of a column: of numbers, which are more than those of kinds. */
-#define ODDS_COUNT (SIZE_COUNT * BESIDE_COUNT)
+#define HALF_ODDS_TIGHT 128
+/* In tight tables the cells of some columns have one sign, as a rule: at first the weights of the
+ * other sign are less by so many bits. */
+#define SIDE_BITS 5
 /* Whether a high part beyond the symbols is negative, and bits of how far it is beyond. */
 #define FAR_BITS 5u
 /* A column's first mean is a power of two, at most that of the greatest magnitude. */
 #define FIRST_MOST (15u + MEAN_BITS)
-
-/* The odds of a column of numbers. */
-typedef struct number_odds {
-    stp_odds of[SIZE_COUNT * BESIDE_COUNT];
-} number_odds;
 
 /* The odds of a column of kinds: of the upper half by that of the cell before; of the lower half by
  * whether the upper one, and the lower one of the cell before, are not 0. */
@@ -57,7 +57,7 @@ typedef struct kind_odds {
 /* A column that is coded. */
 typedef struct column {
     union {
-        number_odds numbers;
+        stp_number_odds numbers;
         kind_odds kinds;
     } odds;
     int16_t *cells;
@@ -98,21 +98,23 @@ INLINE unsigned size_of(uint32_t mean)
     return bits - MEAN_BITS_LEAST;
 }
 
-/* The odds before the first cell: magnitudes fall by `ratio` / 2^16 from one to the next. */
-static void odds_begin(uint32_t ratio, stp_odds *out)
+/* The odds before the first cell: magnitudes fall by `ratio` / 2^16 from one to the next. side: the
+ * sign of the cells, 0 if they have both. */
+static void odds_begin(uint32_t ratio, int side, stp_odds *out)
 {
-    uint32_t weight[STP_ODDS_SYMBOLS], all = 0, below = 0, w = FIRST_WEIGHT;
+    uint32_t weight[STP_ODDS_SYMBOLS], below[STP_ODDS_SYMBOLS + 1] = {0}, w = FIRST_WEIGHT;
     for (int high = 0; high <= HIGH_MOST; high++) {
-        weight[HIGH_MOST + high] = weight[HIGH_MOST - high] = w;
+        weight[HIGH_MOST + high] = side < 0 && high > 0 ? w >> SIDE_BITS : w;
+        weight[HIGH_MOST - high] = side > 0 && high > 0 ? w >> SIDE_BITS : w;
         w = w * ratio >> 16;
     }
     weight[FAR_SYMBOL] = w;
     for (int s = 0; s < STP_ODDS_SYMBOLS; s++)
-        all += weight[s];
-    for (unsigned s = 0; s < STP_ODDS_SYMBOLS; s++) {
-        out->below[s] = (int16_t)(below * SHARED_ODDS / all + ODDS_LEAST * s);
-        below += weight[s];
-    }
+        below[s + 1] = below[s] + weight[s];
+    /* Doubles divide several numbers at once. Their quotients, cut, are those of whole numbers. */
+    const double all = below[STP_ODDS_SYMBOLS];
+    for (int s = 0; s < STP_ODDS_SYMBOLS; s++)
+        out->below[s] = (int16_t)((int32_t)((double)below[s] * SHARED_ODDS / all) + ODDS_LEAST * s);
 }
 
 /* By which part of 2^16 the odds fall from one magnitude to the next, by size of the mean and of
@@ -123,26 +125,32 @@ static const uint16_t first_ratio[SIZE_COUNT][BESIDE_COUNT] = {
     {46343, 41561, 46343, 50585},
 };
 
-static void number_odds_begin(number_odds *out)
+/* The odds of columns of a side, which are made once. */
+static const stp_number_odds *number_odds_first(stp_first_odds *first, int side)
 {
+    stp_number_odds *out = &first->of[side + 1];
+    if (first->known[side + 1])
+        return out;
+    first->known[side + 1] = true;
     for (unsigned i = 0; i < SIZE_COUNT; i++)
         for (unsigned b = 0; b < BESIDE_COUNT; b++)
-            odds_begin(first_ratio[i][b], &out->of[i * BESIDE_COUNT + b]);
+            odds_begin(first_ratio[i][b], side, &out->of[i * BESIDE_COUNT + b]);
+    return out;
 }
 
-static void half_odds_begin(stp_odds *out)
+static void half_odds_begin(int half_odds, stp_odds *out)
 {
     const int halves = HALVES;
     for (int s = 0; s < STP_ODDS_SYMBOLS; s++) {
         const int above =
-            s < halves ? HALF_ODDS * (halves + 1 - s) : ODDS_LEAST * (STP_ODDS_SYMBOLS - s);
+            s < halves ? half_odds * (halves + 1 - s) : ODDS_LEAST * (STP_ODDS_SYMBOLS - s);
         out->below[s] = (int16_t)(s == 0 ? 0 : STP_ODDS_ALL - above);
     }
 }
 
-static void kind_odds_begin(kind_odds *out)
+static void kind_odds_begin(bool tight, kind_odds *out)
 {
-    half_odds_begin(&out->upper[0]);
+    half_odds_begin(tight ? HALF_ODDS_TIGHT : HALF_ODDS, &out->upper[0]);
     for (unsigned i = 1; i < HALVES; i++)
         out->upper[i] = out->upper[0];
     for (unsigned i = 0; i < 4; i++)
@@ -250,17 +258,15 @@ typedef struct columns {
                              of the first row leave means as they are */
 } columns;
 
-static stp_status columns_create(const stp_table *table, uint64_t constant, columns *out,
-                                 stp_error *err)
+static stp_status columns_create(const stp_table *table, uint64_t constant, stp_first_odds *first,
+                                 columns *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    number_odds first;
     static const unsigned none = BESIDE_NONE;
     const unsigned *size[STP_TABLE_COLUMNS_LIMIT];
     STP_TRY(stp_alloc(&out->memory, table->column_count + 1u, sizeof *out->of, "columns", err));
     out->of = (column *)(((uintptr_t)out->memory + _Alignof(column) - 1) & ~(_Alignof(column) - 1));
-    number_odds_begin(&first);
-    out->first = table->middles ? table->first : NULL;
+    out->first = table->tight ? table->tight_first : table->middles ? table->first : NULL;
     for (unsigned k = 0; k < table->column_count; k++) {
         column *c = &out->of[out->count];
         const int beside = table->beside[k];
@@ -274,10 +280,11 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, colu
         c->size_beside = beside >= 0 ? size[beside] : &none;
         size[k] = &c->size;
         out->number_count += !c->is_kinds;
+        const int side = table->tight && table->side ? table->side[k] : 0;
         if (c->is_kinds)
-            kind_odds_begin(&c->odds.kinds);
+            kind_odds_begin(table->tight, &c->odds.kinds);
         else
-            c->odds.numbers = first;
+            c->odds.numbers = *number_odds_first(first, side);
     }
 done:
     return status;
@@ -312,28 +319,49 @@ static void put_row(stp_symbol_writer *w, const columns *all, uint32_t row)
             put_number(w, c, c->cells[row], shift);
 }
 
+static stp_status put_rows(const columns *all, uint32_t rows, stp_symbol_writer *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    begin_known_means(all);
+    for (uint32_t i = 0; i < rows; i++) {
+        STP_TRY(stp_symbols_reserve(w, (size_t)CELL_ITEMS * all->count, err));
+        put_row(w, all, i);
+        if (i == 0)
+            begin_known_means(all);
+    }
+done:
+    return status;
+}
+
+stp_status stp_cells_put(const stp_table *table, uint64_t constant, stp_first_odds *first,
+                         stp_symbol_writer *w, stp_error *err)
+{
+    columns all = {0};
+    stp_status status = columns_create(table, constant, first, &all, err);
+    if (status == STP_OK)
+        status = put_rows(&all, table->row_count, w, err);
+    free(all.memory);
+    return status;
+}
+
 stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes *out,
                             stp_error *err)
 {
     stp_status status = STP_OK;
     stp_symbol_writer w = {0};
     columns all = {0};
-    STP_TRY(columns_create(table, constant, &all, err));
+    stp_first_odds first;
+    memset(first.known, 0, sizeof first.known);
+    STP_TRY(columns_create(table, constant, &first, &all, err));
     if (all.count == 0)
         goto done;
     for (unsigned k = 0; k < all.count && !all.first; k++) {
-        const uint8_t first = first_mean(all.of[k].cells, table->row_count);
-        all.of[k].mean = UINT32_C(1) << first;
+        const uint8_t mean = first_mean(all.of[k].cells, table->row_count);
+        all.of[k].mean = UINT32_C(1) << mean;
         if (!all.of[k].is_kinds)
-            STP_TRY(stp_bytes_append(out, &first, 1, err));
+            STP_TRY(stp_bytes_append(out, &mean, 1, err));
     }
-    begin_known_means(&all);
-    for (uint32_t i = 0; i < table->row_count; i++) {
-        STP_TRY(stp_symbols_reserve(&w, (size_t)CELL_ITEMS * all.count, err));
-        put_row(&w, &all, i);
-        if (i == 0)
-            begin_known_means(&all);
-    }
+    STP_TRY(put_rows(&all, table->row_count, &w, err));
     STP_TRY(stp_symbols_write(&w, out, err));
 done:
     free(w.items);
@@ -414,11 +442,29 @@ static void decode_quickly(stp_symbol_reader *r, const columns *all, uint32_t ro
     decode_rows(r, all, rows, false);
 }
 
-/* Adds what the columns took to the table's count. */
-static void add_bytes(const stp_table *table, const columns *all)
+/* Decodes all columns. Adds what each takes to the table's count, if somebody asks. */
+static void get_rows(stp_symbol_reader *r, const columns *all, const stp_table *table)
 {
+    if (!table->column_bytes) {
+        decode_quickly(r, all, table->row_count);
+        return;
+    }
+    decode_rows(r, all, table->row_count, true);
     for (unsigned k = 0; k < all->count; k++)
         table->column_bytes[all->of[k].number] += all->of[k].bytes;
+}
+
+stp_status stp_cells_get(stp_symbol_reader *r, uint64_t constant, stp_first_odds *first,
+                         const stp_table *table, stp_error *err)
+{
+    columns all = {0};
+    const stp_status status = columns_create(table, constant, first, &all, err);
+    if (status == STP_OK) {
+        begin_known_means(&all);
+        get_rows(r, &all, table);
+    }
+    free(all.memory);
+    return status;
 }
 
 stp_status stp_cells_decode(const uint8_t *bytes, size_t size, uint64_t constant, stp_table *table,
@@ -427,19 +473,16 @@ stp_status stp_cells_decode(const uint8_t *bytes, size_t size, uint64_t constant
     stp_status status = STP_OK;
     stp_symbol_reader r;
     columns all = {0};
+    stp_first_odds first;
     size_t used = 0;
-    STP_TRY(columns_create(table, constant, &all, err));
+    memset(first.known, 0, sizeof first.known);
+    STP_TRY(columns_create(table, constant, &first, &all, err));
     if (all.count == 0 && size == 0)
         goto done;
     STP_TRY(take_first(bytes, size, &all, &used, err));
     STP_TRY(stp_symbols_begin(&r, bytes + used, size - used, err));
-    if (table->column_bytes)
-        decode_rows(&r, &all, table->row_count, true);
-    else
-        decode_quickly(&r, &all, table->row_count);
+    get_rows(&r, &all, table);
     STP_TRY(stp_symbols_end(&r, err));
-    if (table->column_bytes)
-        add_bytes(table, &all);
 done:
     free(all.memory);
     return status;

@@ -6,7 +6,24 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_CELLS_H
 #define STP_FORMATS_CHUNK_CODEC_CELLS_H
 
+#include "formats/chunk/codec/symbols.h"
 #include "formats/chunk/codec/table.h"
+
+/* Sizes of a column's mean, and of the cell beside: each has odds of its own. */
+#define STP_CELL_SIZES 7
+#define STP_CELL_BESIDES 4
+
+/* The odds of a column of numbers. */
+typedef struct stp_number_odds {
+    stp_odds of[STP_CELL_SIZES * STP_CELL_BESIDES];
+} stp_number_odds;
+
+/* The odds that columns begin with, by the sign of their cells (0, 1, 2 for -1, 0, 1): made once
+ * for the tables of a part. Begins with nothing known. */
+typedef struct stp_first_odds {
+    bool known[3];
+    stp_number_odds of[3];
+} stp_first_odds;
 
 /* Appends the columns that are not in the mask of constant columns. Errors: OUT_OF_MEMORY. */
 stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes *out,
@@ -15,5 +32,12 @@ stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes
 /* Decodes them from all of bytes. Errors: CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_cells_decode(const uint8_t *bytes, size_t size, uint64_t constant, stp_table *table,
                             stp_error *err);
+
+/* The same of a tight table, among other symbols. What does not fit into the bytes, the reader
+ * tells at their end. first: is used and added to. Errors: OUT_OF_MEMORY. */
+stp_status stp_cells_put(const stp_table *table, uint64_t constant, stp_first_odds *first,
+                         stp_symbol_writer *w, stp_error *err);
+stp_status stp_cells_get(stp_symbol_reader *r, uint64_t constant, stp_first_odds *first,
+                         const stp_table *table, stp_error *err);
 
 #endif

@@ -5,6 +5,7 @@
 #include "formats/chunk/codec/predict.h"
 #include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/square_level.h"
+#include "formats/chunk/codec/tight.h"
 #include "formats/chunk/codec/zstd_segment.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"
@@ -154,6 +155,8 @@ static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigne
     table->may_shift = chunk->is_block && column_count == STP_SAMPLE_COLUMN_COUNT;
     table->is_patches = chunk->is_block && column_count != STP_SAMPLE_COLUMN_COUNT;
     table->first = patch_first;
+    table->tight_first = table->is_patches ? stp_tight_patches : stp_tight_vertices;
+    table->side = table->is_patches ? stp_tight_sides : NULL;
     if (chunk->is_block)
         table->joined =
             column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
@@ -169,6 +172,8 @@ static stp_status level_tables_create(const stp_chunk *chunk, int level, stp_lev
     stp_status status = table_create(chunk, &tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
     if (status == STP_OK)
         status = table_create(chunk, &tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
+    tables->elder.tight_first = stp_tight_elder;
+    tables->last.tight_first = stp_tight_last;
     tables->elder.may_scale = tables->last.may_scale = chunk->is_block && level == 0;
     return status;
 }
@@ -225,32 +230,46 @@ static bool are_surface(const stp_chunk *chunk)
     return !(flags & (STP_PATCH_STRIP | STP_PATCH_TRIANGLES));
 }
 
+/* Where the tables of a part go. */
+typedef struct table_sink {
+    stp_bytes *out;
+    stp_tight_writer tight;
+    bool is_tight;
+} table_sink;
+
+static stp_status table_write(table_sink *to, const stp_table *table, stp_error *err)
+{
+    return to->is_tight ? stp_tight_put(&to->tight, table, err)
+                        : stp_table_encode(table, to->out, err);
+}
+
 static stp_status patches_encode(const stp_chunk *chunk, const block_squares *squares,
-                                 stp_bytes *out, stp_error *err)
+                                 table_sink *to, stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
-    table.middles = table.is_patches && are_surface(chunk);
+    table.middles = table.tight = table.is_patches && are_surface(chunk);
     table.squares = squares->found;
     table.tilted = squares->found && stp_squares_are_tilted(chunk, squares->of);
     stp_patches_encode(chunk->patches, &table);
-    STP_TRY(stp_table_encode(&table, out, err));
+    STP_TRY(table_write(to, &table, err));
     if (squares->found)
-        STP_TRY(stp_squares_encode(chunk, squares->of, out, err));
+        STP_TRY(stp_squares_encode(chunk, squares->of, to->out, err));
 done:
     free(table.values);
     return status;
 }
 
-static stp_status vertices_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
+static stp_status vertices_encode(const stp_chunk *chunk, table_sink *to, stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
     table.normal_shift = stp_level_normal_shift(chunk, VERTEX_LEVEL);
     stp_predict_vertices_encode(chunk, &table);
-    STP_TRY(stp_table_encode(&table, out, err));
+    table.tight = to->is_tight;
+    STP_TRY(table_write(to, &table, err));
 done:
     free(table.values);
     return status;
@@ -268,7 +287,7 @@ static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_
 }
 
 static stp_status level_encode(const stp_chunk *chunk, int level, block_squares *squares,
-                               stp_bytes *out, stp_error *err)
+                               table_sink *to, stp_error *err)
 {
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
@@ -278,41 +297,80 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
         stp_scale_find(chunk, &tables.elder.scale);
     tables.last.scale = tables.elder.scale;
     if (squares->found)
-        STP_TRY(squares_predict(chunk, level, &squares->map, &tables, out, err));
+        STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to->out, err));
     else
         stp_predict_level_encode(chunk, level, &tables);
-    STP_TRY(stp_table_encode(&tables.elder, out, err));
-    STP_TRY(stp_table_encode(&tables.last, out, err));
+    tables.elder.tight = tables.last.tight = to->is_tight;
+    STP_TRY(table_write(to, &tables.elder, err));
+    STP_TRY(table_write(to, &tables.last, err));
 done:
     level_tables_destroy(&tables);
     return status;
+}
+
+/* Whether a part is tight: it is of a block, all of its tables are coded by odds, patches are of
+ * surfaces, and no squares stand between the tables. */
+static bool may_be_tight(const stp_chunk *chunk, int segment, const block_squares *squares)
+{
+    uint32_t elder, last;
+    stp_predict_row_counts(chunk, finest_level[segment], &elder, &last);
+    return chunk->is_block && !squares->found && elder < ODDS_ROWS && last < ODDS_ROWS &&
+           (segment > 0 || are_surface(chunk));
 }
 
 static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     block_squares squares = {0};
+    table_sink to = {.out = out};
     STP_TRY(squares_find(chunk, segment, &squares, err));
+    to.is_tight = may_be_tight(chunk, segment, &squares);
+    stp_tight_begin(&to.tight);
     if (segment == 0) {
-        STP_TRY(patches_encode(chunk, &squares, out, err));
-        STP_TRY(vertices_encode(chunk, out, err));
+        STP_TRY(patches_encode(chunk, &squares, &to, err));
+        STP_TRY(vertices_encode(chunk, &to, err));
     }
-    STP_TRY(level_encode(chunk, finest_level[segment], &squares, out, err));
+    STP_TRY(level_encode(chunk, finest_level[segment], &squares, &to, err));
+    if (to.is_tight)
+        STP_TRY(stp_tight_write(&to.tight, out, err));
 done:
+    stp_tight_clear(&to.tight);
     squares_clear(&squares);
     return status;
 }
 
-/* shares: NULL if nobody asks. */
-static stp_status table_read(stp_cursor *c, stp_table *table, stp_shares *shares, stp_error *err)
+/* Where the tables of a part come from. */
+typedef struct table_source {
+    stp_cursor c; /* not tight */
+    stp_tight_reader tight;
+    bool is_tight;
+    stp_shares *shares; /* NULL: nobody asks */
+} table_source;
+
+/* Reads a table; *used: its bytes. */
+static stp_status next_table(table_source *from, stp_table *table, size_t *used, stp_error *err)
+{
+    if (from->is_tight) {
+        const uint8_t *begin = from->tight.symbols.next;
+        stp_status status = stp_tight_get(&from->tight, table, err);
+        *used = (size_t)(from->tight.symbols.next - begin);
+        return status;
+    }
+    stp_status status = stp_table_decode(from->c.bytes, from->c.left, table, used, err);
+    if (status == STP_OK)
+        stp_cursor_skip(&from->c, *used);
+    return status;
+}
+
+static stp_status table_read(table_source *from, stp_table *table, stp_error *err)
 {
     size_t used = 0;
+    stp_shares *shares = from->shares;
     uint64_t column_bytes[STP_LINKED_PATCH_COLUMN_COUNT] = {0};
     table->column_bytes = shares ? column_bytes : NULL;
-    stp_status status = stp_table_decode(c->bytes, c->left, table, &used, err);
+    stp_status status = next_table(from, table, &used, err);
     if (status != STP_OK)
         return status;
-    stp_cursor_skip(c, used);
     if (shares && table->column_count == STP_SAMPLE_COLUMN_COUNT)
         stp_shares_add_samples(shares, column_bytes, used);
     else if (shares)
@@ -320,43 +378,42 @@ static stp_status table_read(stp_cursor *c, stp_table *table, stp_shares *shares
     return STP_OK;
 }
 
-static stp_status squares_decode(stp_cursor *c, bool tilted, stp_chunk *chunk, stp_shares *shares,
-                                 stp_error *err)
+static stp_status squares_decode(table_source *from, bool tilted, stp_chunk *chunk, stp_error *err)
 {
+    stp_cursor *c = &from->c;
     stp_status status = STP_OK;
     size_t used = 0;
     STP_TRY(stp_alloc(&chunk->squares, chunk->patch_count, sizeof *chunk->squares, "squares", err));
     STP_TRY(stp_squares_decode(c->bytes, c->left, tilted, chunk, chunk->squares, &used, err));
     stp_cursor_skip(c, used);
-    if (shares)
-        shares->bytes[STP_SHARE_PATCHES] += used;
+    if (from->shares)
+        from->shares->bytes[STP_SHARE_PATCHES] += used;
 done:
     return status;
 }
 
-static stp_status patches_decode(stp_cursor *c, uint32_t child_count, stp_chunk *chunk,
-                                 stp_shares *shares, stp_error *err)
+static stp_status patches_decode(table_source *from, uint32_t child_count, stp_chunk *chunk,
+                                 stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
-    STP_TRY(table_read(c, &table, shares, err));
+    STP_TRY(table_read(from, &table, err));
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(check_and_place(chunk, child_count, err));
     if (table.squares)
-        STP_TRY(squares_decode(c, table.tilted, chunk, shares, err));
+        STP_TRY(squares_decode(from, table.tilted, chunk, err));
 done:
     free(table.values);
     return status;
 }
 
-static stp_status vertices_decode(stp_cursor *c, stp_chunk *chunk, stp_shares *shares,
-                                  stp_error *err)
+static stp_status vertices_decode(table_source *from, stp_chunk *chunk, stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
     STP_TRY(table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
-    STP_TRY(table_read(c, &table, shares, err));
+    STP_TRY(table_read(from, &table, err));
     stp_predict_vertices_decode(chunk, &table);
 done:
     free(table.values);
@@ -377,20 +434,19 @@ static stp_status squares_level_decode(const stp_square_choice *choice, int leve
     return status;
 }
 
-static stp_status choice_read(stp_cursor *c, stp_square_choice *out, stp_shares *shares,
-                              stp_error *err)
+static stp_status choice_read(table_source *from, stp_square_choice *out, stp_error *err)
 {
+    stp_cursor *c = &from->c;
     if (c->left < STP_SQUARE_CHOICE_BYTES)
         return stp_error_set(err, STP_CORRUPT, "it ends before a level of squares");
     const uint8_t byte = *c->bytes;
     stp_cursor_skip(c, STP_SQUARE_CHOICE_BYTES);
-    if (shares)
-        shares->bytes[STP_SHARE_FRAME] += STP_SQUARE_CHOICE_BYTES;
+    if (from->shares)
+        from->shares->bytes[STP_SHARE_FRAME] += STP_SQUARE_CHOICE_BYTES;
     return stp_square_choice_read(byte, out, err);
 }
 
-static stp_status level_decode(stp_cursor *c, int level, stp_chunk *chunk, stp_shares *shares,
-                               stp_error *err)
+static stp_status level_decode(table_source *from, int level, stp_chunk *chunk, stp_error *err)
 {
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
@@ -398,9 +454,9 @@ static stp_status level_decode(stp_cursor *c, int level, stp_chunk *chunk, stp_s
     const bool squares = stp_chunk_is_squares(chunk);
     STP_TRY(level_tables_create(chunk, level, &tables, err));
     if (squares)
-        STP_TRY(choice_read(c, &choice, shares, err));
-    STP_TRY(table_read(c, &tables.elder, shares, err));
-    STP_TRY(table_read(c, &tables.last, shares, err));
+        STP_TRY(choice_read(from, &choice, err));
+    STP_TRY(table_read(from, &tables.elder, err));
+    STP_TRY(table_read(from, &tables.last, err));
     if (squares)
         STP_TRY(squares_level_decode(&choice, level, chunk, &tables, err));
     else
@@ -414,14 +470,23 @@ static stp_status draco_decode(const uint8_t *bytes, size_t size, int segment, u
                                stp_chunk *chunk, stp_shares *shares, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_cursor c = {bytes, size};
-    if (segment == 0) {
-        STP_TRY(patches_decode(&c, child_count, chunk, shares, err));
-        STP_TRY(vertices_decode(&c, chunk, shares, err));
+    table_source from = {.c = {bytes, size}, .shares = shares};
+    from.is_tight = chunk->is_block && !stp_chunk_is_squares(chunk) && stp_is_tight(bytes, size);
+    if (from.is_tight) {
+        STP_TRY(stp_tight_read(&from.tight, bytes, size, err));
+        from.c.left = 0;
+        if (shares)
+            shares->bytes[STP_SHARE_FRAME] += (size_t)(from.tight.symbols.next - bytes);
     }
-    STP_TRY(level_decode(&c, finest_level[segment], chunk, shares, err));
-    if (c.left != 0)
-        status = stp_error_set(err, STP_CORRUPT, "%zu bytes are left over at its end", c.left);
+    if (segment == 0) {
+        STP_TRY(patches_decode(&from, child_count, chunk, err));
+        STP_TRY(vertices_decode(&from, chunk, err));
+    }
+    STP_TRY(level_decode(&from, finest_level[segment], chunk, err));
+    if (from.is_tight)
+        STP_TRY(stp_tight_end(&from.tight, err));
+    if (from.c.left != 0)
+        status = stp_error_set(err, STP_CORRUPT, "%zu bytes are left over at its end", from.c.left);
 done:
     return status;
 }

@@ -1,6 +1,8 @@
 /* Finds the scan's own scale in positions. */
 #include "formats/chunk/codec/scale.h"
 
+#include "formats/chunk/layout.h"
+
 /* Steps that are tried: 1, 0.1, 0.01 and so on. */
 #define STEPS_TRIED 7
 
@@ -71,4 +73,22 @@ void stp_scale_find(const stp_chunk *chunk, stp_scale *out)
         }
     }
     *out = (stp_scale){0};
+}
+
+void stp_scale_write(const stp_scale *scale, uint8_t bytes[STP_SCALE_BYTES])
+{
+    stp_put_f64(bytes, scale->step);
+    for (int i = 0; i < 3; i++)
+        stp_put_u16(bytes + 8 + 2 * i, scale->phase[i]);
+}
+
+stp_status stp_scale_read(const uint8_t bytes[STP_SCALE_BYTES], stp_scale *out, stp_error *err)
+{
+    const double step = stp_get_f64(bytes);
+    if (!(step > 0.0 && step <= STP_SCALE_LIMIT))
+        return stp_error_set(err, STP_CORRUPT, "a table has a scale of %g", step);
+    out->step = step;
+    for (int i = 0; i < 3; i++)
+        out->phase[i] = stp_get_u16(bytes + 8 + 2 * i);
+    return STP_OK;
 }

@@ -37,6 +37,10 @@ typedef struct stp_patch_scale {
 /* Finds a scale that all level-0 positions of a chunk have. step 0: none. */
 void stp_scale_find(const stp_chunk *chunk, stp_scale *out);
 
+/* As bytes of a file. Errors: CORRUPT. */
+void stp_scale_write(const stp_scale *scale, uint8_t bytes[STP_SCALE_BYTES]);
+stp_status stp_scale_read(const uint8_t bytes[STP_SCALE_BYTES], stp_scale *out, stp_error *err);
+
 STP_INLINE stp_patch_scale stp_scale_of_patch(const stp_scale *scale, const stp_patch *patch)
 {
     stp_patch_scale out = {.used = false};

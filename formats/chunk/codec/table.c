@@ -24,11 +24,13 @@
 #define TILTED_BIT SCALE_BIT
 /* This bit: patches are predicted by the middles of their lattices. */
 #define MIDDLES_BIT 56
+/* This bit: patches are predicted as in tight parts. */
+#define TIGHT_BIT 55
 /* Draco, in the first files of version 2: tables with fewer rows join columns (formats/SPEC.md,
  * "Blocks"). */
 #define JOINED_ROWS 768u
 
-static uint64_t constant_mask(const stp_table *table)
+uint64_t stp_table_constants(const stp_table *table)
 {
     uint64_t mask = 0;
     for (unsigned c = 0; c < table->column_count; c++) {
@@ -45,9 +47,7 @@ static uint64_t constant_mask(const stp_table *table)
 static stp_status append_scale(const stp_scale *scale, stp_bytes *out, stp_error *err)
 {
     uint8_t bytes[STP_SCALE_BYTES];
-    stp_put_f64(bytes, scale->step);
-    for (int i = 0; i < 3; i++)
-        stp_put_u16(bytes + 8 + 2 * i, scale->phase[i]);
+    stp_scale_write(scale, bytes);
     return stp_bytes_append(out, bytes, sizeof bytes, err);
 }
 
@@ -58,13 +58,13 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
     uint8_t head[SIZE_BYTES + MASK_BYTES] = {0};
     if (table->row_count == 0)
         return STP_OK;
-    uint64_t mask = constant_mask(table);
-    stp_put_u64(head + SIZE_BYTES, mask | (uint64_t)table->middles << MIDDLES_BIT |
-                                       (uint64_t)table->squares << SQUARES_BIT |
-                                       (uint64_t)table->tilted << TILTED_BIT |
-                                       (uint64_t)(table->scale.step > 0.0) << SCALE_BIT |
-                                       (uint64_t)table->by_odds << ODDS_BIT |
-                                       (uint64_t)table->normal_shift << SHIFT_BIT);
+    uint64_t mask = stp_table_constants(table);
+    stp_put_u64(
+        head + SIZE_BYTES,
+        mask | (uint64_t)table->tight << TIGHT_BIT | (uint64_t)table->middles << MIDDLES_BIT |
+            (uint64_t)table->squares << SQUARES_BIT | (uint64_t)table->tilted << TILTED_BIT |
+            (uint64_t)(table->scale.step > 0.0) << SCALE_BIT |
+            (uint64_t)table->by_odds << ODDS_BIT | (uint64_t)table->normal_shift << SHIFT_BIT);
     STP_TRY(stp_bytes_append(out, head, sizeof head, err));
     if (table->scale.step > 0.0)
         STP_TRY(append_scale(&table->scale, out, err));
@@ -152,24 +152,34 @@ done:
     return status;
 }
 
-/* Takes the shift of normals and the bits of odds, middles and squares off the mask. */
+stp_status stp_table_check_shift(const stp_table *table, stp_error *err)
+{
+    return table->normal_shift <= STP_NORMAL_SHIFT_MOST
+               ? STP_OK
+               : stp_error_set(err, STP_CORRUPT,
+                               "a table's normals are shifted by %u bits, at most %u",
+                               table->normal_shift, STP_NORMAL_SHIFT_MOST);
+}
+
+/* Takes the shift of normals and the bits of odds, middles, tight tables and squares off the mask.
+ */
 static stp_status take_flags(uint64_t *mask, stp_table *table, stp_error *err)
 {
     table->normal_shift = table->may_shift ? (unsigned)(*mask >> SHIFT_BIT) : 0;
     table->by_odds = table->beside && (*mask >> ODDS_BIT & 1u);
     *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT | (uint64_t)table->by_odds << ODDS_BIT);
     table->middles = table->is_patches && (*mask >> MIDDLES_BIT & 1u);
-    *mask &= ~((uint64_t)table->middles << MIDDLES_BIT);
+    table->tight = table->middles && (*mask >> TIGHT_BIT & 1u);
+    if (table->middles)
+        *mask &= ~(UINT64_C(1) << MIDDLES_BIT);
+    if (table->tight)
+        *mask &= ~(UINT64_C(1) << TIGHT_BIT);
     table->squares = table->is_patches && (*mask >> SQUARES_BIT & 1u);
     table->tilted = table->squares && (*mask >> TILTED_BIT & 1u);
     if (table->squares)
         *mask &= ~(UINT64_C(1) << SQUARES_BIT | UINT64_C(1) << TILTED_BIT);
     table->scale = (stp_scale){0};
-    if (table->normal_shift > STP_NORMAL_SHIFT_MOST)
-        return stp_error_set(err, STP_CORRUPT,
-                             "a table's normals are shifted by %u bits, at most %u",
-                             table->normal_shift, STP_NORMAL_SHIFT_MOST);
-    return STP_OK;
+    return stp_table_check_shift(table, err);
 }
 
 /* Takes the scale, if the mask says that there is one. */
@@ -180,13 +190,10 @@ static stp_status take_scale(stp_cursor *c, uint64_t *mask, stp_table *table, st
     *mask &= ~(UINT64_C(1) << SCALE_BIT);
     if (c->left < STP_SCALE_BYTES)
         return stp_error_set(err, STP_CORRUPT, "a table ends within its scale");
-    table->scale.step = stp_get_f64(c->bytes);
-    for (int i = 0; i < 3; i++)
-        table->scale.phase[i] = stp_get_u16(c->bytes + 8 + 2 * i);
-    if (!(table->scale.step > 0.0 && table->scale.step <= STP_SCALE_LIMIT))
-        return stp_error_set(err, STP_CORRUPT, "a table has a scale of %g", table->scale.step);
-    stp_cursor_skip(c, STP_SCALE_BYTES);
-    return STP_OK;
+    const stp_status status = stp_scale_read(c->bytes, &table->scale, err);
+    if (status == STP_OK)
+        stp_cursor_skip(c, STP_SCALE_BYTES);
+    return status;
 }
 
 stp_status stp_table_decode(const uint8_t *bytes, size_t size, stp_table *table, size_t *used,

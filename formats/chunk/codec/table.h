@@ -1,12 +1,12 @@
 /* A block of a payload: a table of integer columns. Constant columns are stored as one value, the
  * rest is coded.
  *
- * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal, bit 56 if
- * patches are predicted by middles, bit 57 if squares follow the table (square.h), bit 58 if a
- * scale of 14 bytes follows the mask or, with bit 57, the squares are on tilted planes, bit 59 if
- * the columns are coded by odds, and in bits 60-63 the shift of the table's normals; one i16 for
- * each other set bit in order; then the other columns: by odds (cells.h), or each in order
- * (column.h). A table without rows is no bytes at all. Threads: any. */
+ * Bytes: u32 size of the rest; u64 mask, bit c set if all values of column c are equal, bit 55 if
+ * the table is tight, bit 56 if patches are predicted by middles, bit 57 if squares follow the
+ * table (square.h), bit 58 if a scale of 14 bytes follows the mask or, with bit 57, the squares are
+ * on tilted planes, bit 59 if the columns are coded by odds, and in bits 60-63 the shift of the
+ * table's normals; one i16 for each other set bit in order; then the other columns: by odds
+ * (cells.h), or each in order (column.h). A table without rows is no bytes at all. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_TABLE_H
 #define STP_FORMATS_CHUNK_CODEC_TABLE_H
 
@@ -14,7 +14,7 @@
 #include "formats/chunk/codec/scale.h"
 
 /* The mask has bits for other things behind those of columns. */
-#define STP_TABLE_COLUMNS_LIMIT 56u
+#define STP_TABLE_COLUMNS_LIMIT 55u
 /* A column that no other column tells of; a column of kinds, such as flags: not of numbers. */
 #define STP_BESIDE_NONE (-1)
 #define STP_BESIDE_KINDS (-2)
@@ -46,6 +46,11 @@ typedef struct stp_table {
     bool middles, squares, tilted;
     /* With middles, by column: the bits of the mean that its odds begin with (cells.h). */
     const uint8_t *first;
+    /* The table is tight (tight.h). By column: likewise, and the sign that its cells have as a
+     * rule, or 0; NULL: all have both. Decoding sets `tight` of patches. */
+    bool tight;
+    const uint8_t *tight_first;
+    const int8_t *side;
     /* Decoding adds each column's bytes here; those of a stream go to its first column. NULL:
      * nobody asks. */
     uint64_t *column_bytes;
@@ -55,6 +60,11 @@ static inline int16_t *stp_table_column(const stp_table *table, unsigned column)
 {
     return table->values + column * table->stride;
 }
+
+/* Bit c: all cells of column c are equal. */
+uint64_t stp_table_constants(const stp_table *table);
+/* Errors: CORRUPT (no normals are shifted so far). */
+stp_status stp_table_check_shift(const stp_table *table, stp_error *err);
 
 /* Errors: OUT_OF_MEMORY, INTERNAL (Draco fails). */
 stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *err);

@@ -1,0 +1,192 @@
+/* Codes the tables of a part as one run of symbols. */
+#include "formats/chunk/codec/tight.h"
+
+#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/layout.h"
+#include "formats/chunk/patch.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Set in the first u32, which is the upper half of the state of lane 0. */
+#define TIGHT_MARK (UINT32_C(1) << 31)
+#define MARK_BYTES 8u
+/* What is common to the tables takes this lane. */
+#define LANE 0u
+/* Symbols: how a column is coded. */
+enum { HOW_VARYING, HOW_ZERO, HOW_CONSTANT, HOW_COUNT };
+#define HOW_SHIFT 5
+#define CELL_BITS 16u
+#define SHIFT_BITS 4u
+#define SCALE_WORDS (STP_SCALE_BYTES / 2u)
+/* Symbols and plain bits of a table before its rows. */
+#define HEAD_ITEMS (2u + SCALE_WORDS + 2u * STP_TABLE_COLUMNS_LIMIT)
+
+const uint8_t stp_tight_patches[STP_LINKED_PATCH_COLUMN_COUNT] = {
+    4, 14, 8,  15, 8,  10, 8,  0,  0,  12, 12, 9,  10, 8, 13, 11, 11, 11, 11, 10, 10, 10, 10,
+    4, 13, 11, 11, 11, 10, 10, 10, 10, 10, 13, 11, 9,  9, 12, 9,  3,  3,  9,  12, 17, 17, 16,
+};
+const int8_t stp_tight_sides[STP_LINKED_PATCH_COLUMN_COUNT] = {
+    [2] = 1,   [4] = 1,   [6] = 1,   [9] = -1,  [15] = -1, [16] = -1, [17] = -1, [18] = -1,
+    [19] = -1, [20] = -1, [21] = -1, [22] = -1, [25] = -1, [26] = -1, [27] = -1, [28] = -1,
+    [29] = -1, [30] = -1, [31] = -1, [32] = -1, [35] = -1, [36] = -1, [38] = 1,  [41] = 1,
+};
+const uint8_t stp_tight_vertices[STP_SAMPLE_COLUMN_COUNT] = {3,  0,  0,  4, 4, 13,
+                                                             10, 10, 13, 3, 3, 3};
+const uint8_t stp_tight_elder[STP_SAMPLE_COLUMN_COUNT] = {8, 0, 0, 11, 11, 9, 8, 8, 11, 13, 13, 10};
+const uint8_t stp_tight_last[STP_SAMPLE_COLUMN_COUNT] = {8, 0, 0, 8, 8, 8, 8, 8, 8, 9, 9, 9};
+
+/* 3/4, 3/16 and what is left but a little. */
+static void how_begin(stp_odds *how)
+{
+    for (int s = 0; s < STP_ODDS_SYMBOLS; s++)
+        how->below[s] = (int16_t)(STP_ODDS_ALL - 4 * (STP_ODDS_SYMBOLS - s));
+    how->below[HOW_VARYING] = 0;
+    how->below[HOW_ZERO] = 3 << 13;
+    how->below[HOW_CONSTANT] = 15 << 11;
+}
+
+/* ---- writing ---- */
+
+void stp_tight_begin(stp_tight_writer *w)
+{
+    how_begin(&w->how);
+}
+
+void stp_tight_clear(stp_tight_writer *w)
+{
+    free(w->symbols.items);
+}
+
+static void put_columns(stp_tight_writer *w, const stp_table *table, uint64_t constant)
+{
+    for (unsigned c = 0; c < table->column_count; c++) {
+        const int16_t value = *stp_table_column(table, c);
+        const bool same = constant >> c & 1u;
+        const unsigned how = !same ? HOW_VARYING : value == 0 ? HOW_ZERO : HOW_CONSTANT;
+        stp_symbol_put(&w->symbols, LANE, &w->how, HOW_SHIFT, how, 0, 0);
+        if (how == HOW_CONSTANT)
+            stp_symbol_put_bits(&w->symbols, LANE, (uint16_t)value, CELL_BITS);
+    }
+}
+
+static void put_scale(stp_symbol_writer *w, const stp_scale *scale)
+{
+    uint8_t bytes[STP_SCALE_BYTES];
+    stp_symbol_put_bits(w, LANE, scale->step > 0.0, 1);
+    if (!(scale->step > 0.0))
+        return;
+    stp_scale_write(scale, bytes);
+    for (unsigned i = 0; i < SCALE_WORDS; i++)
+        stp_symbol_put_bits(w, LANE, stp_get_u16(bytes + (size_t)2 * i), 16);
+}
+
+stp_status stp_tight_put(stp_tight_writer *w, const stp_table *table, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (table->row_count == 0)
+        return STP_OK;
+    const uint64_t constant = stp_table_constants(table);
+    STP_TRY(stp_symbols_reserve(&w->symbols, HEAD_ITEMS, err));
+    if (table->may_shift)
+        stp_symbol_put_bits(&w->symbols, LANE, table->normal_shift, SHIFT_BITS);
+    if (table->may_scale && !w->scaled) {
+        put_scale(&w->symbols, &table->scale);
+        w->scaled = true;
+    }
+    put_columns(w, table, constant);
+    STP_TRY(stp_cells_put(table, constant, &w->first, &w->symbols, err));
+done:
+    return status;
+}
+
+stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, stp_error *err)
+{
+    const size_t begin = out->size;
+    stp_status status = stp_symbols_write(&w->symbols, out, err);
+    if (status != STP_OK)
+        return status;
+    const uint64_t state = stp_get_u64(out->data + begin);
+    stp_put_u32(out->data + begin, (uint32_t)(state >> 32) | TIGHT_MARK);
+    stp_put_u32(out->data + begin + 4, (uint32_t)state);
+    return STP_OK;
+}
+
+/* ---- reading ---- */
+
+bool stp_is_tight(const uint8_t *bytes, size_t size)
+{
+    return size >= MARK_BYTES && stp_get_u32(bytes) & TIGHT_MARK;
+}
+
+stp_status stp_tight_read(stp_tight_reader *r, const uint8_t *bytes, size_t size, stp_error *err)
+{
+    stp_status status = stp_symbols_begin(&r->symbols, bytes, size, err);
+    if (status != STP_OK)
+        return status;
+    r->symbols.state[0] =
+        (uint64_t)(stp_get_u32(bytes) & ~TIGHT_MARK) << 32 | stp_get_u32(bytes + 4);
+    how_begin(&r->how);
+    memset(r->first.known, 0, sizeof r->first.known);
+    r->scaled = false;
+    r->scale = (stp_scale){0};
+    return STP_OK;
+}
+
+static stp_status get_scale(stp_symbol_reader *r, stp_scale *scale, stp_error *err)
+{
+    uint8_t bytes[STP_SCALE_BYTES];
+    if (!stp_symbol_get_bits(r, LANE, 1))
+        return STP_OK;
+    for (unsigned i = 0; i < SCALE_WORDS; i++)
+        stp_put_u16(bytes + (size_t)2 * i, (uint16_t)stp_symbol_get_bits(r, LANE, 16));
+    return stp_scale_read(bytes, scale, err);
+}
+
+/* Reads which columns are constant, and their values. */
+static stp_status get_columns(stp_tight_reader *r, const stp_table *table, uint64_t *constant,
+                              stp_error *err)
+{
+    *constant = 0;
+    for (unsigned c = 0; c < table->column_count; c++) {
+        uint32_t plain;
+        const unsigned how = stp_symbol_get(&r->symbols, LANE, &r->how, HOW_SHIFT, 0, &plain);
+        if (how >= HOW_COUNT)
+            return stp_error_set(err, STP_CORRUPT, "a column of a table is coded in no known way");
+        if (how == HOW_VARYING)
+            continue;
+        const uint32_t value =
+            how == HOW_CONSTANT ? stp_symbol_get_bits(&r->symbols, LANE, CELL_BITS) : 0;
+        int16_t *cells = stp_table_column(table, c);
+        for (uint32_t i = 0; i < table->row_count; i++)
+            cells[i] = (int16_t)(uint16_t)value;
+        *constant |= UINT64_C(1) << c;
+    }
+    return STP_OK;
+}
+
+stp_status stp_tight_get(stp_tight_reader *r, stp_table *table, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t constant = 0;
+    table->tight = true;
+    table->middles = table->is_patches;
+    if (table->row_count == 0)
+        return STP_OK;
+    table->normal_shift = table->may_shift ? stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS) : 0;
+    STP_TRY(stp_table_check_shift(table, err));
+    if (table->may_scale && !r->scaled) {
+        STP_TRY(get_scale(&r->symbols, &r->scale, err));
+        r->scaled = true;
+    }
+    table->scale = r->scale;
+    STP_TRY(get_columns(r, table, &constant, err));
+    STP_TRY(stp_cells_get(&r->symbols, constant, &r->first, table, err));
+done:
+    return status;
+}
+
+stp_status stp_tight_end(const stp_tight_reader *r, stp_error *err)
+{
+    return stp_symbols_end(&r->symbols, err);
+}

@@ -1,0 +1,51 @@
+/* The tables of a part as one run of symbols, without frames between them.
+ *
+ * formats/SPEC.md, "Tight parts", has the layout. Reading treats every byte as hostile: what is cut
+ * or changed gives cells of any values, and the end of the run tells. Threads: any. */
+#ifndef STP_FORMATS_CHUNK_CODEC_TIGHT_H
+#define STP_FORMATS_CHUNK_CODEC_TIGHT_H
+
+#include "formats/chunk/codec/cells.h"
+
+/* By column of patches: the bits of the mean that its odds begin with, and the sign of its cells.
+ * By column of samples: bits of means of level 3, of elder and of last children. They are what
+ * blocks of scans have. */
+extern const uint8_t stp_tight_patches[], stp_tight_vertices[], stp_tight_elder[], stp_tight_last[];
+extern const int8_t stp_tight_sides[];
+
+/* Tables that are written. Begin as zeros. */
+typedef struct stp_tight_writer {
+    stp_symbol_writer symbols;
+    stp_first_odds first;
+    stp_odds how; /* of whether columns are constant */
+    bool scaled;  /* the scale has been told */
+} stp_tight_writer;
+
+void stp_tight_begin(stp_tight_writer *w);
+/* Takes the next table, which has tight_first. A table without rows takes no symbols. All tables
+ * that may have a scale have the same. Errors: OUT_OF_MEMORY. */
+stp_status stp_tight_put(stp_tight_writer *w, const stp_table *table, stp_error *err);
+/* Appends all tables as bytes. Errors: OUT_OF_MEMORY. */
+stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, stp_error *err);
+void stp_tight_clear(stp_tight_writer *w);
+
+/* Tables that are read. */
+typedef struct stp_tight_reader {
+    stp_symbol_reader symbols;
+    stp_first_odds first;
+    stp_odds how;
+    bool scaled;
+    stp_scale scale; /* of all tables, once it has been told */
+} stp_tight_reader;
+
+/* Whether the bytes of a part begin as a tight part does. No other part of tables does. */
+bool stp_is_tight(const uint8_t *bytes, size_t size);
+/* Errors: CORRUPT. */
+stp_status stp_tight_read(stp_tight_reader *r, const uint8_t *bytes, size_t size, stp_error *err);
+/* Reads the next table, whose counts and tight_first the caller has set. Errors: CORRUPT,
+ * OUT_OF_MEMORY. */
+stp_status stp_tight_get(stp_tight_reader *r, stp_table *table, stp_error *err);
+/* Checks that all symbols are read and nothing is left. Errors: CORRUPT. */
+stp_status stp_tight_end(const stp_tight_reader *r, stp_error *err);
+
+#endif
