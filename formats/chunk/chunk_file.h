@@ -139,12 +139,14 @@ typedef struct stp_chunk_entry {
 
 /* Where the samples of a grid over a plane lie. Heights go along an axis of the chunk. Along axis
  * (axis + 1 + k) % 3, the sample of (column, row) is at across[k][0] + column across[k][1] + row
- * across[k][2] + height across[k][3]. Lengths are relative to the chunk's origin. */
+ * across[k][2] + height (across[k][3] + column across[k][4] + row across[k][5]). The last two are
+ * those of a camera's image, whose columns and rows spread with the distance; else 0. Lengths are
+ * relative to the chunk's origin. */
 typedef struct stp_raster {
     bool level;    /* of a survey: columns go along x, rows along y, and normals are upwards */
     unsigned axis; /* 0 x, 1 y, 2 z */
     uint32_t side; /* encoding looks for samples of fewer columns and rows; 0: of any */
-    double across[2][4]; /* unless it is level, all but [k][0] are floats: a block stores them so */
+    double across[2][6]; /* unless it is level, all but [k][0] are floats: a block stores them so */
 } stp_raster;
 
 /* Whether heights are the world's, as those of a survey or a microscope; else it is an elevation

@@ -57,6 +57,7 @@ vec3s stp_map_normal(const stp_raster *raster,
                      unsigned bits)
 {
     const stp_square_normals world = {.reach = STP_MAP_NORMAL_REACH, .length = 1.0};
+    const stp_square_place at = {.tilt = {raster->across[0][3], raster->across[1][3]}};
     const unsigned shift = STP_NORMAL_BITS - bits;
     const double middle = heights[STP_MAP_WINDOW * STP_MAP_WINDOW / 2];
     const int reach = STP_MAP_NORMAL_REACH;
@@ -70,7 +71,7 @@ vec3s stp_map_normal(const stp_raster *raster,
                 stp_plane_add(&sums, i, j, *heights - middle);
     if (!stp_plane_slopes(&sums, slopes))
         return surface;
-    stp_square_normal_of(&world, raster, slopes, place);
+    stp_square_normal_of(&world, raster, &at, slopes, place);
     if (!isfinite(place[0]) || !isfinite(place[1])) /* spacings that no float holds */
         return surface;
     for (int i = 0; i < 2; i++)

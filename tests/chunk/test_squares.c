@@ -2,10 +2,12 @@
  * of the grid is coded as points; hostile bytes are refused or decoded, never followed; and each
  * allocation of decoding fails once. */
 #include "formats/chunk/codec/square_map.h"
+#include "formats/chunk/codec/square_normal.h"
 
 #include "base/random.h"
 #include "formats/chunk/codec/segment.h"
 #include "formats/chunk/layout.h"
+#include "formats/chunk/normal_grid.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -37,24 +39,30 @@ stp_status __wrap_stp_alloc(void *out, size_t count, size_t size, const char *wh
     return __real_stp_alloc(out, count, size, what, err);
 }
 
-/* A level one, and two tilted ones; their slopes are floats. */
-enum { RASTERS = 3 };
+/* A level one, and three tilted ones, whose slopes are floats; the last one spreads. */
+enum { RASTERS = 4, SPREADING = 3 };
 static const stp_raster rasters[RASTERS] = {
     {.level = true, .axis = 2, .across = {{-17.0, 0.5}, {90.0, 0.0, -0.25}}},
     {.axis = 0, .across = {{11.0, 0.5, 0.125, -0.75}, {-5.0, -0.25, 0.5, 0.375}}},
-    {.axis = 1, .across = {{3.0, -0.375, 0.25, 0.5}, {7.0, 0.25, 0.4375, -0.875}}}};
+    {.axis = 1, .across = {{3.0, -0.375, 0.25, 0.5}, {7.0, 0.25, 0.4375, -0.875}}},
+    {.axis = 2,
+     .across = {{5.0, 1.5, 0.125, -1.25, 0.03125, 0.0078125},
+                {-9.0, 0.0, 1.25, -1.5, 0.0078125, 0.03125}}}};
 
 /* What a test makes its samples of. */
 typedef struct recipe {
     bool wild;   /* fields of all samples are random, but for places */
     bool holes;  /* every ninth sample is missing */
     bool tilted; /* squares are of two tilted grids, in turns; else of the level one */
+    bool spread; /* of the one that spreads, and two patches have one square, half of it each */
     int octaves; /* exponents of patches differ by as many */
     uint64_t seed;
 } recipe;
 
 static bool is_missing(const recipe *r, uint32_t square, unsigned i)
 {
+    if (r->spread && stp_square_column(i) / 4 != square % 2)
+        return true;
     return r->holes && (square * 64 + i) % 9 == 4;
 }
 
@@ -80,7 +88,7 @@ static void fill_fields(const recipe *r, stp_sample *s, uint64_t i)
 
 static uint32_t raster_of_patch(const recipe *r, uint32_t p)
 {
-    return r->tilted ? 1 + p % 2 : 0;
+    return r->spread ? SPREADING : r->tilted ? 1 + p % 2 : 0;
 }
 
 /* A place of a grid at a height, in steps. */
@@ -90,7 +98,8 @@ static void find_place(const stp_raster *raster, double column, double row, doub
     out[raster->axis] = z;
     for (unsigned k = 0; k < 2; k++) {
         const double *a = raster->across[k];
-        out[(raster->axis + 1 + k) % 3] = (a[0] + column * a[1] + row * a[2]) * steps + a[3] * z;
+        out[(raster->axis + 1 + k) % 3] =
+            (a[0] + column * a[1] + row * a[2]) * steps + (a[3] + column * a[4] + row * a[5]) * z;
     }
 }
 
@@ -99,7 +108,8 @@ static void put(const recipe *r, const stp_raster *raster, const stp_patch *patc
                 double row, stp_sample *s)
 {
     const double steps = ldexp(1.0, -patch->exponent);
-    const unsigned within = r->tilted ? 0x3fff : 0xffff; /* so that the other axes fit, too */
+    const unsigned within =
+        r->tilted || r->spread ? 0x3fff : 0xffff; /* so that the other axes fit, too */
     const double z =
         r->wild ? (double)patch->origin[raster->axis] + (s->position[raster->axis] & within)
                 : nearbyint(height(column, row) * steps);
@@ -112,7 +122,9 @@ static void put(const recipe *r, const stp_raster *raster, const stp_patch *patc
 static void fill_patch(const recipe *r, stp_chunk *chunk, uint32_t p)
 {
     stp_patch *patch = &chunk->patches[p];
-    const uint32_t column = FIRST_COLUMN + p % ACROSS * 8, row = FIRST_ROW + p / ACROSS * 8;
+    const uint32_t square = r->spread ? p / 2 * 2 : p;
+    const uint32_t column = FIRST_COLUMN + square % ACROSS * 8;
+    const uint32_t row = FIRST_ROW + square / ACROSS * 8;
     const stp_raster *raster = &rasters[raster_of_patch(r, p)];
     const double steps = ldexp(1.0, -patch->exponent);
     double middle[3];
@@ -238,7 +250,7 @@ static bool round_trip(const recipe *r, const stp_chunk *chunk)
             assert_memory_equal(&decoded->rasters[s->raster], &rasters[raster_of_patch(r, p)],
                                 sizeof *rasters);
         }
-        if (squares && finest == 0)
+        if (squares && finest == 0 && !r->spread) /* else the writer chooses */
             assert_int_equal(decoded->reach, 2);
         stp_chunk_destroy(&decoded);
     }
@@ -253,7 +265,10 @@ static const recipe recipes[] = {{0},
                                  {.wild = true, .holes = true, .octaves = 1, .seed = 2},
                                  {.tilted = true},
                                  {.tilted = true, .holes = true, .octaves = 5},
-                                 {.tilted = true, .wild = true, .octaves = 1, .seed = 3}};
+                                 {.tilted = true, .wild = true, .octaves = 1, .seed = 3},
+                                 {.spread = true},
+                                 {.spread = true, .holes = true, .octaves = 5},
+                                 {.spread = true, .wild = true, .octaves = 1, .seed = 4}};
 #define RECIPE_COUNT (sizeof recipes / sizeof *recipes)
 
 static void test_round_trip(void **state)
@@ -338,8 +353,9 @@ static stp_status decode_changed(const coded *c, const stp_chunk *like)
 static void test_hostile(void **state)
 {
     (void)state;
-    for (int tilted = 0; tilted < 2; tilted++) {
-        stp_chunk *chunk = make_chunk(&(recipe){.holes = true, .tilted = tilted});
+    for (int kind = 0; kind < 3; kind++) {
+        stp_chunk *chunk =
+            make_chunk(&(recipe){.holes = true, .tilted = kind == 1, .spread = kind == 2});
         coded bytes = encode(chunk);
         for (int s = 0; s < STP_SEGMENT_COUNT; s++)
             for (size_t i = 0; i < bytes.segment[s].size; i++) {
@@ -387,7 +403,7 @@ static void test_numbers(void **state)
     const double numbers[] = {NAN, INFINITY, -1e16};
     const double zero = 0.0;
     const uint8_t far[4] = {0, 0, 0, 0x10}; /* 2^28 */
-    const uint8_t choices[] = {5, 16, 255};
+    const uint8_t choices[] = {6, 16, 255};
     for (unsigned i = 0; i < 4; i++)
         for (unsigned k = 0; k < 3; k++)
             assert_refused(&bytes, chunk, raster_of(&bytes) + 8 * i, &numbers[k], 8);
@@ -428,6 +444,90 @@ static void test_tilted_numbers(void **state)
     assert_refused(&bytes, chunk, second + 45, far, 4);
     clear(&bytes);
     stp_chunk_destroy(&chunk);
+}
+
+/* The same of one that spreads. */
+static void test_spread_numbers(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&(recipe){.spread = true});
+    coded bytes = encode(chunk);
+    uint8_t *raster = raster_of(&bytes) + COUNT_BYTES, *slopes = raster + TILTED_BYTES - 8;
+    const float floats[] = {NAN, INFINITY, 1e16f};
+    const uint8_t axes[] = {2, 7, 10},
+                  far[4] = {0, 0, 0, 0x10}; /* 2: its slopes would be squares */
+    assert_int_equal(raster[0], 4 + 2);
+    for (unsigned i = 0; i < 3; i++)
+        assert_refused(&bytes, chunk, raster, &axes[i], 1);
+    for (unsigned i = 0; i < 4; i++)
+        for (unsigned k = 0; k < 3; k++)
+            assert_refused(&bytes, chunk, slopes + 4 * i, &floats[k], 4);
+    assert_refused(&bytes, chunk, slopes + 16, far, 4);
+    assert_refused(&bytes, chunk, slopes + 20, far, 4);
+    clear(&bytes);
+    stp_chunk_destroy(&chunk);
+}
+
+/* Of a raster that spreads, patches may have one square, and lie farther apart. */
+static void test_spread_squares(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&(recipe){.spread = true});
+    stp_square squares[SQUARES];
+    stp_square_map map = {0};
+    assert_true(stp_squares_find(chunk, squares));
+    assert_int_equal(squares[0].column, squares[1].column);
+    assert_int_equal(squares[0].samples ^ squares[1].samples, UINT64_MAX);
+    const uint32_t most = (4 * SQUARES + 256) / 3, first = squares[0].column; /* three rows */
+    squares[SQUARES - 1].column = first + most - 1;
+    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_OK);
+    stp_square_map_clear(&map);
+    squares[SQUARES - 1].column = first + most;
+    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_CORRUPT);
+    stp_chunk_destroy(&chunk);
+}
+
+/* Places fold to the same place as often as they lie beyond a side, and unfold to where they were.
+ */
+static void test_fold(void **state)
+{
+    (void)state;
+    enum { TOP = 8 };
+    for (int32_t v = -TOP; v <= 2 * TOP; v++)
+        for (int32_t u = -TOP; u <= 2 * TOP; u++) {
+            int32_t place[2] = {u, v};
+            stp_square_fold(place, TOP);
+            assert_in_range(place[0], 0, TOP);
+            assert_in_range(place[1], 0, TOP);
+            int32_t back[2] = {place[0], place[1]};
+            stp_square_unfold(back, (const int32_t[2]){u, v}, TOP);
+            assert_true(back[0] == u && back[1] == v);
+        }
+}
+
+/* Normals on both sides of a fold are next to each other. */
+static void test_fold_directions(void **state)
+{
+    (void)state;
+    const unsigned shift = 4;
+    const int32_t top = 4096 >> shift;
+    for (int32_t v = 0; v <= top; v++) {
+        int32_t beyond[2] = {-1, v}, inside[2] = {1, v};
+        double way = 0.0;
+        vec3s normal[2];
+        int32_t *both[2] = {beyond, inside};
+        stp_square_fold(beyond, top);
+        for (int i = 0; i < 2; i++) {
+            uint8_t bytes[3];
+            const int32_t code[2] = {stp_normal_grid_code(both[i][0], shift),
+                                     stp_normal_grid_code(both[i][1], shift)};
+            stp_normal_codes_put(code, bytes);
+            normal[i] = stp_normal_decode(bytes);
+        }
+        for (int i = 0; i < 3; i++)
+            way += pow((double)normal[0].raw[i] - (double)normal[1].raw[i], 2.0);
+        assert_true(sqrt(way) < 3.0 * stp_normal_grid_angle(STP_NORMAL_BITS - shift));
+    }
 }
 
 /* Squares that contradict the patches or each other. */
@@ -487,6 +587,8 @@ int main(void)
         cmocka_unit_test(test_points),         cmocka_unit_test(test_hostile),
         cmocka_unit_test(test_numbers),        cmocka_unit_test(test_squares),
         cmocka_unit_test(test_tilted_numbers), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_spread_numbers), cmocka_unit_test(test_spread_squares),
+        cmocka_unit_test(test_fold),           cmocka_unit_test(test_fold_directions),
     };
     return cmocka_run_group_tests_name("squares of a grid", tests, NULL, NULL);
 }

@@ -3,7 +3,7 @@
 import math
 import struct
 
-from model import Sample, integer_normal, require
+from model import Sample, integer_normal, require, unit_normal
 
 ROOT2 = 1.4142135623730951
 SIDE, ORDER = 8, range(64)
@@ -31,27 +31,30 @@ def children_of(patch, level):
 
 
 class Raster:
-    """Heights go along `axis`; across[k] tells the places along axis (axis + 1 + k) % 3."""
+    """Heights go along `axis`; across[k] tells the places along axis (axis + 1 + k) % 3: a, b, c, d, e, f."""
 
     def __init__(self, level, axis, across, first, name):
         self.level, self.axis, self.across, self.first = level, axis, across, first
         self.area = across[0][1] * across[1][2] - across[0][2] * across[1][1]
-        require(axis < 3 and self.area and all(abs(n) <= 8e15 for a in across for n in a),
+        self.spreads = any(n for a in across for n in a[4:])
+        require(axis < 3 and (self.area or self.spreads) and all(abs(n) <= 8e15 for a in across for n in a),
                 f"{name}: a raster out of range")
         self.others = [(axis + 1) % 3, (axis + 2) % 3]
 
 
 def level_raster(cursor):
     x, y, dx, dy, column, row = struct.unpack("<4d2I", cursor.take(40))
-    return [Raster(True, 2, ((x, dx, 0.0, 0.0), (y, 0.0, dy, 0.0)), (column, row), cursor.name)]
+    return [Raster(True, 2, ((x, dx, 0.0, 0.0, 0.0, 0.0), (y, 0.0, dy, 0.0, 0.0, 0.0)), (column, row), cursor.name)]
 
 
 def tilted_rasters(cursor, patches):
     count, out = cursor.number(2) + 1, []
     require(count <= patches, f"{cursor.name}: more rasters than patches")
     for _ in range(count):
-        axis, *n = struct.unpack("<Bd3fd3f2I", cursor.take(49))
-        out.append(Raster(False, axis, (n[:4], n[4:8]), tuple(n[8:]), cursor.name))
+        axis, *n = struct.unpack("<Bd3fd3f", cursor.take(41))
+        spread = struct.unpack("<4f", cursor.take(16)) if axis & 4 else (0.0,) * 4
+        out.append(Raster(False, axis & ~4, ([*n[:4], *spread[:2]], [*n[4:], *spread[2:]]),
+                          struct.unpack("<2I", cursor.take(8)), cursor.name))
     return out
 
 
@@ -67,7 +70,8 @@ def squares_of(rasters, rows, patches, name):
         require(bin(mask).count("1") == patch.counts[0], f"{name}: a square of other samples")
         before[raster] = column, row
         out.append((column, row, mask, raster))
-    require(len({(s[0], s[1], s[3]) for s in out}) == len(out), f"{name}: a square twice")
+    alone = [(s[0], s[1], s[3]) for s in out if not rasters[s[3]].spreads]
+    require(len(set(alone)) == len(alone), f"{name}: a square twice")
     return out
 
 
@@ -90,7 +94,8 @@ class Block:
             self.first[raster] = [min(n) * SIDE for n in own]
             self.size[raster] = [(max(n) - min(n) + 1) * SIDE for n in own]
             area += self.size[raster][0] * self.size[raster][1] // 64
-        require(area <= min(4 * len(patches), sum(p.counts[0] for p in patches)) + 64, f"{name}: squares far apart")
+        free = 256 if any(rasters[s[3]].spreads for s in squares) else 64
+        require(area <= min(4 * len(patches), sum(p.counts[0] for p in patches)) + free, f"{name}: squares far apart")
         self.exponent = min(p.exponent for p in patches)
         require(max(p.exponent for p in patches) - self.exponent <= 8, f"{name}: lattices too unlike")
         for square, patch in zip(squares, patches):
@@ -130,6 +135,13 @@ class Block:
         """Raster, column and row."""
         on = self.levels[level]
         return on.rasters[sample], *(int(n) >> level for n in on.places[sample])
+
+    def tilt(self, level, sample):
+        """How the place of a sample changes with the height, along both axes across it."""
+        on = self.levels[level]
+        number = on.rasters[sample]
+        column, row = (self.first[number][k] + on.places[sample][k] for k in range(2))
+        return [a[3] + (column * a[4] + row * a[5]) for a in self.rasters[number].across]
 
     def set_heights(self, level, samples):
         at, heights = 0, []
@@ -187,7 +199,7 @@ class Block:
     def kind(self, level, sample, s):
         number, column, row = self.cell(level, sample)
         raster, normal = self.rasters[number], integer_normal(s.u, s.v)
-        tilt = [a[3] for a in raster.across]
+        tilt = self.tilt(level, sample)
         along = normal[raster.axis] + (tilt[0] * normal[raster.others[0]] + tilt[1] * normal[raster.others[1]])
         upright, steep, ratio = along * along, 0, ROOT2
         length = float(sum(n * n for n in normal)) * (1.0 + (tilt[0] * tilt[0] + tilt[1] * tilt[1]))
@@ -200,15 +212,12 @@ class Block:
 
 
 class Family:
-    """What a parent tells of its children."""
+    """What a parent tells of its children. values: of all parents, a list for each of what is told."""
 
-    def __init__(self, block, level, parent, samples):
+    def __init__(self, block, level, parent, values):
         self.place, self.count, self.level = block.levels[level + 1].places[parent], 0, level
-        colours = [[s.colour[k] for s in samples] for k in range(3)]
-        self.values = []
-        for values in (*colours, block.levels[level + 1].z):
-            self.values.append((values[parent], *block.slopes(level + 1, parent, values),
-                                block.twist(level + 1, parent, values)))
+        self.values = [(v[parent], *block.slopes(level + 1, parent, v), block.twist(level + 1, parent, v))
+                       for v in values]
 
     def expected(self, place):
         side = 2.0 ** (self.level + 1)
@@ -230,17 +239,18 @@ def height_of(patch, axis, steps, cell, scale):
 
 def decode_level(block, level, how, parents, tables):
     """The samples of a level. tables: of elder and of last children."""
-    require(how < 16 and how & 7 <= 4, "a level of squares begins wrong")
+    require(how < 16 and how & 7 <= 5, "a level of squares begins wrong")
     on, samples, cells = block.levels[level], [], []
     rows = [iter(t.rows) for t in tables]
     block.set_heights(level + 1, parents)
+    values = [[s.colour[k] for s in parents] for k in range(3)] + [block.levels[level + 1].z]
     parent = 0
     for patch, square in zip(block.patches, block.squares):
         raster = block.rasters[square[3]]
         steps = math.ldexp(1.0, patch.exponent - block.exponent)
         scale = tables[1].scale.of_patch(patch) if tables[1].scale else None
         for low, high in children_of(patch, level + 1):
-            family, left = Family(block, level, parent, parents), [0.0] * 4
+            family, left = Family(block, level, parent, values), [0.0] * 4
             family.count = high - low
             for k in range(family.count):
                 elder = k + 1 < family.count
@@ -254,26 +264,30 @@ def decode_level(block, level, how, parents, tables):
                 s.position[raster.axis] = height_of(patch, raster.axis, (expected[3] + share * left[3]) / steps,
                                                     row[11], scale)
                 height = float(patch.origin[raster.axis] + s.position[raster.axis])
+                tilt = block.tilt(level, i)
                 for n, axis in enumerate(raster.others):
-                    at = on.across[i][n] + raster.across[n][3] * height
+                    at = on.across[i][n] + tilt[n] * height
                     s.position[axis] = (whole(at - patch.origin[axis]) + row[9 + n]) & 65535
-                values = [*s.colour[:3], height * steps]
-                left = [left[n] + (expected[n] - values[n]) for n in range(4)]
+                own = [*s.colour[:3], height * steps]
+                left = [left[n] + (expected[n] - own[n]) for n in range(4)]
                 samples.append(s)
                 cells.append((patch, row))
             parent += 1
     block.set_heights(level, samples)
-    add_normals(block, level, how & 7, samples, cells, tables[1].shift)
+    add_normals(block, level, how & 7, samples, cells, tables[1].shift, parents)
     return samples
 
 
-def normal_of(raster, slopes, factor):
+def normal_of(block, level, sample, slopes):
     """The direction that slopes tell."""
+    on, factor = block.levels[level], math.ldexp(1.0, block.exponent - level)
+    raster = block.rasters[on.rasters[sample]]
     across = raster.across
     if raster.level:
         return -slopes[0] * (factor / across[0][1]), -slopes[1] * (factor / across[1][2]), 1.0
-    rise = [s * factor for s in slopes]
-    c, r = ([across[k][1 + i] + across[k][3] * rise[i] for k in range(2)] for i in range(2))
+    rise, tilt = [s * factor for s in slopes], block.tilt(level, sample)
+    height = on.z[sample] * math.ldexp(1.0, block.exponent)
+    c, r = ([(across[k][1 + i] + across[k][4 + i] * height) + tilt[k] * rise[i] for k in range(2)] for i in range(2))
     out = [0.0] * 3
     out[raster.axis] = c[0] * r[1] - c[1] * r[0]
     out[raster.others[0]] = c[1] * rise[1] - rise[0] * r[1]
@@ -281,18 +295,55 @@ def normal_of(raster, slopes, factor):
     return out
 
 
-def add_normals(block, level, reach, samples, cells, shift):
-    first, factor = block.patches[0].radius[level], math.ldexp(1.0, block.exponent - level)
-    last = {}
+def code_of(direction, cells, shift, folded):
+    """The code u, v of a normal that is expected to have a direction."""
+    x, y, z = direction
+    m = abs(x) + abs(y) + abs(z) or math.nan
+    x, y = x / m, y / m
+    if z < 0.0:
+        x, y = math.copysign(1.0 - abs(y), x), math.copysign(1.0 - abs(x), y)
+    places = [(whole((t + 1.0) * 2047.5 / (1 << shift)) + cell) & 65535 for t, cell in ((x, cells[0]), (y, cells[1]))]
+    if folded:
+        top = 4095 + (1 << shift >> 1) >> shift
+        places = [p - 65536 if p > 32767 else p for p in places]
+        for i in range(2):
+            if not 0 <= places[i] <= top:
+                places[i] = -places[i] if places[i] < 0 else 2 * top - places[i]
+                places[1 - i] = top - places[1 - i]
+        places = [min(max(p, 0), top) for p in places]
+    return (min(p << shift, 4095) for p in places)
+
+
+def add_normals(block, level, reach, samples, cells, shift, parents):
+    on, last = block.levels[level], {}
+    families = None
+    if reach == 5:
+        units = [unit_normal(s.u, s.v) for s in parents]
+        families = families_of(block, level, [[n[k] for n in units] for k in range(3)])
     for i, (s, (patch, row)) in enumerate(zip(samples, cells)):
-        slopes = block.fitted(level, i, reach) if reach else block.slopes(level, i, block.levels[level].z)
-        x, y, z = normal_of(block.rasters[block.levels[level].rasters[i]], slopes, factor)
-        m = abs(x) + abs(y) + abs(z) or math.nan
-        x, y = x / m, y / m
-        if z < 0.0:
-            x, y = math.copysign(1.0 - abs(y), x), math.copysign(1.0 - abs(x), y)
-        s.u, s.v = (min(((whole((t + 1.0) * 2047.5 / (1 << shift)) + cell) & 65535) << shift, 4095)
-                    for t, cell in ((x, row[3]), (y, row[4])))
+        if families:
+            family, k = next(families)
+            left = [0.0] * 3 if k == 0 else left
+            expected, share = family.expected(on.places[i]), 1.0 / (family.count - k)
+            direction = [e + share * t for e, t in zip(expected, left)]
+        else:
+            direction = normal_of(block, level, i, block.fitted(level, i, reach) if reach else
+                                  block.slopes(level, i, on.z))
+        folded = reach == 5 or block.rasters[on.rasters[i]].spreads
+        s.u, s.v = code_of(direction, row[3:5], shift, folded)
+        if families:
+            left = [t + (e - n) for t, e, n in zip(left, expected, unit_normal(s.u, s.v))]
         kind, octaves = block.kind(level, i, s), 16 * (patch.exponent - block.exponent)
-        s.radius = (last.get(kind, first) - octaves + row[0]) & 255
+        s.radius = (last.get(kind, block.patches[0].radius[level]) - octaves + row[0]) & 255
         last[kind] = s.radius + octaves
+
+
+def families_of(block, level, values):
+    """For each sample of a level its family, and which child it is."""
+    parent = 0
+    for patch in block.patches:
+        for low, high in children_of(patch, level + 1):
+            family = Family(block, level, parent, values)
+            family.count = high - low
+            yield from ((family, k) for k in range(family.count))
+            parent += 1

@@ -13,6 +13,9 @@
 /* Tilted ones: u16 count - 1; each u8 axis, 2 f64, 6 f32, 2 u32 column, row of its first square */
 #define COUNT_BYTES 2u
 #define TILTED_BYTES 49u
+/* One that spreads has this bit beside its axis, and four floats more before column and row. */
+#define SPREADS 4u
+#define SPREAD_BYTES 16u
 #define MASK_BYTES 8u
 /* Column and row after those of the square before; then the bytes of the mask; the raster after
  * that of the square before. */
@@ -39,17 +42,20 @@ static const int16_t square_beside[TILTED_COLUMNS] = {STP_BESIDE_NONE,  0,
 /* The column and row nearest to a position. */
 static bool find_place(const stp_raster *raster, const double position[3], uint32_t out[2])
 {
-    const double(*a)[4] = raster->across;
+    const double(*a)[6] = raster->across;
     const double off_most = raster->level ? DBL_MAX : TILTED_OFF_MOST;
     const double limit =
         raster->side ? raster->side : (double)STP_SQUARE_PLACES_LIMIT * STP_SQUARE_SIDE;
     const double height = position[raster->axis];
-    double rest[2], place[2];
-    for (unsigned k = 0; k < 2; k++)
+    double rest[2], by[2][2], place[2]; /* by column and row, at this height */
+    for (unsigned k = 0; k < 2; k++) {
         rest[k] = position[(raster->axis + 1 + k) % 3] - a[k][0] - a[k][3] * height;
-    const double det = a[0][1] * a[1][2] - a[0][2] * a[1][1];
-    place[0] = (rest[0] * a[1][2] - rest[1] * a[0][2]) / det;
-    place[1] = (rest[1] * a[0][1] - rest[0] * a[1][1]) / det;
+        for (unsigned i = 0; i < 2; i++)
+            by[k][i] = a[k][1 + i] + a[k][4 + i] * height;
+    }
+    const double det = by[0][0] * by[1][1] - by[0][1] * by[1][0];
+    place[0] = (rest[0] * by[1][1] - rest[1] * by[0][1]) / det;
+    place[1] = (rest[1] * by[0][0] - rest[0] * by[1][0]) / det;
     for (unsigned k = 0; k < 2; k++) {
         const double nearest = floor(place[k] + 0.5);
         if (!(nearest >= 0.0 && nearest < limit) || fabs(place[k] - nearest) > off_most)
@@ -104,7 +110,7 @@ static bool follows(uint32_t place, uint32_t before)
 static bool is_of_floats(const stp_raster *raster)
 {
     for (int k = 0; k < 2; k++)
-        for (int i = 1; i < 4; i++)
+        for (int i = 1; i < 6; i++)
             if ((double)(float)raster->across[k][i] != raster->across[k][i])
                 return false;
     return true;
@@ -166,17 +172,22 @@ static stp_status put_level(const stp_raster *r, const stp_square *first, stp_by
     return stp_bytes_append(out, head, sizeof head, err);
 }
 
-static void put_tilted(const stp_raster *r, const stp_square *first, uint8_t *to)
+/* Returns the bytes. */
+static size_t put_tilted(const stp_raster *r, const stp_square *first, uint8_t *to)
 {
-    *to++ = (uint8_t)r->axis;
+    const bool spreads = stp_raster_spreads(r);
+    *to++ = (uint8_t)(r->axis | (spreads ? SPREADS : 0));
     for (unsigned k = 0; k < 2; k++, to += 20) {
         const float slopes[3] = {(float)r->across[k][1], (float)r->across[k][2],
                                  (float)r->across[k][3]};
         stp_put_f64(to, r->across[k][0]);
         stp_put_floats(to + 8, slopes, 3);
     }
+    for (unsigned k = 0; spreads && k < 2; k++, to += 8)
+        stp_put_floats(to, (const float[2]){(float)r->across[k][4], (float)r->across[k][5]}, 2);
     stp_put_u32(to, first->column);
     stp_put_u32(to + 4, first->row);
+    return TILTED_BYTES + (spreads ? SPREAD_BYTES : 0);
 }
 
 /* The rasters of a block in the order in which its patches come to them. */
@@ -201,14 +212,15 @@ static stp_status put_rasters(const stp_chunk *block, const stp_square *squares,
                               const used_rasters *used, bool tilted, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint8_t head[TILTED_BYTES];
+    uint8_t head[TILTED_BYTES + SPREAD_BYTES];
     if (!tilted)
         return put_level(&block->rasters[squares[0].raster], &squares[0], out, err);
     stp_put_u16(head, (uint16_t)(used->count - 1));
     STP_TRY(stp_bytes_append(out, head, COUNT_BYTES, err));
     for (uint32_t i = 0; i < used->count; i++) {
-        put_tilted(&block->rasters[used->before[i].raster], &used->before[i], head);
-        STP_TRY(stp_bytes_append(out, head, sizeof head, err));
+        const size_t size =
+            put_tilted(&block->rasters[used->before[i].raster], &used->before[i], head);
+        STP_TRY(stp_bytes_append(out, head, size, err));
     }
 done:
     return status;
@@ -256,11 +268,11 @@ done:
 
 static const char *raster_fault(const stp_raster *r)
 {
-    const double(*a)[4] = r->across;
+    const double(*a)[6] = r->across;
     const double area = a[0][1] * a[1][2] - a[0][2] * a[1][1];
-    bool within = r->axis < 3 && area != 0.0;
+    bool within = r->axis < 3 && (area != 0.0 || stp_raster_spreads(r));
     for (int k = 0; k < 2; k++)
-        for (int i = 0; i < 4; i++)
+        for (int i = 0; i < 6; i++)
             within = within && fabs(a[k][i]) <= STP_REACH_LIMIT;
     return within ? NULL : "a raster of its squares is out of range";
 }
@@ -293,7 +305,8 @@ static stp_raster get_level(const uint8_t *bytes)
 
 static stp_raster get_tilted(const uint8_t *bytes)
 {
-    stp_raster out = {.axis = *bytes++};
+    const bool spreads = *bytes & SPREADS;
+    stp_raster out = {.axis = *bytes++ & ~SPREADS};
     for (unsigned k = 0; k < 2; k++, bytes += 20) {
         float slopes[3];
         out.across[k][0] = stp_get_f64(bytes);
@@ -301,7 +314,22 @@ static stp_raster get_tilted(const uint8_t *bytes)
         for (unsigned i = 0; i < 3; i++)
             out.across[k][1 + i] = (double)slopes[i];
     }
+    for (unsigned k = 0; spreads && k < 2; k++, bytes += 8) {
+        float spread[2];
+        stp_get_floats(bytes, spread, 2);
+        out.across[k][4] = (double)spread[0];
+        out.across[k][5] = (double)spread[1];
+    }
     return out;
+}
+
+/* The bytes of the next raster; 0: there are not so many. */
+static size_t raster_bytes(const stp_cursor *c, bool tilted)
+{
+    const size_t size = !tilted                              ? LEVEL_BYTES
+                        : c->left > 0 && *c->bytes & SPREADS ? TILTED_BYTES + SPREAD_BYTES
+                                                             : TILTED_BYTES;
+    return size <= c->left ? size : 0;
 }
 
 /* Reads the rasters. before: allocated, the first square of each. */
@@ -310,8 +338,7 @@ static stp_status take_rasters(stp_cursor *c, bool tilted, stp_chunk *block, stp
 {
     stp_status status = STP_OK;
     const uint32_t count = !tilted ? 1 : c->left < COUNT_BYTES ? 0 : stp_get_u16(c->bytes) + 1u;
-    const size_t each = tilted ? TILTED_BYTES : LEVEL_BYTES;
-    if (count == 0 || c->left < (tilted ? COUNT_BYTES : 0) + count * each)
+    if (count == 0)
         return stp_error_set(err, STP_CORRUPT, "it ends within the rasters of its squares");
     if (count > block->patch_count)
         return stp_error_set(err, STP_CORRUPT, "its squares have more rasters than patches");
@@ -320,16 +347,21 @@ static stp_status take_rasters(stp_cursor *c, bool tilted, stp_chunk *block, stp
     block->raster_count = count;
     stp_cursor_skip(c, tilted ? COUNT_BYTES : 0);
     for (uint32_t i = 0; i < count; i++) {
+        const size_t size = raster_bytes(c, tilted);
+        if (size == 0) {
+            status = stp_error_set(err, STP_CORRUPT, "it ends within the rasters of its squares");
+            goto done;
+        }
         block->rasters[i] = tilted ? get_tilted(c->bytes) : get_level(c->bytes);
         const char *fault = raster_fault(&block->rasters[i]);
         if (fault) {
             status = stp_error_set(err, STP_CORRUPT, "%s", fault);
             goto done;
         }
-        (*before)[i] = (stp_square){.column = stp_get_u32(c->bytes + each - 8),
-                                    .row = stp_get_u32(c->bytes + each - 4),
+        (*before)[i] = (stp_square){.column = stp_get_u32(c->bytes + size - 8),
+                                    .row = stp_get_u32(c->bytes + size - 4),
                                     .raster = i};
-        stp_cursor_skip(c, each);
+        stp_cursor_skip(c, size);
     }
 done:
     return status;

@@ -14,6 +14,8 @@
 #define STP_SQUARE_SIDE 8u
 /* Greatest reach of a normal's window. */
 #define STP_SQUARE_REACH_MOST 4u
+/* In place of a reach: normals follow from those of the parents, not from heights. */
+#define STP_SQUARE_REACH_PARENTS 5u
 /* Columns and rows of squares are less. */
 #define STP_SQUARE_PLACES_LIMIT (UINT32_C(1) << 28)
 
@@ -38,6 +40,14 @@ static inline uint32_t stp_square_place(uint32_t column, uint32_t row)
     const uint32_t c = (column & 1u) | (column & 2u) << 1 | (column & 4u) << 2;
     const uint32_t r = (row & 1u) | (row & 2u) << 1 | (row & 4u) << 2;
     return c | r << 1;
+}
+
+/* Whether columns and rows spread with the height, as those of a camera's image. Several patches
+ * may then have one square, cut where the depth jumps. */
+static inline bool stp_raster_spreads(const stp_raster *raster)
+{
+    const double(*a)[6] = raster->across;
+    return a[0][4] != 0.0 || a[0][5] != 0.0 || a[1][4] != 0.0 || a[1][5] != 0.0;
 }
 
 /* Finds the squares of a block with all levels whose rasters are set: all of one level raster, or

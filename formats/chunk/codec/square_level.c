@@ -25,7 +25,7 @@ uint8_t stp_square_choice_write(const stp_square_choice *choice)
 stp_status stp_square_choice_read(uint8_t byte, stp_square_choice *out, stp_error *err)
 {
     *out = (stp_square_choice){byte & CHOICE_REACH, byte & CHOICE_FOLLOW};
-    if (byte > (CHOICE_FOLLOW | CHOICE_REACH) || out->reach > STP_SQUARE_REACH_MOST)
+    if (byte > (CHOICE_FOLLOW | CHOICE_REACH) || out->reach > STP_SQUARE_REACH_PARENTS)
         return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
     return STP_OK;
 }
@@ -206,7 +206,8 @@ static void code_across(const coder *c, const family *f, const table_row *r, uin
     const double height = (double)f->patch->origin[raster->axis] + s->position[raster->axis];
     for (unsigned k = 0; k < 2; k++) {
         const unsigned axis = (raster->axis + 1 + k) % 3;
-        const double at = c->grid->level[c->level].across[k][child] + raster->across[k][3] * height;
+        const double at = c->grid->level[c->level].across[k][child] +
+                          stp_square_tilt(c->grid, c->level, child, (int)k) * height;
         s->position[axis] =
             (uint16_t)code(c, r, STP_COLUMN_POSITION_A + k, whole(at - f->patch->origin[axis]),
                            s->position[axis], 0xffff);
@@ -239,23 +240,34 @@ static void code_child(const coder *c, family *f, unsigned k, const table_row *r
     f->left[HEIGHT] += expected[HEIGHT] - c->grid->level[c->level].height[child];
 }
 
+/* Finds the family of a patch's parent j. */
+static void find_family(const coder *c, uint32_t p, unsigned j, family *f)
+{
+    const unsigned parents = f->patch->counts[c->level + 1], children = f->patch->counts[c->level];
+    const unsigned begin = stp_level_children_begin(j, parents, children);
+    f->count = stp_level_children_begin(j + 1, parents, children) - begin;
+    f->parent = c->block->level_begin[c->level + 1][p] + j;
+    f->first = c->block->level_begin[c->level][p] + begin;
+}
+
+static void begin_family(const coder *c, family *f)
+{
+    f->field = field_at(c, (int32_t)f->parent);
+    for (int v = 0; v < VALUE_COUNT; v++)
+        f->left[v] = 0.0;
+}
+
 static void code_families(coder *c)
 {
     rows r = {0};
     for (uint32_t p = 0; p < c->block->patch_count; p++) {
         c->grid = stp_square_grid_of(c->map, p);
         const stp_patch *patch = &c->block->patches[p];
-        const unsigned parents = patch->counts[c->level + 1], children = patch->counts[c->level];
         family f = {.patch = patch, .steps = stp_square_map_steps(c->map, patch)};
         f.scale = stp_scale_of_patch(&c->tables->last.scale, patch);
-        for (unsigned j = 0; j < parents; j++) {
-            const unsigned begin = stp_level_children_begin(j, parents, children);
-            f.count = stp_level_children_begin(j + 1, parents, children) - begin;
-            f.parent = c->block->level_begin[c->level + 1][p] + j;
-            f.first = c->block->level_begin[c->level][p] + begin;
-            f.field = field_at(c, (int32_t)f.parent);
-            for (int v = 0; v < VALUE_COUNT; v++)
-                f.left[v] = 0.0;
+        for (unsigned j = 0; j < patch->counts[c->level + 1]; j++) {
+            find_family(c, p, j, &f);
+            begin_family(c, &f);
             for (unsigned k = 0; k < f.count; k++) {
                 const table_row next = next_row(c, &r, k + 1 == f.count);
                 code_child(c, &f, k, &next);
@@ -281,6 +293,30 @@ static void code_normal(const coder *c, const table_row *r, const double directi
     stp_normal_codes_put(uv, s->normal);
 }
 
+/* The same of a raster that spreads. Normals that face a camera are where codes are folded. */
+static void code_folded(const coder *c, const table_row *r, const double direction[2],
+                        stp_sample *s)
+{
+    const unsigned shift = c->tables->last.normal_shift;
+    const int32_t top = stp_normal_grid_place(STP_NORMAL_CODE_MAX, shift);
+    int32_t uv[2], own[2], expected[2];
+    stp_normal_codes_get(s->normal, uv);
+    for (int i = 0; i < 2; i++) {
+        expected[i] = whole(direction[i] / (double)(1 << shift));
+        own[i] = stp_normal_grid_place(uv[i], shift);
+    }
+    if (!c->decode)
+        stp_square_unfold(own, expected, top);
+    for (unsigned i = 0; i < 2; i++)
+        own[i] = (int16_t)code(c, r, STP_COLUMN_NORMAL_U + i, expected[i], own[i], 0xffff);
+    if (!c->decode)
+        return;
+    stp_square_fold(own, top);
+    for (int i = 0; i < 2; i++)
+        uv[i] = stp_normal_grid_code(own[i] < 0 ? 0 : own[i] > top ? top : own[i], shift);
+    stp_normal_codes_put(uv, s->normal);
+}
+
 /* Kinds of a sample for its radius: how steep it is, and whether a neighbour is missing. */
 #define STEEPNESS_COUNT 5u
 #define KIND_COUNT (2u * STEEPNESS_COUNT)
@@ -290,7 +326,8 @@ static unsigned kind_of(const coder *c, uint32_t sample)
     const stp_square_level *on = &c->grid->level[c->level];
     const stp_raster *raster = c->grid->raster;
     const stp_sample *s = &c->block->samples[c->level][sample];
-    const double tilt[2] = {raster->across[0][3], raster->across[1][3]};
+    const double tilt[2] = {stp_square_tilt(c->grid, c->level, sample, 0),
+                            stp_square_tilt(c->grid, c->level, sample, 1)};
     int32_t uv[2];
     stp_normal_codes_get(s->normal, uv);
     const stp_ivec3 n = stp_integer_normal(uv[0], uv[1]);
@@ -338,28 +375,81 @@ static void find_slopes(const coder *c, const stp_square_normals *normals, uint3
     }
 }
 
+static stp_ivec3 unit_normal_of(const stp_sample *s)
+{
+    int32_t uv[2];
+    stp_normal_codes_get(s->normal, uv);
+    return stp_unit_normal(stp_integer_normal(uv[0], uv[1]));
+}
+
+/* Sets the parents' unit normals as values, x in the place of GREEN and so on: nobody needs their
+ * colours any more. */
+static void set_parents_normals(const coder *c)
+{
+    const uint32_t count = c->block->level_begin[c->level + 1][c->block->patch_count];
+    for (uint32_t i = 0; i < count; i++) {
+        const stp_ivec3 n = unit_normal_of(&c->block->samples[c->level + 1][i]);
+        for (size_t k = 0; k < 3; k++)
+            c->map->sums[k * count + i] = n.v[k];
+    }
+}
+
+/* Codes the normal of child k as its parent, and those around, let expect it. */
+static void code_turned(const coder *c, family *f, unsigned k, const table_row *r)
+{
+    stp_sample *s = &c->block->samples[c->level][f->first + k];
+    const double share = 1.0 / (f->count - k);
+    double expected[VALUE_COUNT], toward[3], direction[2];
+    expect(c, f, k, expected);
+    for (int i = 0; i < 3; i++)
+        toward[i] = expected[GREEN + i] + share * f->left[GREEN + i];
+    stp_square_direction(toward, direction);
+    code_folded(c, r, direction, s);
+    const stp_ivec3 own = unit_normal_of(s);
+    for (int i = 0; i < 3; i++)
+        f->left[GREEN + i] += expected[GREEN + i] - own.v[i];
+}
+
+static void code_by_slopes(const coder *c, const stp_square_normals *normals, uint32_t sample,
+                           const table_row *r)
+{
+    stp_sample *s = &c->block->samples[c->level][sample];
+    double slopes[2], direction[2];
+    find_slopes(c, normals, sample, slopes);
+    const stp_square_place at = stp_square_place_of(normals, c->grid, sample);
+    stp_square_normal_of(normals, c->grid->raster, &at, slopes, direction);
+    if (stp_raster_spreads(c->grid->raster))
+        code_folded(c, r, direction, s);
+    else
+        code_normal(c, r, direction, s);
+}
+
 static void code_normals(coder *c, unsigned reach)
 {
     rows r = {0};
     int32_t last[KIND_COUNT];
-    const stp_square_normals normals = stp_square_normals_begin(c->map, c->level, reach);
+    const bool by_parents = reach == STP_SQUARE_REACH_PARENTS;
+    const stp_square_normals normals =
+        stp_square_normals_begin(c->map, c->level, by_parents ? 0 : reach);
+    if (by_parents)
+        set_parents_normals(c);
     for (unsigned k = 0; k < KIND_COUNT; k++)
         last[k] = c->block->patches[0].radius[c->level];
     for (uint32_t p = 0; p < c->block->patch_count; p++) {
         const stp_patch *patch = &c->block->patches[p];
-        const unsigned parents = patch->counts[c->level + 1], children = patch->counts[c->level];
+        family f = {.patch = patch};
         c->grid = stp_square_grid_of(c->map, p);
-        for (unsigned j = 0; j < parents; j++) {
-            const unsigned begin = stp_level_children_begin(j, parents, children);
-            const unsigned end = stp_level_children_begin(j + 1, parents, children);
-            for (unsigned k = begin; k < end; k++) {
-                const uint32_t sample = c->block->level_begin[c->level][p] + k;
-                const table_row next = next_row(c, &r, k + 1 == end);
-                double slopes[2], direction[2];
-                find_slopes(c, &normals, sample, slopes);
-                stp_square_normal_of(&normals, c->grid->raster, slopes, direction);
-                code_normal(c, &next, direction, &c->block->samples[c->level][sample]);
-                code_radius(c, &next, patch, sample, last);
+        for (unsigned j = 0; j < patch->counts[c->level + 1]; j++) {
+            find_family(c, p, j, &f);
+            if (by_parents)
+                begin_family(c, &f);
+            for (unsigned k = 0; k < f.count; k++) {
+                const table_row next = next_row(c, &r, k + 1 == f.count);
+                if (by_parents)
+                    code_turned(c, &f, k, &next);
+                else
+                    code_by_slopes(c, &normals, f.first + k, &next);
+                code_radius(c, &next, patch, f.first + k, last);
             }
         }
     }
@@ -411,14 +501,21 @@ static uint64_t normals_cost(const stp_level_tables *tables)
     return sum;
 }
 
-/* Takes the normals of slopes without a window, if they are nearer. */
+/* Lets normals follow from what they are nearest to. */
 static void choose_reach(coder *c, stp_square_choice *choice)
 {
-    const uint64_t with = normals_cost(c->tables);
-    code_normals(c, 0);
-    if (normals_cost(c->tables) < with)
-        choice->reach = 0;
-    else
+    const bool spreads = stp_raster_spreads(stp_square_grid_of(c->map, 0)->raster);
+    static const unsigned others[2] = {0, STP_SQUARE_REACH_PARENTS};
+    unsigned coded = choice->reach;
+    uint64_t least = normals_cost(c->tables);
+    for (unsigned i = 0; i < (spreads ? 2 : 1); i++) {
+        code_normals(c, others[i]);
+        coded = others[i];
+        const uint64_t cost = normals_cost(c->tables);
+        choice->reach = cost < least ? others[i] : choice->reach;
+        least = cost < least ? cost : least;
+    }
+    if (coded != choice->reach)
         code_normals(c, choice->reach);
 }
 
@@ -460,7 +557,7 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
     coder c = coder_begin(block, level, map, tables, false);
     code_families(&c);
     code_normals(&c, choice->reach);
-    if (level > 0)
+    if (level > 0 || stp_raster_spreads(stp_square_grid_of(map, 0)->raster))
         choose_reach(&c, choice);
     choice->follow = cost(&tables->elder, true) < cost(&tables->elder, false);
     if (choice->follow)

@@ -12,6 +12,8 @@
 #define SQUARES_PER_PATCH 4u
 #define SQUARES_PER_SAMPLE 1u
 #define SQUARES_FREE 64u
+/* The same if a raster spreads: its patches may lie apart, since depths jump. */
+#define SQUARES_FREE_SPREAD 256u
 /* Lattices of patches differ by at most so many octaves, so sums of heights are exact. */
 #define OCTAVES_MOST 8
 #define SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
@@ -64,6 +66,14 @@ static const char *find_lattice(const stp_chunk *block, stp_square_map *map)
                                                : NULL;
 }
 
+static bool spreads(const stp_chunk *block, const stp_square_map *map)
+{
+    for (uint32_t r = 0; r < map->grid_count; r++)
+        if (stp_raster_spreads(&block->rasters[map->first_raster + r]))
+            return true;
+    return false;
+}
+
 /* Finds the squares of each raster. *squares: as many as all extents hold. */
 static const char *find_extents(const stp_chunk *block, const stp_square_map *map, extent *extents,
                                 size_t *squares)
@@ -79,7 +89,8 @@ static const char *find_extents(const stp_chunk *block, const stp_square_map *ma
     const uint64_t of_patches = (uint64_t)block->patch_count * SQUARES_PER_PATCH;
     const uint64_t of_samples =
         (uint64_t)block->level_begin[0][block->patch_count] * SQUARES_PER_SAMPLE;
-    const uint64_t most = (of_patches < of_samples ? of_patches : of_samples) + SQUARES_FREE;
+    const uint64_t most = (of_patches < of_samples ? of_patches : of_samples) +
+                          (spreads(block, map) ? SQUARES_FREE_SPREAD : SQUARES_FREE);
     for (uint32_t r = 0; r < map->grid_count && count <= most; r++)
         if (!is_empty(&extents[r]))
             count += width(&extents[r].columns) * width(&extents[r].rows);
@@ -165,7 +176,7 @@ static void place_finest(const stp_chunk *block, uint32_t p, const stp_square_ma
     const stp_square *square = &map->squares[p];
     const stp_square_grid *grid = stp_square_grid_of(map, p);
     const stp_square_level *level = &grid->level[0];
-    const double(*a)[4] = grid->raster->across;
+    const double(*a)[6] = grid->raster->across;
     const bool flat = grid->raster->level;
     const double inverse = ldexp(1.0, -block->patches[p].exponent);
     uint32_t i = block->level_begin[0][p];
@@ -233,7 +244,8 @@ stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squar
     STP_TRY(allocate(block, extents, count, &map, err));
     for (uint32_t p = 0; p < block->patch_count; p++) {
         const stp_square_grid *grid = stp_square_grid_of(&map, p);
-        if (stp_square_at(&grid->level[STP_LEVEL_COUNT - 1],
+        if (!stp_raster_spreads(grid->raster) &&
+            stp_square_at(&grid->level[STP_LEVEL_COUNT - 1],
                           (int)(squares[p].column - grid->column / STP_SQUARE_SIDE),
                           (int)(squares[p].row - grid->row / STP_SQUARE_SIDE)) >= 0) {
             status =

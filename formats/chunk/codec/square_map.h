@@ -57,6 +57,14 @@ STP_INLINE const stp_square_grid *stp_square_grid_of(const stp_square_map *map, 
     return &map->grids[map->squares[patch].raster - map->first_raster];
 }
 
+/* How the place of a sample along axis k across the height changes with the height. */
+STP_INLINE double stp_square_tilt(const stp_square_grid *grid, int level, uint32_t sample, int k)
+{
+    const double *a = grid->raster->across[k];
+    return a[3] + ((grid->column + grid->level[level].column[sample]) * a[4] +
+                   (grid->row + grid->level[level].row[sample]) * a[5]);
+}
+
 /* The sample in a cell; -1: none, or outside. */
 STP_INLINE int32_t stp_square_at(const stp_square_level *level, int column, int row)
 {

@@ -5,6 +5,7 @@
 #include "formats/chunk/codec/predict_normal.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 /* Sums of a row of a window: samples, their columns, squares of columns, heights, and columns
  * times heights. Columns count from the middle. */
@@ -86,13 +87,15 @@ static void find_level(const stp_raster *r, double length, const double slopes[2
 }
 
 /* The product of the tangents by column and by row. */
-static void find_tilted(const stp_raster *r, double length, const double slopes[2], double out[3])
+static void find_tilted(const stp_raster *r, double length, const stp_square_place *at,
+                        const double slopes[2], double out[3])
 {
     double rise[2], along[2][2]; /* of a tangent: along the height's axis, and the other two */
     for (int i = 0; i < 2; i++) {
         rise[i] = slopes[i] * length;
         for (int k = 0; k < 2; k++)
-            along[i][k] = r->across[k][1 + i] + r->across[k][3] * rise[i];
+            along[i][k] =
+                (r->across[k][1 + i] + r->across[k][4 + i] * at->height) + at->tilt[k] * rise[i];
     }
     const unsigned axis = r->axis;
     out[axis] = along[0][0] * along[1][1] - along[0][1] * along[1][0];
@@ -100,16 +103,66 @@ static void find_tilted(const stp_raster *r, double length, const double slopes[
     out[(axis + 2) % 3] = rise[0] * along[1][0] - along[0][0] * rise[1];
 }
 
+stp_square_place stp_square_place_of(const stp_square_normals *normals, const stp_square_grid *grid,
+                                     uint32_t sample)
+{
+    const int level = normals->level;
+    return (stp_square_place){
+        {stp_square_tilt(grid, level, sample, 0), stp_square_tilt(grid, level, sample, 1)},
+        grid->level[level].height[sample] * ldexp(normals->length, level)};
+}
+
 void stp_square_normal_of(const stp_square_normals *normals, const stp_raster *raster,
-                          const double slopes[2], double out[2])
+                          const stp_square_place *at, const double slopes[2], double out[2])
 {
     double n[3];
     if (raster->level)
         find_level(raster, normals->length, slopes, n);
     else
-        find_tilted(raster, normals->length, slopes, n);
+        find_tilted(raster, normals->length, at, slopes, n);
+    stp_square_direction(n, out);
+}
+
+void stp_square_direction(const double n[3], double out[2])
+{
     const double all = fabs(n[0]) + fabs(n[1]) + fabs(n[2]), x = n[0] / all, y = n[1] / all;
     const bool below = n[2] < 0.0;
     out[0] = ((below ? copysign(1.0 - fabs(y), x) : x) + 1.0) * (0.5 * STP_NORMAL_CODE_MAX);
     out[1] = ((below ? copysign(1.0 - fabs(x), y) : y) + 1.0) * (0.5 * STP_NORMAL_CODE_MAX);
+}
+
+void stp_square_fold(int32_t place[2], int32_t top)
+{
+    for (int i = 0; i < 2; i++) {
+        const int32_t p = place[i];
+        if (p >= 0 && p <= top)
+            continue;
+        place[i] = p < 0 ? -p : 2 * top - p;
+        place[1 - i] = top - place[1 - i];
+    }
+}
+
+void stp_square_unfold(int32_t own[2], const int32_t expected[2], int32_t top)
+{
+    const int32_t u = own[0], v = own[1], beyond = 2 * top;
+    const int32_t places[9][2] = {{u, v},
+                                  {-u, top - v},
+                                  {beyond - u, top - v},
+                                  {top - u, -v},
+                                  {top - u, beyond - v},
+                                  {u - top, v - top},
+                                  {u - top, v + top},
+                                  {u + top, v - top},
+                                  {u + top, v + top}};
+    int32_t least = INT32_MAX;
+    for (int i = 0; i < 9; i++) {
+        int32_t back[2] = {places[i][0], places[i][1]};
+        const int32_t off = abs(back[0] - expected[0]) + abs(back[1] - expected[1]);
+        stp_square_fold(back, top);
+        if (off >= least || back[0] != u || back[1] != v)
+            continue;
+        least = off;
+        own[0] = places[i][0];
+        own[1] = places[i][1];
+    }
 }

@@ -11,13 +11,30 @@ typedef struct stp_square_normals {
     double length; /* of a step of the finest lattice, by the side of a cell in columns or rows */
 } stp_square_normals;
 
+/* What a normal depends on besides slopes. */
+typedef struct stp_square_place {
+    double tilt[2]; /* stp_square_tilt */
+    double height;  /* from the chunk's origin */
+} stp_square_place;
+
+stp_square_place stp_square_place_of(const stp_square_normals *normals, const stp_square_grid *grid,
+                                     uint32_t sample);
+
 /* Sums up the rows of all windows, in map->sums. All heights of the level are set. */
 stp_square_normals stp_square_normals_begin(const stp_square_map *map, int level, unsigned reach);
 /* The slopes of the plane through a sample's window, by column and by row, in steps a cell. */
 void stp_square_slopes_at(const stp_square_normals *normals, const stp_square_grid *grid,
                           uint32_t sample, double out[2]);
-/* The normal that slopes tell, as octahedral code u, v, not rounded; 0 to 4095, or no number. */
+/* The octahedral code u, v of a direction of any length, not rounded; 0 to 4095, or no number. */
+void stp_square_direction(const double n[3], double out[2]);
+/* That of the normal that slopes tell at a place. */
 void stp_square_normal_of(const stp_square_normals *normals, const stp_raster *raster,
-                          const double slopes[2], double out[2]);
+                          const stp_square_place *at, const double slopes[2], double out[2]);
+
+/* Moves a place that lies beyond the grid of normals onto it. Each half of a side of the grid is
+ * folded upon the other: what lies beyond it is on the grid, too. top: the last place. */
+void stp_square_fold(int32_t place[2], int32_t top);
+/* Moves a place on the grid to the one nearest to `expected` that folds to it. */
+void stp_square_unfold(int32_t place[2], const int32_t expected[2], int32_t top);
 
 #endif
