@@ -8,11 +8,13 @@
 #include "preprocess/orient/pixel_sheets.h"
 #include "preprocess/prep_job.h"
 #include "preprocess/prep_metadata.h"
+#include "preprocess/surface/image_normals.h"
 #include "preprocess/surface/normal_error.h"
 #include "preprocess/surface/surface.h"
 #include "preprocess/viewpoint/claims.h"
 #include "preprocess/viewpoint/first_view.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -198,9 +200,11 @@ static void choose_normal_bits(stp_prep_job *job)
 {
     const unsigned wanted = job->params->normal_bits;
     const stp_surface_counts *found = &job->stats->normals_wide;
-    const bool quiet = 2 * found->grown < found->computed;
+    const bool seen = job->stats->normals_seen > found->computed;
+    const bool quiet = !seen && 2 * found->grown < found->computed;
+    const double error = seen ? STP_IMAGE_NORMAL_ERROR : found->normal_error;
     job->tree.given_bits = wanted ? wanted : STP_NORMAL_BITS;
-    job->tree.normal_bits = wanted ? wanted : stp_normal_bits_for(found->normal_error, quiet);
+    job->tree.normal_bits = wanted ? wanted : stp_normal_bits_for(error, quiet);
     job->stats->normal_bits = job->tree.normal_bits;
 }
 
@@ -273,6 +277,31 @@ done:
     return status;
 }
 
+static unsigned grid_bits(unsigned bits)
+{
+    return bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;
+}
+
+/* Depth cameras' images stay grids of pixels. */
+static stp_status keep_images(stp_prep_job *job, stp_error *err)
+{
+    stp_depth_images *depths = &job->shapes.depths;
+    const stp_point_item_params items = {.lambda = job->tree.lambda,
+                                         .resolution = job->tree.resolution,
+                                         .vertex_least = INT_MIN / 2};
+    if (job->stats->makes_maps)
+        return STP_OK;
+    const stp_status status = stp_depth_images_create(depths, &job->cloud, job->source,
+                                                      job->stats->normals_seen > 0, &items, err);
+    if (depths->leaf_count > 0) {
+        job->tree.sources.depths = depths;
+        if (job->params->normal_bits == 0)
+            job->tree.normal_bits = grid_bits(job->tree.normal_bits);
+        job->stats->normal_bits = job->tree.normal_bits;
+    }
+    return status;
+}
+
 /* Heights that are floats have no step, and how far apart they are says little about how fine they
  * are: they keep a quarter of their noise and a 16th bit of their range, but no more than a part of
  * a cell: `finest`. */
@@ -322,6 +351,7 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     STP_TRY(find_closed(job, err));
     STP_TRY(stp_first_view_of_points(&stats->first, &job->cloud, job->source, err));
     STP_TRY(make_maps(job, err));
+    STP_TRY(keep_images(job, err));
 done:
     return status;
 }
@@ -337,7 +367,7 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
                             stp_raster_cell(&job->grid.raster, job->grid.nodes) / GRID_CELL_PARTS);
     stats->normals_wide.normal_error = job->grid.normal_error;
     const unsigned bits = stp_normal_bits_for(job->grid.normal_error, false);
-    job->tree.normal_bits = wanted ? wanted : bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;
+    job->tree.normal_bits = wanted ? wanted : grid_bits(bits);
     stats->normal_bits = job->tree.normal_bits;
     stats->orientation = STP_ORIENTATION_FILE;
     job->tree.sources.grid = &job->grid;
@@ -390,18 +420,6 @@ void stp_prep_job_begin(stp_prep_job *job)
                                                            : STP_OUTLIER_DISTANCE};
 }
 
-static uint64_t shape_bytes(const stp_line_set *lines, const stp_triangle_set *triangles)
-{
-    uint64_t bytes = 0;
-    if (lines)
-        bytes += lines->vertex_count * (sizeof *lines->vertices + sizeof(stp_strip_part) / 8) +
-                 lines->strip_count * sizeof(stp_strip_part);
-    if (triangles)
-        bytes += triangles->vertex_count * (sizeof *triangles->vertices + sizeof(int16_t)) +
-                 triangles->triangle_count * (sizeof *triangles->triangles + 2 * sizeof(uint64_t));
-    return bytes;
-}
-
 static void add_finite(stp_dbox *box, const stp_line_vertex *vertices, uint64_t count)
 {
     for (uint64_t i = 0; i < count; i++)
@@ -434,50 +452,6 @@ stp_status stp_prep_side(double *out, const stp_prep_source *source, const stp_p
                              "smaller units",
                              source->files[0].name, *out, STP_SIDE_LEAST);
     return STP_OK;
-}
-
-/* Cuts lines and triangles into leaves. */
-static stp_status cut_shapes(stp_prep_job *job, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_prep_shapes *out = &job->shapes;
-    const stp_prep_source *source = job->source;
-    stp_tree_params *tree = &job->tree;
-    stp_prep_stats *stats = job->stats;
-    const char *name = source->files[0].name;
-    const uint64_t bytes = shape_bytes(source->lines, source->triangles);
-    if (bytes > job->plan.memory_bytes / 2)
-        return stp_error_set(err, STP_LIMIT,
-                             "%s: its lines and triangles take %.0f MB, and no more than half of "
-                             "%.0f MB may be theirs: give more memory (--memory) or split the "
-                             "model",
-                             name, 1e-6 * (double)bytes, 1e-6 * (double)job->plan.memory_bytes);
-    double side = 0.0;
-    STP_TRY(stp_prep_side(&side, source, stats, err));
-    if (source->lines)
-        STP_TRY(stp_line_leaves_create(&out->lines, source->lines, tree->resolution.precision, side,
-                                       err));
-    if (source->triangles)
-        STP_TRY(stp_triangle_leaves_create(&out->triangles, source->triangles,
-                                           tree->resolution.precision, side, err));
-    stats->lines = out->lines.counts;
-    stats->triangles = out->triangles.counts;
-    tree->sources.lines = out->lines.leaf_count > 0 ? &out->lines : NULL;
-    tree->sources.triangles = out->triangles.leaf_count > 0 ? &out->triangles : NULL;
-    if (stats->points_out == 0 && !tree->sources.lines && !tree->sources.triangles)
-        status = stp_error_set(err, STP_EMPTY,
-                               "%s: no valid point, and none in its lines and triangles: there is "
-                               "nothing to write",
-                               name);
-done:
-    return status;
-}
-
-static void clear_shapes(stp_prep_shapes *s)
-{
-    stp_line_leaves_clear(&s->lines);
-    stp_triangle_leaves_clear(&s->triangles);
-    stp_map_leaves_clear(&s->map_leaves);
 }
 
 /* Sets intensity_max: 255 stands for the greatest intensity of all. */
@@ -539,7 +513,7 @@ static stp_status run(stp_prep_job *job, stp_error *err)
     if (job->params->planned)
         job->params->planned(&job->plan);
     STP_TRY(stp_prep_read(job, err));
-    STP_TRY(cut_shapes(job, err));
+    STP_TRY(stp_prep_cut_shapes(job, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_READ, err));
     if (stats->keeps_grid)
         STP_TRY(treat_grid(job, err));
@@ -574,7 +548,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     const stp_status status = run(&job, err);
     stats->seconds = job.since - start;
     stp_outside_clear(&job.outside);
-    clear_shapes(&job.shapes);
+    stp_prep_clear_shapes(&job.shapes);
     stp_spill_free(job.spill, job.numbers);
     stp_maps_clear(&job.maps);
     stp_cloud_clear(&job.cloud);

@@ -5,11 +5,13 @@
 #include "formats/chunk/outside.h"
 #include "preprocess/prep.h"
 
-/* The leaves of lines, of triangles and of maps; they are never in temporary files. */
+/* The leaves of lines, of triangles, of maps and of depth images; they are never in temporary
+ * files. */
 typedef struct stp_prep_shapes {
     stp_line_leaves lines;
     stp_triangle_leaves triangles;
     stp_map_leaves map_leaves;
+    stp_depth_images depths;
 } stp_prep_shapes;
 
 /* One run of all stages: what is given, what is decided from it, and what the stages make. */
@@ -70,6 +72,10 @@ stp_surface_params stp_prep_surface_params(const stp_prep_job *job);
  * or the box too small, for a picture). */
 stp_status stp_prep_side(double *out, const stp_prep_source *source, const stp_prep_stats *stats,
                          stp_error *err);
+/* Cuts the source's lines and triangles into leaves. Errors: LIMIT (they are too large for the
+ * memory), EMPTY (there are no points either), OUT_OF_MEMORY. */
+stp_status stp_prep_cut_shapes(stp_prep_job *job, stp_error *err);
+void stp_prep_clear_shapes(stp_prep_shapes *shapes);
 /* Counts a stored point in the statistics. */
 void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
 /* Reads all points into the cloud, or into the grid if the job keeps it. If the scanner's position

@@ -97,14 +97,15 @@ stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_
     return item;
 }
 
-static stp_item item_of(const stp_cloud *cloud, uint32_t i, const stp_point_item_params *params)
+stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
+                           const stp_point_item_params *params)
 {
     const stp_cloud_point *point = &cloud->points[i];
     const stp_point_facts facts = {
         .position = point->position,
         .normal = stp_cloud_normal(cloud, i),
         .normal_bits = point->given == STP_GIVEN_INPUT ? params->given_bits : params->normal_bits,
-        .spacing = (double)point->spacing,
+        .spacing = spacing,
         .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
         .sheet = cloud->sheets[i],
         .source = point->source,
@@ -135,6 +136,7 @@ void stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begi
                           const stp_point_item_params *params)
 {
     for (uint32_t i = 0; i < count; i++)
-        items[i] = item_of(cloud, begin + i, params);
+        items[i] =
+            stp_point_item_of(cloud, begin + i, (double)cloud->points[begin + i].spacing, params);
     lift_rounding(items, count);
 }

@@ -40,6 +40,9 @@ typedef struct stp_point_facts {
 /* Makes one point an item. If exact and the disc is too large to have a code on the point's
  * lattice, it gets the largest radius that has one. */
 stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_params *params);
+/* Makes a point of a cloud an item whose disc has a spacing of its own. */
+stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
+                           const stp_point_item_params *params);
 /* Makes points [begin, begin + count) of a sorted cloud into items of one chunk. */
 void stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begin, uint32_t count,
                           const stp_point_item_params *params);

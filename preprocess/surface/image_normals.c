@@ -36,7 +36,7 @@
 /* A plane with a residual of this many times the noise is wrong. */
 #define EXCESS 2.0
 /* The angle is sure enough at this error, in radians. */
-#define SURE 0.015
+#define SURE (2.0 * STP_IMAGE_NORMAL_ERROR)
 /* Tangent of the greatest angle to the ray. Nothing is seen at a more grazing angle. */
 #define STEEPEST 5.7
 /* Most pixels of an image per point. */

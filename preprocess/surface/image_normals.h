@@ -23,6 +23,10 @@
 #include "base/pool.h"
 #include "preprocess/viewpoint/image_fit.h"
 
+/* About the median standard error of the normals, radians: windows grow, by factors of two, until
+ * it is below twice as much. */
+#define STP_IMAGE_NORMAL_ERROR 0.0075
+
 /* Sets normals, facing the station, of points that have none given, if the noise is more than a
  * quarter of their spacing. These normals then count as given. Adds their number to *count. The
  * station saw all pixels; the grid has columns. Errors: OUT_OF_MEMORY, IO. */

@@ -37,7 +37,7 @@ stp_dbox stp_leaf_sources_box(const stp_cloud *cloud, const stp_leaf_sources *fr
 
 static void list_all(listing *l, const stp_cloud *cloud, const stp_leaf_sources *from)
 {
-    for (uint32_t i = 0; i < cloud->cell_count; i++)
+    for (uint32_t i = 0; !from->depths && i < cloud->cell_count; i++)
         list(l, STP_LEAF_CELL, i, stp_dbox_middle(&cloud->cells[i].box));
     for (uint32_t i = 0; from->lines && i < from->lines->leaf_count; i++)
         list(l, STP_LEAF_LINES, i, from->lines->leaves[i].middle);
@@ -48,17 +48,20 @@ static void list_all(listing *l, const stp_cloud *cloud, const stp_leaf_sources 
             list(l, STP_LEAF_TILE, i, stp_height_grid_tile_middle(from->grid, i));
     for (uint32_t i = 0; from->maps && i < from->maps->leaf_count; i++)
         list(l, STP_LEAF_MAPS, i, from->maps->leaves[i].middle);
+    for (uint32_t i = 0; from->depths && i < from->depths->leaf_count; i++)
+        list(l, STP_LEAF_DEPTHS, i, from->depths->leaves[i].middle);
 }
 
 stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *from,
                           stp_leaf_place **out, uint32_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t cells = cloud->cell_count;
+    const uint32_t cells = from->depths ? 0 : cloud->cell_count;
     const uint32_t most = cells + (from->lines ? from->lines->leaf_count : 0) +
                           (from->triangles ? from->triangles->leaf_count : 0) +
                           (from->grid ? stp_height_grid_tile_count(from->grid) : 0) +
-                          (from->maps ? from->maps->leaf_count : 0);
+                          (from->maps ? from->maps->leaf_count : 0) +
+                          (from->depths ? from->depths->leaf_count : 0);
     const stp_dbox box = stp_leaf_sources_box(cloud, from);
     listing l = {.grid = stp_morton_grid_of(&box)};
     stp_leaf_place *places = NULL;

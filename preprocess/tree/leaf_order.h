@@ -3,18 +3,21 @@
 #define STP_PREPROCESS_TREE_LEAF_ORDER_H
 
 #include "preprocess/cloud/cloud.h"
+#include "preprocess/grid/depth_image.h"
 #include "preprocess/grid/height_grid.h"
 #include "preprocess/maps/map_leaves.h"
 #include "preprocess/tree/line_leaves.h"
 #include "preprocess/tree/triangle_leaves.h"
 
-/* A cell of the cloud, a leaf of lines, of triangles or of maps, a tile of a grid. */
+/* A cell of the cloud, a leaf of lines, of triangles, of maps or of depth images, a tile of a grid.
+ */
 typedef enum stp_leaf_kind {
     STP_LEAF_CELL,
     STP_LEAF_LINES,
     STP_LEAF_TRIANGLES,
     STP_LEAF_TILE,
-    STP_LEAF_MAPS
+    STP_LEAF_MAPS,
+    STP_LEAF_DEPTHS
 } stp_leaf_kind;
 
 /* Where leaves come from, beside the cloud: NULL for none. */
@@ -23,6 +26,7 @@ typedef struct stp_leaf_sources {
     const stp_triangle_leaves *triangles;
     const stp_height_grid *grid;
     const stp_map_leaves *maps;
+    const stp_depth_images *depths; /* they have all points of the cloud, in place of its cells */
 } stp_leaf_sources;
 
 typedef struct stp_leaf_place {

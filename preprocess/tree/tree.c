@@ -102,6 +102,8 @@ static stp_status build_leaf(const tree *t, stp_leaf_place leaf, built *out, stp
             stp_triangle_leaf_build(from->triangles, leaf.index, intensity_max, &out->chunk, err));
     else if (leaf.kind == STP_LEAF_MAPS)
         STP_TRY(stp_map_leaf_build(from->maps, leaf.index, &t->items, &out->chunk, err));
+    else if (leaf.kind == STP_LEAF_DEPTHS)
+        STP_TRY(stp_depth_leaf_build(from->depths, leaf.index, &t->items, &out->chunk, err));
     else if (leaf.kind == STP_LEAF_TILE)
         STP_TRY(stp_height_grid_leaf(from->grid, leaf.index, &t->items, &out->chunk, err));
     else

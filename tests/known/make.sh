@@ -133,4 +133,21 @@ for codec in raw draco zstd; do
     "$program" prep maps.ply --maps -o "maps_2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" maps_2_0_raw.stipple >maps_2_0.samples
-rm attributes.las middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+
+# A depth camera's image: squares that spread, cut at the outline of a ball; a hole, and single pixels that are missing.
+awk 'BEGIN {
+    print "P2\n72 40\n65535"
+    for (r = 0; r < 40; r++)
+        for (c = 0; c < 72; c++) {
+            ball = (c - 30) ^ 2 + (r - 18) ^ 2
+            d = ball < 150 ? 900 - 2 * ball : 400 + 2 * c + 3 * r
+            none = (c > 50 && c < 56 && r > 25) || (7 * c + 13 * r) % 61 == 0
+            printf "%d%s", none ? 0 : 3000000 / (d + (31 * c + 17 * r) % 5), c < 71 ? " " : "\n"
+        }
+}' >depth.pgm
+mkdir -p depth
+for codec in raw draco zstd; do
+    "$program" prep depth.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "depth/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" depth/2_0_raw.stipple >depth/2_0.samples
+rm attributes.las depth.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

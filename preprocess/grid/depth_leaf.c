@@ -1,0 +1,227 @@
+/* Makes leaf chunks of depth images. */
+#include "base/memory.h"
+#include "formats/chunk/codec/square.h"
+#include "preprocess/grid/depth_image.h"
+#include "preprocess/patch/partition.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
+
+typedef struct making {
+    const stp_depth_images *images;
+    const stp_point_item_params *params;
+    const stp_depth_square *squares; /* of the leaf */
+    stp_item *items;
+    uint32_t *points;   /* by item */
+    uint32_t *order;    /* of squares: those that lie together follow each other */
+    uint32_t *ends;     /* of the squares' items */
+    uint32_t *together; /* ends, among the squares, of those that lie together */
+    uint32_t square_count, count, together_count;
+} making;
+
+static uint32_t point_of(const stp_depth_images *images, const stp_depth_square *square,
+                         unsigned sample)
+{
+    return stp_depth_point(images, square->image,
+                           square->column * STP_SQUARE_SIDE + stp_square_column(sample),
+                           square->row * STP_SQUARE_SIDE + stp_square_row(sample));
+}
+
+/* The middle of a patch, as its camera sees it, and its mean normal. */
+static stp_place place_of(const making *m, const stp_depth_square *square)
+{
+    const stp_depth_images *images = m->images;
+    stp_dvec3 middle = {0.0, 0.0, 0.0}, normal = {0.0, 0.0, 0.0};
+    double area = 0.0, count = 0.0;
+    for (unsigned k = 0; k < SQUARE_SAMPLES; k++) {
+        if (!(square->samples >> k & 1u))
+            continue;
+        const uint32_t point = point_of(images, square, k);
+        const stp_dvec3 at = stp_depth_view(images, square->image, point);
+        const double spacing = stp_depth_spacing(images, square->image, point) / exp(at.z);
+        middle = stp_dvec3_add(middle, at);
+        normal =
+            stp_dvec3_add(normal, stp_dvec3_from_float(stp_cloud_normal(images->cloud, point)));
+        area += spacing * spacing;
+        count += 1.0;
+    }
+    middle = stp_dvec3_scale(middle, 1.0 / count);
+    normal = stp_dvec3_normalize(normal);
+    const double key[6] = {middle.x, middle.y, middle.z, normal.x, normal.y, normal.z};
+    stp_place out = {.spacing = (float)sqrt(area)};
+    for (int i = 0; i < 6; i++)
+        out.key[i] = (float)key[i];
+    return out;
+}
+
+/* Whether two squares are in the same 8 x 8 squares of an image. */
+static bool is_near(const stp_depth_square *a, const stp_depth_square *b)
+{
+    return a->image == b->image && a->column / STP_SQUARE_SIDE == b->column / STP_SQUARE_SIDE &&
+           a->row / STP_SQUARE_SIDE == b->row / STP_SQUARE_SIDE;
+}
+
+/* Finds which patches lie together: in 8 x 8 squares, which blocks need, and on one surface. */
+static stp_status order_squares(making *m, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_place *places = NULL;
+    uint64_t *scratch = NULL;
+    STP_TRY(stp_alloc(&places, m->square_count, sizeof *places, "patches", err));
+    STP_TRY(stp_alloc(&scratch, m->square_count, sizeof *scratch, "patches", err));
+    for (uint32_t begin = 0, end = 0; begin < m->square_count; begin = end) {
+        for (; end < m->square_count && is_near(&m->squares[begin], &m->squares[end]); end++)
+            places[end - begin] = place_of(m, &m->squares[end]);
+        uint32_t *order = m->order + begin, *together = m->together + m->together_count;
+        const uint32_t runs = stp_partition(places, end - begin, order, scratch, together);
+        for (uint32_t i = begin; i < end; i++)
+            m->order[i] += begin;
+        for (uint32_t i = 0; i < runs; i++)
+            together[i] += begin;
+        m->together_count += runs;
+    }
+done:
+    free(places);
+    free(scratch);
+    return status;
+}
+
+/* Moves a sample to where its ray has a depth that its lattice has, which a chunk need not store,
+ * if it is then as near to the point as it must be. */
+static void move_to_ray(const making *m, const stp_depth_square *square, unsigned sample,
+                        stp_item *item)
+{
+    const stp_depth_rays *rays = &m->images->rays[square->image];
+    const stp_resolution *resolution = &m->params->resolution;
+    const double column = square->column * STP_SQUARE_SIDE + stp_square_column(sample);
+    const double row = square->row * STP_SQUARE_SIDE + stp_square_row(sample);
+    const double step = ldexp(1.0, item->exponent);
+    const stp_dvec3 s = m->images->pixels.list[square->image].station, p = item->disc.centre;
+    const double station[3] = {s.x, s.y, s.z}, read[3] = {p.x, p.y, p.z};
+    const double limit =
+        resolution->precision > 0.0 ? resolution->precision : sqrt(item->area) / STP_SPACING_PARTS;
+    double at[3], squared = 0.0;
+    at[rays->axis] = nearbyint(read[rays->axis] / step) * step;
+    for (unsigned k = 0; k < 2; k++) {
+        const unsigned i = (rays->axis + 1 + k) % 3;
+        const double *t = rays->tilt[k];
+        const double tangent =
+            t[0] + (rays->turned ? row * t[1] + column * t[2] : column * t[1] + row * t[2]);
+        at[i] = station[i] + (at[rays->axis] - station[rays->axis]) * tangent;
+    }
+    for (int i = 0; i < 3; i++) {
+        const double off = nearbyint(at[i] / step) * step - read[i];
+        squared += off * off;
+    }
+    if (!resolution->exact && squared <= limit * limit)
+        item->disc.centre = (stp_dvec3){at[0], at[1], at[2]};
+}
+
+static void add_square(making *m, uint32_t index)
+{
+    const stp_depth_square *square = &m->squares[m->order[index]];
+    for (unsigned k = 0; k < SQUARE_SAMPLES; k++) {
+        if (!(square->samples >> k & 1u))
+            continue;
+        const uint32_t point = point_of(m->images, square, k);
+        stp_item *item = &m->items[m->count];
+        m->points[m->count++] = point;
+        *item = stp_point_item_of(m->images->cloud, point,
+                                  stp_depth_spacing(m->images, square->image, point), m->params);
+        move_to_ray(m, square, k, item);
+    }
+    m->ends[index] = m->count;
+}
+
+/* The raster of an image in a chunk. All but [k][0] are floats. */
+static stp_raster raster_of(const stp_depth_images *images, uint32_t image, stp_dvec3 origin)
+{
+    const stp_depth_rays *r = &images->rays[image];
+    const stp_dvec3 way = stp_dvec3_sub(images->pixels.list[image].station, origin);
+    const double from[3] = {way.x, way.y, way.z};
+    stp_raster out = {.axis = r->axis};
+    for (unsigned k = 0; k < 2; k++) {
+        const double *t = r->tilt[k];
+        const double tilt[3] = {t[0], t[r->turned ? 2 : 1], t[r->turned ? 1 : 2]};
+        out.across[k][0] = from[(r->axis + 1 + k) % 3] - from[r->axis] * tilt[0];
+        for (int i = 0; i < 3; i++)
+            out.across[k][3 + i] = (double)(float)tilt[i];
+        for (int i = 1; i < 3; i++)
+            out.across[k][i] = (double)(float)(-from[r->axis] * tilt[i]);
+    }
+    return out;
+}
+
+static stp_status add_rasters(const stp_depth_images *images, stp_built_chunk *out, stp_error *err)
+{
+    stp_raster *rasters = NULL;
+    const uint32_t count = (uint32_t)images->pixels.count;
+    const stp_status status = stp_alloc(&rasters, count, sizeof *rasters, "rasters", err);
+    if (status != STP_OK)
+        return status;
+    for (uint32_t i = 0; i < count; i++)
+        rasters[i] = raster_of(images, i, out->origin);
+    out->chunk->rasters = rasters;
+    out->chunk->raster_count = count;
+    out->chunk->reach = 1;
+    return STP_OK;
+}
+
+/* How far stored samples are from the points: items were moved. Samples stand in their order. */
+static void measure_displacement(const making *m, stp_built_chunk *out)
+{
+    const stp_cloud *cloud = m->images->cloud;
+    const stp_chunk *chunk = out->chunk;
+    uint32_t i = 0;
+    out->displacement = (stp_displacement){0};
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (; i < chunk->level_begin[0][p + 1]; i++) {
+            stp_item item = m->items[i];
+            item.disc.centre = cloud->points[m->points[i]].position;
+            stp_displacement_add(
+                &out->displacement, &item,
+                stp_dvec3_add(out->origin,
+                              stp_sample_position(&chunk->samples[0][i], &chunk->patches[p])),
+                &m->params->resolution);
+        }
+}
+
+stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
+                                const stp_point_item_params *params, stp_built_chunk *out,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_leaf_run *run = &images->leaves[leaf];
+    making m = {.images = images,
+                .params = params,
+                .squares = images->squares + run->begin,
+                .square_count = run->end - run->begin};
+    STP_TRY(stp_alloc(&m.items, (size_t)m.square_count * SQUARE_SAMPLES, sizeof *m.items, "samples",
+                      err));
+    STP_TRY(stp_alloc(&m.points, (size_t)m.square_count * SQUARE_SAMPLES, sizeof *m.points,
+                      "samples", err));
+    STP_TRY(stp_alloc(&m.order, m.square_count, sizeof *m.order, "patches", err));
+    STP_TRY(stp_alloc(&m.ends, m.square_count, sizeof *m.ends, "patches", err));
+    STP_TRY(stp_alloc(&m.together, m.square_count, sizeof *m.together, "patches", err));
+    STP_TRY(order_squares(&m, err));
+    for (uint32_t i = 0; i < m.square_count; i++)
+        add_square(&m, i);
+    const stp_item_group group = {.items = m.items,
+                                  .run_ends = m.ends,
+                                  .together_ends = m.together,
+                                  .count = m.count,
+                                  .run_count = m.square_count,
+                                  .together_count = m.together_count};
+    STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
+    measure_displacement(&m, out);
+    STP_TRY(add_rasters(images, out, err));
+done:
+    free(m.items);
+    free(m.points);
+    free(m.order);
+    free(m.ends);
+    free(m.together);
+    return status;
+}

@@ -1,0 +1,129 @@
+/* Finds the points of images, and compares those of neighbouring pixels. */
+#include "preprocess/orient/pixel_image.h"
+
+#include "base/memory.h"
+#include "base/sort.h"
+#include "preprocess/prep.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Points lie on one surface if they are this many times the median off. */
+#define MEDIANS 6.0
+/* About how many pairs tell the median, and how many pixels lie from one to the other: enough for
+ * the camera's steps to count. */
+#define PAIRS 65536u
+#define PAIR_PIXELS 16u
+
+/* Returns the number of pixels of all images. */
+static uint64_t list_images(stp_pixel_images *images, const stp_prep_source *source)
+{
+    uint64_t first = 0, pixels = 0;
+    for (size_t f = 0; f < source->file_count; f++) {
+        const stp_prep_file *file = &source->files[f];
+        const stp_scan_grid *grid = &file->grid;
+        const uint64_t own = (uint64_t)grid->columns * grid->rows;
+        if (own > 0 && own <= file->point_count && grid->cell_count == 0 &&
+            file->station_count == 1) {
+            images->list[images->count++] =
+                (stp_pixel_image){.station = source->stations[file->station_begin],
+                                  .first = first,
+                                  .columns = grid->columns,
+                                  .rows = grid->rows};
+            pixels += own;
+        }
+        first += file->point_count;
+    }
+    return pixels;
+}
+
+/* The image that a record may belong to: the last one that begins no later. */
+static const stp_pixel_image *image_of(const stp_pixel_images *images, uint64_t record)
+{
+    size_t low = 0, high = images->count;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (images->list[middle].first <= record)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low > 0 ? &images->list[low - 1] : NULL;
+}
+
+stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud,
+                                   const stp_prep_source *source, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_pixel_images images = {0};
+    STP_TRY(stp_alloc(&images.list, source->file_count, sizeof *images.list, "images", err));
+    const uint64_t pixels = list_images(&images, source);
+    STP_TRY(stp_spill_alloc(cloud->spill, &images.points, pixels, sizeof *images.points, "pixels",
+                            err));
+    uint32_t *next = images.points;
+    for (size_t i = 0; i < images.count; next += stp_pixel_count(&images.list[i++]))
+        images.list[i].points = next;
+    for (uint64_t i = 0; i < pixels; i++)
+        images.points[i] = STP_PIXEL_NONE;
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        const uint64_t record = cloud->points[i].source;
+        const stp_pixel_image *m = image_of(&images, record);
+        if (m && record - m->first < stp_pixel_count(m))
+            m->points[record - m->first] = i;
+    }
+    *out = images;
+    images = (stp_pixel_images){0};
+done:
+    stp_pixel_images_clear(&images, cloud);
+    return status;
+}
+
+void stp_pixel_images_clear(stp_pixel_images *images, const stp_cloud *cloud)
+{
+    stp_spill_free(cloud->spill, images->points);
+    free(images->list);
+    *images = (stp_pixel_images){0};
+}
+
+double stp_pixel_step(const stp_cloud *cloud, const stp_pixel_image *image, uint32_t a, uint32_t b)
+{
+    const stp_dvec3 p = cloud->points[a].position, q = cloud->points[b].position;
+    const stp_dvec3 step = stp_dvec3_sub(q, p), ray = stp_dvec3_sub(p, image->station);
+    const double off_a = stp_dvec3_dot(stp_dvec3_from_float(stp_cloud_normal(cloud, a)), step);
+    const double off_b = stp_dvec3_dot(stp_dvec3_from_float(stp_cloud_normal(cloud, b)), step);
+    return fmax(fabs(off_a), fabs(off_b)) / stp_dvec3_dot(ray, ray);
+}
+
+uint32_t stp_pixel_pair(const stp_pixel_image *image, uint64_t i, uint32_t pixels, uint32_t *a)
+{
+    const uint64_t pixel = i / 2;
+    const bool below = i % 2;
+    const uint32_t column = (uint32_t)(pixel % image->columns);
+    const uint32_t row = (uint32_t)(pixel / image->columns);
+    *a = image->points[pixel];
+    if (*a == STP_PIXEL_NONE || (below ? image->rows - row : image->columns - column) <= pixels)
+        return STP_PIXEL_NONE;
+    return image->points[pixel + (uint64_t)pixels * (below ? image->columns : 1)];
+}
+
+stp_status stp_pixel_step_most(double *out, const stp_cloud *cloud, const stp_pixel_image *image,
+                               stp_error *err)
+{
+    const uint64_t pairs = 2 * stp_pixel_count(image);
+    const uint64_t step = (pairs / PAIRS + 1) | 1; /* odd: both directions count */
+    double *found = NULL;
+    size_t count = 0;
+    stp_status status = stp_alloc(&found, (size_t)(pairs / step) + 1, sizeof *found, "pixels", err);
+    if (status != STP_OK)
+        return status;
+    for (uint64_t i = 0; i < pairs; i += step) {
+        uint32_t a;
+        const uint32_t b = stp_pixel_pair(image, i, PAIR_PIXELS, &a);
+        if (b != STP_PIXEL_NONE)
+            found[count++] = stp_pixel_step(cloud, image, a, b);
+    }
+    stp_sort_doubles(found, count);
+    *out = count > 0 ? MEDIANS * found[count / 2] : 0.0;
+    free(found);
+    return STP_OK;
+}

@@ -1,0 +1,50 @@
+/* Depth cameras' images whose pixels are points of a cloud, and how far neighbours lie off each
+ * other's surface.
+ *
+ * A depth camera's error grows with the square of the distance, as that of a disparity does.
+ * Threads: any (the cloud is only read). */
+#ifndef STP_PREPROCESS_ORIENT_PIXEL_IMAGE_H
+#define STP_PREPROCESS_ORIENT_PIXEL_IMAGE_H
+
+#include "preprocess/cloud/cloud.h"
+
+struct stp_prep_source;
+
+#define STP_PIXEL_NONE UINT32_MAX
+
+typedef struct stp_pixel_image {
+    stp_dvec3 station;
+    uint64_t first; /* record of its first pixel */
+    uint32_t columns, rows;
+    uint32_t *points; /* by pixel, row by row: the point, or STP_PIXEL_NONE */
+} stp_pixel_image;
+
+/* The images of a source. */
+typedef struct stp_pixel_images {
+    stp_pixel_image *list; /* in the order of records */
+    size_t count;
+    uint32_t *points; /* of all images, in the cloud's spill */
+} stp_pixel_images;
+
+/* Lists the images that one station saw and whose pixels are their files' records, and finds the
+ * points of a sorted cloud in them. Errors: OUT_OF_MEMORY, IO. Free with stp_pixel_images_clear. */
+stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud,
+                                   const struct stp_prep_source *source, stp_error *err);
+void stp_pixel_images_clear(stp_pixel_images *images, const stp_cloud *cloud);
+
+static inline uint64_t stp_pixel_count(const stp_pixel_image *image)
+{
+    return (uint64_t)image->columns * image->rows;
+}
+
+/* Of pair i of an image: the point *a of pixel i / 2, and the one so many pixels to the right of
+ * it, or below it, which is returned. STP_PIXEL_NONE if one of them is not. */
+uint32_t stp_pixel_pair(const stp_pixel_image *image, uint64_t i, uint32_t pixels, uint32_t *a);
+/* How far two points are off each other's plane, by the square of the distance to the camera. */
+double stp_pixel_step(const stp_cloud *cloud, const stp_pixel_image *image, uint32_t a, uint32_t b);
+/* The greatest step between neighbours on one surface, as far as the image's noise tells. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_pixel_step_most(double *out, const stp_cloud *cloud, const stp_pixel_image *image,
+                               stp_error *err);
+
+#endif

@@ -1,0 +1,306 @@
+/* Tests depth cameras' images that stay grids of pixels: every point is stored once, a patch has
+ * the pixels of one square and of one surface, whatever way the camera looks; images whose points
+ * lie on no pinhole's rays become points; the same bytes for any number of threads and any memory.
+ * The file's own promises are verified in each case. */
+#include "formats/chunk/codec/square.h"
+#include "tests/fixtures/prep_fixture.h"
+
+#include <math.h>
+
+#define OUT "test_depth_image.stipple"
+
+enum { COLUMNS = 150, ROWS = 90, COUNT = COLUMNS * ROWS, FOCUS = 120 };
+
+/* A ball before a wall. */
+static const stp_dvec3 ball = {0.3, -0.1, 3.0};
+#define RADIUS 0.7
+
+/* What a test makes its image of. */
+typedef struct recipe {
+    int facing;       /* which way the camera looks: 0 to FACINGS - 1 */
+    bool holes;       /* some pixels are missing, and so is a rectangle */
+    bool steps;       /* depths come in steps, as those of disparities */
+    double distorted; /* how far rays at the left and right are off, in pixels */
+    bool no_image;    /* the pixels are points that no image has */
+} recipe;
+
+/* Columns, rows and depths go along these axes of the world, 1 to 3, with a sign: as cameras have
+ * it, as OpenGL does, as robots do, turned in the image, along y, mirrored. */
+enum { FACINGS = 6 };
+static const int facings[FACINGS][3] = {{1, 2, 3},  {1, -2, -3}, {-2, -3, 1},
+                                        {-2, 1, 3}, {1, -3, 2},  {-1, 2, 3}};
+static const stp_dvec3 stations[2] = {{0.0, 0.0, 0.0}, {40.0, -25.0, 8.0}};
+
+/* The depth along a ray, and whether it hits the ball. */
+static double depth_of(double x, double y, bool *hits)
+{
+    const double a = x * x + y * y + 1.0, b = x * ball.x + y * ball.y + ball.z;
+    const double c = stp_dvec3_dot(ball, ball) - RADIUS * RADIUS, root = b * b - a * c;
+    *hits = root > 0.0;
+    return *hits ? (b - sqrt(root)) / a : 5.0 / (1.0 - 0.2 * x + 0.1 * y);
+}
+
+static bool is_missing(const recipe *r, int column, int row)
+{
+    return r->holes && ((column * 7 + row * 13) % 31 == 0 ||
+                        (column > 60 && column < 75 && row > 30 && row < 52));
+}
+
+static double component(stp_dvec3 v, int axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+static stp_dvec3 place_of(const recipe *r, stp_dvec3 camera, stp_dvec3 station)
+{
+    double out[3];
+    for (int i = 0; i < 3; i++) {
+        const int axis = abs(facings[r->facing][i]) - 1;
+        out[axis] =
+            component(station, axis) + copysign(1.0, facings[r->facing][i]) * component(camera, i);
+    }
+    return (stp_dvec3){out[0], out[1], out[2]};
+}
+
+/* Appends an image to the cloud. */
+static void add_image(const recipe *r, stp_dvec3 station, stp_point *points, bool *of_ball)
+{
+    for (int i = 0; i < COUNT; i++) {
+        const int column = i % COLUMNS, row = i / COLUMNS;
+        const double bend = (column - 75.0) / 75.0;
+        const double x = (column - 70.5 + r->distorted * bend * bend * bend) / FOCUS;
+        const double y = (row - 45.25) / FOCUS;
+        double z = depth_of(x, y, &of_ball[i]);
+        if (r->steps)
+            z = 300.0 / nearbyint(300.0 / z);
+        points[i].position = place_of(r, (stp_dvec3){x * z, y * z, z}, station);
+        points[i].station = 1;
+        points[i].reject = is_missing(r, column, row) ? STP_REJECT_INVALID : STP_REJECT_NONE;
+    }
+}
+
+/* Images and what is known of them. */
+typedef struct images {
+    prep_cloud cloud;
+    bool *of_ball;
+    const recipe *recipe;
+    size_t count;
+} images;
+
+static images make_images(const recipe *r, size_t count)
+{
+    images out = {.cloud = prep_cloud_make(count * COUNT), .recipe = r, .count = count};
+    out.of_ball = calloc(count * COUNT, sizeof *out.of_ball);
+    assert_non_null(out.of_ball);
+    for (size_t i = 0; i < count; i++) {
+        add_image(r, stations[i], out.cloud.points + i * COUNT, out.of_ball + i * COUNT);
+        for (int k = 0; k < COUNT; k++)
+            out.cloud.points[i * COUNT + (size_t)k].station = (uint16_t)(i + 1);
+    }
+    return out;
+}
+
+static void clear_images(images *m)
+{
+    free(m->cloud.points);
+    free(m->of_ball);
+}
+
+static void run(images *m, unsigned threads, const stp_prep_params *params, stp_prep_stats *stats)
+{
+    const stp_scan_grid grid = {.columns = m->recipe->no_image ? 0 : COLUMNS, .rows = ROWS};
+    stp_prep_params own = params ? *params : (stp_prep_params){.codec = STP_CODEC_DRACO};
+    stp_prep_file files[2] = {0};
+    stp_pool *pool = NULL;
+    stp_error err = {0};
+    for (uint32_t i = 0; i < m->count; i++)
+        files[i] = (stp_prep_file){.name = "an image",
+                                   .point_count = COUNT,
+                                   .grid = grid,
+                                   .station_begin = i,
+                                   .station_count = 1};
+    const stp_prep_source source = {.context = &m->cloud,
+                                    .read = prep_cloud_read,
+                                    .point_count = m->cloud.count,
+                                    .attributes = STP_POINT_HAS_COLOUR | STP_POINT_HAS_CLASS |
+                                                  STP_POINT_HAS_STATION,
+                                    .stations = stations,
+                                    .station_count = (uint32_t)m->count,
+                                    .files = files,
+                                    .file_count = m->count};
+    m->cloud.given = 0;
+    own.force = true;
+    assert_int_equal(stp_pool_create(&pool, threads, &err), STP_OK);
+    if (stp_prep_run(OUT, &source, &own, pool, NULL, stats, &err) != STP_OK)
+        fail_msg("%s", err.message);
+    stp_pool_destroy(&pool);
+}
+
+/* What is found in the file. */
+typedef struct found {
+    uint8_t seen[2 * COUNT];
+    size_t patches, leaves, square_leaves;
+    double off_most;
+} found;
+
+static void note_patch(found *f, const images *m, const stp_chunk *chunk, uint32_t p,
+                       const stp_chunk_entry *entry)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    const stp_sample *samples = &chunk->samples[0][chunk->level_begin[0][p]];
+    const uint32_t first = prep_number_of(samples);
+    f->patches++;
+    for (unsigned k = 0; k < patch->counts[0]; k++) {
+        const uint32_t i = prep_number_of(&samples[k]), column = i % COUNT % COLUMNS,
+                       row = i % COUNT / COLUMNS;
+        assert_in_range(i, 0, m->cloud.count - 1);
+        assert_int_equal(f->seen[i]++, 0);
+        assert_int_equal(m->cloud.points[i].reject, STP_REJECT_NONE);
+        const stp_dvec3 at = stp_dvec3_add(entry->origin, stp_sample_position(&samples[k], patch));
+        const double off = stp_dvec3_length(stp_dvec3_sub(at, m->cloud.points[i].position));
+        f->off_most = fmax(f->off_most, off);
+        if (!chunk->squares)
+            continue;
+        assert_int_equal(column / 8, first % COUNT % COLUMNS / 8);
+        assert_int_equal(row / 8, first % COUNT / COLUMNS / 8);
+        assert_int_equal(i / COUNT, first / COUNT);
+        assert_int_equal(m->of_ball[i], m->of_ball[first]);
+        /* discs of neighbours meet, on a surface that faces the camera */
+        assert_true(stp_sample_radius(&samples[k], patch) > 0.9 / FOCUS * 2.0);
+    }
+}
+
+/* Reads the file back after verifying it. Free with free(). */
+static found *read_back(const images *m)
+{
+    found *f = calloc(1, sizeof *f);
+    assert_non_null(f);
+    stp_chunk_file *file = prep_open_verified(OUT);
+    for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
+        stp_chunk_entry entry;
+        stp_chunk *chunk = prep_chunk(file, id, &entry);
+        for (uint32_t p = 0; entry.child_count == 0 && p < chunk->patch_count; p++)
+            note_patch(f, m, chunk, p, &entry);
+        f->leaves += entry.child_count == 0;
+        f->square_leaves += entry.child_count == 0 && chunk->squares;
+        for (uint32_t p = 0; chunk->squares && p < chunk->patch_count; p++)
+            assert_true(stp_raster_spreads(&chunk->rasters[chunk->squares[p].raster]));
+        stp_chunk_destroy(&chunk);
+    }
+    stp_chunk_file_close(&file);
+    for (size_t i = 0; i < m->cloud.count; i++)
+        assert_int_equal(f->seen[i], m->cloud.points[i].reject == STP_REJECT_NONE);
+    return f;
+}
+
+static size_t file_size(void)
+{
+    size_t size;
+    free(prep_file_bytes(OUT, &size));
+    return size;
+}
+
+/* Prepares images, which become squares; returns the file's size. */
+static size_t check_squares(const recipe *r, size_t count)
+{
+    stp_prep_stats stats;
+    images m = make_images(r, count);
+    run(&m, 2, NULL, &stats);
+    found *f = read_back(&m);
+    const size_t squares = count * ((COLUMNS + 7) / 8 + 1) * ((ROWS + 7) / 8 + 1);
+    assert_int_equal(f->square_leaves, f->leaves);
+    assert_in_range(f->patches, 1, squares + squares / 2);
+    assert_int_equal(stats.tree.displacement.beyond, 0);
+    assert_true(fabs(stats.tree.displacement.greatest - f->off_most) < 1e-12);
+    assert_true(f->off_most < 5.0 / FOCUS / 16.0);
+    free(f);
+    clear_images(&m);
+    return file_size();
+}
+
+static void patches_are_squares(void **state)
+{
+    (void)state;
+    for (int facing = 0; facing < FACINGS; facing++)
+        for (int kind = 0; kind < 3; kind++)
+            check_squares(&(recipe){.facing = facing, .holes = kind > 0, .steps = kind > 1}, 1);
+}
+
+static void images_of_two_cameras(void **state)
+{
+    (void)state;
+    check_squares(&(recipe){.holes = true}, 2);
+}
+
+/* The same points, as those of no image, take a third as much again. */
+static void squares_save_bytes(void **state)
+{
+    stp_prep_stats stats;
+    const size_t squares = check_squares(&(recipe){.holes = true}, 1);
+    images m = make_images(&(recipe){.holes = true, .no_image = true}, 1);
+    (void)state;
+    run(&m, 2, NULL, &stats);
+    free(read_back(&m));
+    print_message("bytes: squares %zu, points %zu\n", squares, file_size());
+    assert_true(file_size() > squares + squares / 3);
+    clear_images(&m);
+}
+
+static void bent_rays_become_points(void **state)
+{
+    stp_prep_stats stats;
+    images m = make_images(&(recipe){.distorted = 0.5}, 1);
+    (void)state;
+    run(&m, 2, NULL, &stats);
+    found *f = read_back(&m);
+    assert_int_equal(f->square_leaves, 0);
+    free(f);
+    clear_images(&m);
+    check_squares(&(recipe){.distorted = 0.01}, 1);
+}
+
+/* A point that belongs to no image. */
+static void other_points_beside_an_image(void **state)
+{
+    stp_prep_stats stats;
+    images m = make_images(&(recipe){.holes = true}, 2);
+    (void)state;
+    for (int i = 0; i < COUNT; i++) { /* the second camera sees what is behind it, too */
+        stp_dvec3 *p = &m.cloud.points[COUNT + i].position;
+        p->z += i == 1000 ? -20.0 : 0.0;
+    }
+    run(&m, 2, NULL, &stats);
+    found *f = read_back(&m);
+    assert_int_equal(f->square_leaves, 0);
+    free(f);
+    clear_images(&m);
+}
+
+static void same_bytes(void **state)
+{
+    const recipe r = {.holes = true, .steps = true};
+    size_t size[2];
+    uint8_t *bytes[2];
+    (void)state;
+    for (unsigned i = 0; i < 2; i++) {
+        stp_prep_stats stats;
+        images m = make_images(&r, 2);
+        run(&m, i ? 3 : 1, NULL, &stats);
+        bytes[i] = prep_file_bytes(OUT, &size[i]);
+        clear_images(&m);
+    }
+    assert_int_equal(size[0], size[1]);
+    assert_memory_equal(bytes[0], bytes[1], size[0]);
+    free(bytes[0]);
+    free(bytes[1]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(patches_are_squares),          cmocka_unit_test(images_of_two_cameras),
+        cmocka_unit_test(squares_save_bytes),           cmocka_unit_test(bent_rays_become_points),
+        cmocka_unit_test(other_points_beside_an_image), cmocka_unit_test(same_bytes),
+    };
+    return cmocka_run_group_tests_name("depth images", tests, NULL, NULL);
+}
