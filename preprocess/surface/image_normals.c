@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Pixels: the side of a tile; the step between pixels where noise is measured; the reach of the
  * windows for that. */
@@ -37,6 +38,8 @@
 #define EXCESS 2.0
 /* The angle is sure enough at this error, in radians. */
 #define SURE (2.0 * STP_IMAGE_NORMAL_ERROR)
+/* Normals of neighbours are averaged if they are this much alike, as a cosine: 4 SURE. */
+#define ALIKE 0.9982f
 /* Tangent of the greatest angle to the ray. Nothing is seen at a more grazing angle. */
 #define STEEPEST 5.7
 /* Most pixels of an image per point. */
@@ -66,6 +69,7 @@ typedef struct pixel_grid {
     stp_dvec3 station;
     uint32_t columns, rows, tile_columns, tile_rows;
     uint32_t *at;    /* by pixel: the point's place in the cloud plus 1; 0: none */
+    vec3s *normals;  /* by pixel: of its plane; zero: none */
     double *noise;   /* by tile: noise of inverse depths, the median of its windows */
     double *most;    /* by tile: the noise that most windows do not exceed */
     double *angle;   /* by tile: between pixels, radians */
@@ -259,7 +263,6 @@ static stp_status measure_row(void *context, size_t index, unsigned worker, stp_
 static stp_status set_row(void *context, size_t index, unsigned worker, stp_error *err)
 {
     pixel_grid *g = context;
-    uint64_t count = 0;
     (void)worker;
     (void)err;
     for (size_t i = 0; i < (size_t)TILE * g->columns; i++) {
@@ -271,12 +274,43 @@ static stp_status set_row(void *context, size_t index, unsigned worker, stp_erro
         if (!(g->noise[tile] > 0.0) || !axes_at(g, column, row, &axes))
             continue;
         const double noise = g->noise[tile] * axes.distance;
-        stp_cloud_point *p =
-            &g->points->cloud->points[g->at[(size_t)row * g->columns + column] - 1];
-        if (p->given || !(noise > QUIET * g->angle[tile]) ||
+        if (point_at(g, column, row)->given || !(noise > QUIET * g->angle[tile]) ||
             !plane_at(g, &axes, column, row, noise, &plane))
             continue;
-        p->normal = stp_dvec3_to_float(normal_of(&axes, &plane));
+        g->normals[(size_t)row * g->columns + column] =
+            stp_dvec3_to_float(normal_of(&axes, &plane));
+    }
+    return STP_OK;
+}
+
+/* The mean of the normals of 3 x 3 pixels that are alike. A wide window has few of its pixels, and
+ * the next pixel's window has others. */
+static vec3s mean_around(const pixel_grid *g, uint32_t column, uint32_t row)
+{
+    const vec3s own = g->normals[(size_t)row * g->columns + column];
+    vec3s sum = {{0.0f, 0.0f, 0.0f}};
+    for (uint32_t r = row > 0 ? row - 1 : 0; r <= row + 1 && r < g->rows; r++)
+        for (uint32_t c = column > 0 ? column - 1 : 0; c <= column + 1 && c < g->columns; c++) {
+            const vec3s other = g->normals[(size_t)r * g->columns + c];
+            if (glms_vec3_dot(own, other) >= ALIKE)
+                sum = glms_vec3_add(sum, other);
+        }
+    return glms_vec3_normalize(sum);
+}
+
+static stp_status mean_row(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    pixel_grid *g = context;
+    const uint32_t row = (uint32_t)index;
+    uint64_t count = 0;
+    (void)worker;
+    (void)err;
+    for (uint32_t column = 0; column < g->columns; column++) {
+        const size_t pixel = (size_t)row * g->columns + column;
+        if (glms_vec3_norm2(g->normals[pixel]) == 0.0f)
+            continue;
+        stp_cloud_point *p = &g->points->cloud->points[g->at[pixel] - 1];
+        p->normal = mean_around(g, column, row);
         p->given = STP_GIVEN_IMAGE;
         count++;
     }
@@ -357,7 +391,11 @@ stp_status stp_image_normals(const stp_file_points *points, const stp_scan_grid 
     STP_TRY(stp_alloc(&g.evens, tiles, sizeof *g.evens, "an image", err));
     STP_TRY(stp_cloud_run(points->cloud, pool, g.tile_rows, measure_row, &g, err));
     STP_TRY(decide_noise(&g, tiles, err));
+    STP_TRY(stp_spill_alloc(points->cloud->spill, &g.normals, pixels, sizeof *g.normals, "an image",
+                            err));
+    memset(g.normals, 0, pixels * sizeof *g.normals);
     STP_TRY(stp_cloud_run(points->cloud, pool, g.tile_rows, set_row, &g, err));
+    STP_TRY(stp_cloud_run(points->cloud, pool, g.rows, mean_row, &g, err));
     *count += atomic_load(&g.count);
 done:
     free(g.angle);
@@ -366,5 +404,6 @@ done:
     free(g.most);
     free(g.noise);
     stp_spill_free(points->cloud->spill, g.at);
+    stp_spill_free(points->cloud->spill, g.normals);
     return status;
 }

@@ -14,6 +14,7 @@
  * 2. A wider window takes only pixels within three deviations of the noise of the former plane.
  * 3. It ends when the angle is sure, or when the residual exceeds the noise: there is a crease, or
  *    curvature.
+ * 4. The normal is the mean of those of 3 x 3 pixels that are alike.
  *
  * The noise is the median residual of planes in small windows, tile by tile. Threads: those of the
  * pool; the same result for any number. */
