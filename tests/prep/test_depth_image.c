@@ -21,7 +21,7 @@ typedef struct recipe {
     bool holes;       /* some pixels are missing, and so is a rectangle */
     bool steps;       /* depths come in steps, as those of disparities */
     double distorted; /* how far rays at the left and right are off, in pixels */
-    bool no_image;    /* the pixels are points that no image has */
+    size_t no_image;  /* of how many files, the last ones, the pixels are points of no image */
 } recipe;
 
 /* Columns, rows and depths go along these axes of the world, 1 to 3, with a sign: as cameras have
@@ -108,7 +108,6 @@ static void clear_images(images *m)
 
 static void run(images *m, unsigned threads, const stp_prep_params *params, stp_prep_stats *stats)
 {
-    const stp_scan_grid grid = {.columns = m->recipe->no_image ? 0 : COLUMNS, .rows = ROWS};
     stp_prep_params own = params ? *params : (stp_prep_params){.codec = STP_CODEC_DRACO};
     stp_prep_file files[2] = {0};
     stp_pool *pool = NULL;
@@ -116,7 +115,7 @@ static void run(images *m, unsigned threads, const stp_prep_params *params, stp_
     for (uint32_t i = 0; i < m->count; i++)
         files[i] = (stp_prep_file){.name = "an image",
                                    .point_count = COUNT,
-                                   .grid = grid,
+                                   .grid = {m->count - i > m->recipe->no_image ? COLUMNS : 0, ROWS},
                                    .station_begin = i,
                                    .station_count = 1};
     const stp_prep_source source = {.context = &m->cloud,
@@ -276,7 +275,7 @@ static void squares_save_bytes(void **state)
 {
     stp_prep_stats stats;
     const size_t squares = check_squares(&(recipe){.holes = true}, 1);
-    images m = make_images(&(recipe){.holes = true, .no_image = true}, 1);
+    images m = make_images(&(recipe){.holes = true, .no_image = 1}, 1);
     (void)state;
     run(&m, 2, NULL, &stats);
     free(read_back(&m));
@@ -299,22 +298,24 @@ static void bent_rays_become_points(void **state)
     check_squares(&(recipe){.distorted = 0.01}, 1);
 }
 
-/* A point that belongs to no image. */
+/* If a camera's points lie on no rays, or a scan is no image, the image beside it becomes points.
+ */
 static void other_points_beside_an_image(void **state)
 {
-    stp_prep_stats stats;
-    images m = make_images(&(recipe){.holes = true}, 2);
     (void)state;
-    for (int i = 0; i < COUNT; i++) { /* the second camera sees what is behind it, too */
-        stp_dvec3 *p = &m.cloud.points[COUNT + i].position;
-        p->z += i == 1000 ? -20.0 : 0.0;
+    for (size_t no_image = 0; no_image < 2; no_image++) {
+        const recipe r = {.holes = true, .no_image = no_image};
+        stp_prep_stats stats;
+        images m = make_images(&r, 2);
+        if (!no_image) /* it sees what is behind it, too */
+            m.cloud.points[COUNT + 1000].position.z -= 20.0;
+        run(&m, 2, NULL, &stats);
+        found *f = read_back(&m);
+        assert_int_equal(f->square_leaves, 0);
+        assert_true(f->wide_patches > f->patches / 4);
+        free(f);
+        clear_images(&m);
     }
-    run(&m, 2, NULL, &stats);
-    found *f = read_back(&m);
-    assert_int_equal(f->square_leaves, 0);
-    assert_true(f->wide_patches > f->patches / 4);
-    free(f);
-    clear_images(&m);
 }
 
 static void same_bytes(void **state)
