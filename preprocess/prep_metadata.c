@@ -132,6 +132,8 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
     cJSON_AddNumberToObject(root, "precision", stats->resolution.precision);
     if (stats->resolution.exact)
         cJSON_AddBoolToObject(root, "exact", true);
+    if (stats->keeps_grid)
+        cJSON_AddBoolToObject(root, "grid", true);
     if (stats->normal_bits > 0)
         cJSON_AddNumberToObject(root, "normal_bits", stats->normal_bits);
     add_joined(root, stats);

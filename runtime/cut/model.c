@@ -34,7 +34,8 @@ static stp_ball ball_around(const stp_model *model)
     return ball;
 }
 
-/* Reads the up axis and the first view from the metadata; ignores values that are not valid. */
+/* Reads the up axis, the first view and whether this is a grid from the metadata; ignores values
+ * that are not valid. */
 static void read_view(stp_model *model)
 {
     const stp_chunk_file_info *info = model->info;
@@ -50,6 +51,7 @@ static void read_view(stp_model *model)
     if (cJSON_IsObject(metadata) && stp_json_numbers(metadata, "up", up, 3, "up", NULL) == STP_OK &&
         up[0] == 0.0 && up[1] + up[2] == 1.0 && up[1] * up[2] == 0.0)
         model->up = (stp_dvec3){up[0], up[1], up[2]};
+    model->is_grid = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(metadata, "grid"));
     model->first = camera;
     model->first_aspect = aspect;
     cJSON_Delete(metadata);

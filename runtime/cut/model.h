@@ -24,6 +24,7 @@ struct stp_model {
     stp_dvec3 up;        /* y or z if the file says which; otherwise zero */
     double first_aspect; /* width / height of the picture that `first` is for */
     bool has_first;
+    bool is_grid;              /* of heights: nothing lies where it has no samples */
     struct stp_shown *shown;   /* an attribute in place of intensities (shown.h); NULL: none */
     struct stp_chosen *chosen; /* a condition on what is drawn (chosen.h); NULL: all of it */
 };

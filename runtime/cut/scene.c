@@ -203,6 +203,14 @@ bool stp_scene_has_openings(const stp_scene *scene)
     return false;
 }
 
+bool stp_scene_is_grid(const stp_scene *scene)
+{
+    bool grid = true;
+    for (size_t i = 0; i < scene->model_count; i++)
+        grid &= scene->models[i].model->is_grid;
+    return grid;
+}
+
 stp_gpu_chunk stp_scene_record(const stp_scene *scene, uint32_t block, int finest, stp_dvec3 eye)
 {
     const stp_chunk_entry *e = stp_scene_entry(scene, block);

@@ -55,6 +55,8 @@ unsigned stp_scene_shapes(const stp_scene *scene);
 bool stp_scene_is_chosen(const stp_scene *scene);
 /* Whether any closed surface has openings (docs/closed.md). */
 bool stp_scene_has_openings(const stp_scene *scene);
+/* Whether all models are grids of heights. */
+bool stp_scene_is_grid(const stp_scene *scene);
 /* The model that a chunk belongs to. */
 const stp_scene_model *stp_scene_find(const stp_scene *scene, uint32_t chunk);
 /* The model that a block belongs to. *out is the block as the model's file knows it. */

@@ -30,6 +30,7 @@ typedef struct stp_variant {
     bool openings;       /* closed surfaces have openings */
     bool clip, classes;  /* there is a clip box; there are hidden classes */
     bool chosen;         /* some samples are marked as not drawn */
+    bool grid;           /* all models are grids of heights */
     int planes;          /* how many planes clip */
     bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
     bool contours;       /* lines of equal height */

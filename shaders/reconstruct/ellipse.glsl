@@ -49,6 +49,17 @@ float stp_ellipse_radius_px(stp_pixel p)
     return max(p.radius * stp_pixels_per_unit(p.z_min), stp_ellipse_floor(p.tag));
 }
 
+// Up to which q an ellipse closes a gap. Where a grid has no samples, nothing may be drawn: its gaps
+// are no wider than the least ellipse.
+float stp_ellipse_gap(stp_pixel p, float q)
+{
+#if STP_GRID
+    float reach = 1.0 + stp_ellipse_floor(p.tag) / stp_ellipse_radius_px(p);
+    q = min(q, reach * reach);
+#endif
+    return q;
+}
+
 // How much deeper than its centre the disc is at a result of stp_ellipse_place.
 float stp_ellipse_farther(stp_pixel p, vec3 place)
 {

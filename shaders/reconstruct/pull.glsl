@@ -34,7 +34,9 @@ stp_pixel stp_pull(ivec2 here, int level, ivec2 size, stp_pixel f0, stp_pixel f1
     stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, vec4(1.0));
 
     stp_pixel p = blend.sum;
-#if !STP_BOX
+#if STP_GRID && !STP_BOX && !STP_TEMPLATE
+    p.radius = sqrt(p.radius); // no hole closes by discs that grow
+#elif !STP_BOX
     // The disc with the second moment of the discs it replaces: R^2 = mean r^2 + 2 variance. A line
     // grows no wider.
     float unit = 1.0 / max(stp_pixels_per_unit(front.z_min), 1e-30);

@@ -83,10 +83,10 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
         valid = 0.0;
     float gap = valid >= 4.0 ? STP_PUSH_GAP_4 : valid >= 3.0 ? STP_PUSH_GAP_3 : 1.0;
     float reach = clamp(least, 1.0, gap);
-    c0.tag = q.x <= reach ? c0.tag : 0;
-    c1.tag = q.y <= reach ? c1.tag : 0;
-    c2.tag = q.z <= reach ? c2.tag : 0;
-    c3.tag = q.w <= reach ? c3.tag : 0;
+    c0.tag = q.x <= stp_ellipse_gap(c0, reach) ? c0.tag : 0;
+    c1.tag = q.y <= stp_ellipse_gap(c1, reach) ? c1.tag : 0;
+    c2.tag = q.z <= stp_ellipse_gap(c2, reach) ? c2.tag : 0;
+    c3.tag = q.w <= stp_ellipse_gap(c3, reach) ? c3.tag : 0;
     vec4 weights = vec4(9.0, 3.0, 3.0, 1.0) / 16.0;
 #if !STP_BOX
     weights *= stp_push_kernel(q);

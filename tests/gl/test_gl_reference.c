@@ -1,4 +1,4 @@
-/* Tests the GPU's reconstruction against the CPU reference, pixel by pixel: six scenes, odd
+/* Tests the GPU's reconstruction against the CPU reference, pixel by pixel: nine scenes, odd
  * viewports, both kinds of filter. Normals and colours must agree within 1e-3, depths within 1e-3
  * of the disc's radius, and both must name the same pyramid level as the source, on at least 99.9 %
  * of the pixels that either covers.
@@ -15,6 +15,7 @@
  * doubles, two samples may differ by only a float's last bits. Such a pixel of level 0 is a tie: if
  * the GPU's choice is justified, the reference follows it, and the pixel is counted as settled. */
 #include "tests/fixtures/gl_fixture.h"
+#include "tests/fixtures/hole_fixture.h"
 #include "tests/fixtures/line_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan/scan_fixture.h"
@@ -266,6 +267,7 @@ static agreement judge_view(gl_fixture *f, const stp_view *view, stp_reconstruct
     assert_true(stats.cut_complete);
     reference_disc_list discs = gl_fixture_discs(f, view, reconstruct == STP_RECONSTRUCT_SPLAT);
     check_ok(reference_create(&reference, view, filters[reconstruct], stats.pyramid_levels, err));
+    reference.grid = f->model->is_grid;
     bool finishes = reconstruct >= STP_RECONSTRUCT_TEMPLATE3 || stats.pyramid_levels > 0;
     reference_pixel *pulled = gl_fixture_pixels(f, false);
     reference_pixel *pixels = gl_fixture_pixels(f, finishes);
@@ -435,6 +437,16 @@ static void mixed(void **state)
     judge_model("mixed", SHAPE_TIES);
 }
 
+static void grid(void **state)
+{
+    (void)state;
+    stp_prep_stats stats;
+    prep_cloud points = hole_cloud(hole_discs);
+    check_ok(prep_cloud_run(&points, "scene.stipple", 2, NULL, &stats, err));
+    free(points.points);
+    judge_model("grid", 1.0 - SHARE_WANTED);
+}
+
 int main(int argc, char **argv)
 {
     everything = argc > 1 && strcmp(argv[1], "--every") == 0;
@@ -442,7 +454,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bumpy),   cmocka_unit_test(statue), cmocka_unit_test(torus),
         cmocka_unit_test(terrain), cmocka_unit_test(sheet),  cmocka_unit_test(two_sided),
-        cmocka_unit_test(lines),   cmocka_unit_test(mixed),
+        cmocka_unit_test(lines),   cmocka_unit_test(mixed),  cmocka_unit_test(grid),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);

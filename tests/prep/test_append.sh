@@ -241,6 +241,15 @@ expect_code 0
 expect_sound "$model" "an append after a crash"
 expect_points "$model" $after "an append after a crash"
 
+# ---- a grid of heights, whose holes stay open, is none with points from elsewhere ----
+is_grid() { "$STIPPLE" info "$1" --json | grep -q '"grid":[[:space:]]*true'; }
+awk 'BEGIN { print "P2\n40 30\n255"; for (i = 0; i < 1200; i++) print 40 + 7 * i % 13 }' >"$FOLDER/heights.pgm"
+"$STIPPLE" prep "$FOLDER/heights.pgm" -o "$model" --quiet --force || fail "no grid"
+is_grid "$model" || fail "a grid is not called one"
+append "$model" "$FOLDER/more.ply"
+expect_code 0
+! is_grid "$model" || fail "a grid with other points is called one"
+
 # ---- kills ----
 kills=20
 is_long && kills=200

@@ -323,10 +323,11 @@ static double moment_radius(const reference_pyramid *pyramid, const meeting *m,
                             const reference_pixel *mean)
 {
     double ppu = reference_pixels_per_unit(&pyramid->view, mean->z_min), spread = 0.0;
+    bool kept = pyramid->grid && pyramid->filter == REFERENCE_GAUSS;
     for (int k = 0; k < m->count; k++) {
         const reference_pixel *p = &m->pixels[k];
         double x = p->dx - mean->dx, y = p->dy - mean->dy;
-        spread += reference_is_line(mean) ? 0.0 : (x * x + y * y) / m->count;
+        spread += reference_is_line(mean) || kept ? 0.0 : (x * x + y * y) / m->count;
     }
     return sqrt(square_radius(m) + 2.0 * spread / (ppu * ppu));
 }
@@ -372,11 +373,13 @@ void reference_pull(reference_pyramid *pyramid)
 
 /* How large q may be. If three or four pixels, not all of one disc, lie around the place and none
  * reaches it: the q of the nearest. Otherwise: 1. */
-static double push_reach(const meeting *m)
+static double push_reach(const reference_pyramid *pyramid, const meeting *m)
 {
     double least = INFINITY, apart = 0.0;
+    const reference_pixel *nearest = NULL;
     for (int k = 0; k < m->count; k++) {
         const reference_pixel *p = &m->pixels[k];
+        nearest = m->q[k] < least ? p : nearest;
         least = fmin(least, m->q[k]);
         apart = fmax(apart, hypot(p->dx - m->pixels[0].dx, p->dy - m->pixels[0].dy));
         if (reference_is_line(p))
@@ -385,6 +388,7 @@ static double push_reach(const meeting *m)
     if (!(apart > SAME_PX))
         return 1.0;
     double most = m->count == 4 ? GAP_Q_4 : m->count == 3 ? GAP_Q_3 : 1.0;
+    most = nearest ? reference_gap(pyramid, nearest, most) : most;
     return least > 1.0 && least <= most ? least : 1.0;
 }
 
@@ -419,7 +423,7 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
              (j >> 1) + (k & 2 ? side_y : 0), u, v, weights[k], &m);
     if (own.tag == 0 && beyond_outline(&m))
         meet_again(pyramid, u, v, OUTLINE_FLOOR_PX, &m);
-    keep_reaching(&m, push_reach(&m));
+    keep_reaching(&m, push_reach(pyramid, &m));
     for (int k = 0; k < m.count && pyramid->filter == REFERENCE_GAUSS; k++)
         m.weights[k] *= exp(-0.5 * m.q[k]);
     if (m.count == 0)

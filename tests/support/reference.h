@@ -78,6 +78,7 @@ typedef enum reference_filter {
 typedef struct reference_pyramid {
     stp_view view;
     reference_filter filter;
+    bool grid; /* "Grids"; set after reference_create */
     int level_count;
     reference_level levels[REFERENCE_LEVELS_LIMIT + 1];
 } reference_pyramid;

@@ -53,6 +53,12 @@ double reference_ellipse(const reference_pyramid *pyramid, const reference_pixel
     return reference_ellipse_least(pyramid, p, cx, cy, x, y, floor_px(pyramid, p));
 }
 
+double reference_gap(const reference_pyramid *pyramid, const reference_pixel *p, double q)
+{
+    double reach = 1.0 + floor_px(pyramid, p) / reference_radius_px(pyramid, p);
+    return pyramid->grid ? fmin(q, reach * reach) : q;
+}
+
 double reference_meet(const reference_pyramid *pyramid, const reference_pixel *p, double cx,
                       double cy, double u, double v, double *depth)
 {

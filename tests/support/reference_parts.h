@@ -54,4 +54,7 @@ static inline bool reference_is_polygon(const reference_pixel *p)
 double reference_ellipse_least(const reference_pyramid *pyramid, const reference_pixel *p,
                                double cx, double cy, double x, double y, double least_px);
 
+/* Up to which q, at most the given one, an ellipse closes a gap. */
+double reference_gap(const reference_pyramid *pyramid, const reference_pixel *p, double q);
+
 #endif

@@ -1,0 +1,198 @@
+/* Tests what grids of heights promise of their holes, from both sides: no valid sample lies farther
+ * than the threshold from what is drawn, and nothing is drawn farther than the threshold from a
+ * valid sample, so wider holes stay open. The truth are the triangles between valid samples, drawn
+ * on the CPU with the same camera.
+ *
+ * Masks: a twentieth of the samples scattered; stripes; discs of 1 to 1000 samples, also over the
+ * borders of patches, blocks and leaves. The whole grid from 26 directions, and six times as near,
+ * at five thresholds. Judges gauss from two directions; with the argument --every, as in
+ * long_gl_holes, gauss and box from all. */
+#include "tests/fixtures/gl_fixture.h"
+#include "tests/fixtures/hole_fixture.h"
+#include "tests/fixtures/scan/scan_fixture.h"
+#include "tests/support/coverage.h"
+#include "tests/support/views.h"
+
+enum { SIZE = 512, PIXELS = SIZE * SIZE, THRESHOLDS = 5, NEAR = 6 };
+static const double thresholds[THRESHOLDS] = {0.5, 1.0, 2.0, 4.0, 8.0};
+
+/* A pixel is up to 0.7 from a place in it, and so is another one: 1.5 in all. */
+#define ROUNDING_PX 1.5
+/* The least ellipse, of 1.25 pixels, and half a pixel. */
+#define LEAST_ELLIPSE_PX 2.0
+/* The radius of discs at a hole's border, in cells (grid_leaf.c). */
+#define BORDER_RADIUS 0.75
+/* The share of pixels that may lie farther: the mean of two discs is no part of their union. None
+ * may lie farther than so many limits. */
+#define FAR_SHARE 1e-4
+#define FARTHEST 1.5
+/* Near the picture's edge the nearest place may lie beyond it. */
+#define EDGE_PX 16
+
+static bool everything;
+
+typedef struct truth {
+    triangles_mesh must, may; /* what must be drawn; what may be, narrow holes closed */
+} truth;
+
+/* Pixels, those that lie too far from the others, and the greatest distance, in pixels and in
+ * limits. */
+typedef struct tally {
+    size_t pixels, far;
+    double greatest_px, greatest;
+} tally;
+
+/* Adds how far the pixels of mask `of` lie from those of `from`. */
+static void measure(const uint8_t *of, const uint8_t *from, double limit_px, int edge, tally *sum)
+{
+    double *distance = calloc(PIXELS, sizeof *distance);
+    assert_non_null(distance);
+    check_ok(coverage_distance(from, SIZE, SIZE, distance, err));
+    for (int y = edge; y < SIZE - edge; y++)
+        for (int x = edge; x < SIZE - edge; x++) {
+            const int i = y * SIZE + x;
+            if (!of[i])
+                continue;
+            sum->pixels++;
+            sum->far += distance[i] > limit_px;
+            sum->greatest_px = fmax(sum->greatest_px, distance[i]);
+            sum->greatest = fmax(sum->greatest, distance[i] / limit_px);
+        }
+    free(distance);
+}
+
+/* Marks the pixels of the mesh, and those of its samples: some are in no triangle. Returns how many
+ * pixels the nearest cell is wide, at most. */
+static double mark(const triangles_mesh *mesh, const prep_cloud *cloud, const stp_view *view,
+                   uint8_t *mask)
+{
+    triangles_picture picture;
+    double nearest = INFINITY;
+    check_ok(triangles_draw(&picture, mesh, view, err));
+    triangles_mask(&picture, mask);
+    triangles_destroy(&picture);
+    for (int i = 0; i < HOLE_COUNT; i++) {
+        const stp_dvec3 p = reference_to_eye(view, cloud->points[i].position);
+        const double u = 0.5 * SIZE - view->f * p.x / p.z, v = 0.5 * SIZE - view->f * p.y / p.z;
+        if (cloud->points[i].reject != STP_REJECT_NONE ||
+            !(u >= 0.0 && u < SIZE && v >= 0.0 && v < SIZE))
+            continue;
+        mask[(int)v * SIZE + (int)u] = 1;
+        nearest = fmin(nearest, -p.z);
+    }
+    return view->f / nearest;
+}
+
+typedef struct shot {
+    double threshold_px, cell_px;
+    int edge;
+    uint8_t *must, *may;
+} shot;
+
+static void judge_shot(gl_fixture *f, const stp_view *view, const shot *s,
+                       stp_reconstruct reconstruct, tally sums[2])
+{
+    const stp_draw_params params = {.threshold_px = s->threshold_px, .reconstruct = reconstruct};
+    check_ok(stp_renderer_draw(f->renderer, view, &params, NULL, err));
+    uint8_t *drawn = gl_fixture_mask(f, view);
+    measure(s->must, drawn, s->threshold_px + ROUNDING_PX, s->edge, &sums[0]);
+    measure(drawn, s->may, s->threshold_px + LEAST_ELLIPSE_PX + BORDER_RADIUS * s->cell_px, s->edge,
+            &sums[1]);
+    free(drawn);
+}
+
+/* Draws all directions, all of the grid or near its middle, and adds by threshold what must be
+ * drawn and what is. */
+static void judge_views(gl_fixture *f, const truth *t, const prep_cloud *cloud, int nearer,
+                        stp_reconstruct reconstruct, tally sums[THRESHOLDS][2])
+{
+    shot s = {
+        .edge = nearer > 1 ? EDGE_PX : 0, .must = calloc(PIXELS, 1), .may = calloc(PIXELS, 1)};
+    assert_true(s.must != NULL && s.may != NULL);
+    for (int i = 0; i < VIEWS_DIRECTIONS; i++) {
+        if (!everything && i != 21 && i != 23) /* from above; from the side */
+            continue;
+        stp_view view = views_get(i, &f->model->ball, NULL, 0, SIZE, SIZE);
+        view.f *= nearer;
+        s.cell_px = mark(&t->must, cloud, &view, s.must);
+        (void)mark(&t->may, cloud, &view, s.may);
+        for (int k = 0; k < THRESHOLDS; k++) {
+            s.threshold_px = thresholds[k];
+            judge_shot(f, &view, &s, reconstruct, sums[k]);
+        }
+    }
+    free(s.must);
+    free(s.may);
+}
+
+/* Prints the figures of one kind of picture; returns whether the promise is kept. */
+static bool is_kept(const char *name, int nearer, bool box, tally sums[THRESHOLDS][2])
+{
+    bool kept = true;
+    for (int k = 0; k < THRESHOLDS; k++) {
+        const tally *lost = &sums[k][0], *filled = &sums[k][1];
+        print_message("%s, %d times as near, %s, %g px: %zu of %zu lost, up to %.2f px; %zu of %zu "
+                      "filled, up to %.2f px\n",
+                      name, nearer, box ? "box" : "gauss", thresholds[k], lost->far, lost->pixels,
+                      lost->greatest_px, filled->far, filled->pixels, filled->greatest_px);
+        for (int side = 0; side < 2; side++)
+            kept &= sums[k][side].pixels > 10000 && sums[k][side].greatest <= FARTHEST &&
+                    (double)sums[k][side].far <= FAR_SHARE * (double)sums[k][side].pixels;
+    }
+    return kept;
+}
+
+static void judge(const char *name, hole_mask *missing)
+{
+    gl_fixture f = {0};
+    stp_prep_stats stats;
+    prep_cloud cloud = hole_cloud(missing);
+    truth t = {hole_mesh(missing, false), hole_mesh(missing, true)};
+    bool kept = true;
+    check_ok(prep_cloud_run(&cloud, "holes.stipple", 2, NULL, &stats, err));
+    gl_fixture_open(&f, "holes.stipple", NULL);
+    for (int box = 0; box <= everything; box++)
+        for (int nearer = 1; nearer <= NEAR; nearer += NEAR - 1) {
+            tally sums[THRESHOLDS][2] = {{{0}}};
+            judge_views(&f, &t, &cloud, nearer, box ? STP_RECONSTRUCT_BOX : STP_RECONSTRUCT_GAUSS,
+                        sums);
+            kept &= is_kept(name, nearer, box, sums);
+        }
+    gl_fixture_close(&f);
+    hole_mesh_clear(&t.must);
+    hole_mesh_clear(&t.may);
+    free(cloud.points);
+    assert_true(kept);
+}
+
+static void scattered(void **state)
+{
+    (void)state;
+    judge("scattered", hole_scattered);
+}
+
+static void stripes(void **state)
+{
+    (void)state;
+    judge("stripes", hole_stripes);
+}
+
+static void discs(void **state)
+{
+    (void)state;
+    judge("discs", hole_discs);
+}
+
+int main(int argc, char **argv)
+{
+    everything = argc > 1 && strcmp(argv[1], "--every") == 0;
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(scattered),
+        cmocka_unit_test(stripes),
+        cmocka_unit_test(discs),
+    };
+    int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+    stp_gl_context_destroy(&context);
+    return failed;
+}
