@@ -457,6 +457,10 @@ stp_status stp_renderer_read_normals(stp_renderer *renderer, float *xyz, stp_err
 /* Copies the last picture to the lower left corner of a framebuffer (0: the window's), as width x
  * height pixels. A picture of another size is stretched. */
 void stp_renderer_present(stp_renderer *renderer, unsigned framebuffer, int width, int height);
+/* The same, but of these width x height pixels only the columns from `begin` on and before `end`:
+ * so a framebuffer shows pictures of several renderers side by side. 0 <= begin <= end. */
+void stp_renderer_present_columns(stp_renderer *renderer, unsigned framebuffer, int width,
+                                  int height, int begin, int end);
 
 /* Recomputes the levels chosen for the last frame. Not for STP_LOD_FULL with several passes. */
 void stp_renderer_measure(const stp_renderer *renderer, stp_cut_measure *out);

@@ -61,11 +61,17 @@ stp_status stp_renderer_read_normals(stp_renderer *r, float *xyz, stp_error *err
 
 void stp_renderer_present(stp_renderer *r, unsigned framebuffer, int width, int height)
 {
+    stp_renderer_present_columns(r, framebuffer, width, height, 0, width);
+}
+
+void stp_renderer_present_columns(stp_renderer *r, unsigned framebuffer, int width, int height,
+                                  int begin, int end)
+{
     const stp_pyramid *p = &r->pyramid;
     GLenum filter = width == p->width && height == p->height ? GL_NEAREST : GL_LINEAR;
     stp_gl_state host;
     stp_gl_state_enter(&host);
-    glDisable(GL_SCISSOR_TEST);
+    glScissor(begin, 0, end - begin, height);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glViewport(0, 0, width, height); /* software drivers notice a new window size only here */
     glBlitNamedFramebuffer(p->picture_frames[STP_PICTURE_WITH_DEPTH], framebuffer, 0, 0, p->width,
