@@ -197,7 +197,8 @@ static int take_option(const parser *p, int argc, char **argv, int *index)
     } else if (!value) {
         /* `-o --force` means a forgotten value. Values that begin with -- are written --name=value.
          */
-        if (*index + 1 >= argc || strncmp(argv[*index + 1], "--", 2) == 0)
+        if (*index + 1 >= argc ||
+            (option->kind != CLI_OPTIONS && strncmp(argv[*index + 1], "--", 2) == 0))
             return cli_usage(p->command, "%s needs a value: %s %s", argument, argument,
                              option->argument);
         value = argv[++*index];

@@ -19,6 +19,7 @@ enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2, CLI_CONTINUE = -1 };
 typedef enum cli_kind {
     CLI_FLAG,    /* bool: present or not */
     CLI_STRING,  /* const char * */
+    CLI_OPTIONS, /* const char *; options of its own, so it may begin with -- */
     CLI_CHOICE,  /* int: index in choices, "a|b|c" */
     CLI_UINT,    /* uint64_t; 1e6, 4M (10^6 multiples: K M G) */
     CLI_BYTES,   /* uint64_t; 256M, 1G (powers of 1024) */

@@ -156,6 +156,7 @@ static bool store(const cli_option *option, const char *text)
         *(bool *)option->target = true;
         return true;
     case CLI_STRING:
+    case CLI_OPTIONS:
         if (*text == '\0')
             return false;
         *(const char **)option->target = text;
@@ -198,6 +199,7 @@ const char *cli_value_kind_text(cli_kind kind)
     static const char *const texts[] = {
         [CLI_FLAG] = "no value",
         [CLI_STRING] = "a text",
+        [CLI_OPTIONS] = "a text",
         [CLI_CHOICE] = "one of its words",
         [CLI_UINT] = "a whole number, like 500, 1e6 or 4M",
         [CLI_BYTES] = "a size in bytes, like 512M or 2G",

@@ -13,9 +13,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#define SOURCE_OPTIONS 8
 #define PART_OPTIONS 5
-#define OWN_OPTIONS (DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT - PART_OPTIONS - SOURCE_OPTIONS)
+#define OWN_OPTIONS                                                                                \
+    (DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT - PART_OPTIONS - DRAW_SOURCE_OPTION_COUNT)
 
 draw_options draw_options_default(void)
 {
@@ -30,9 +30,9 @@ draw_options draw_options_default(void)
 }
 
 /* Options of what is read and held. */
-static void fill_sources(draw_options *o, cli_option out[SOURCE_OPTIONS])
+static void fill_sources(draw_options *o, cli_option out[DRAW_SOURCE_OPTION_COUNT])
 {
-    const cli_option options[SOURCE_OPTIONS] = {
+    const cli_option options[DRAW_SOURCE_OPTION_COUNT] = {
         {"--allow-damage", 0, CLI_FLAG, &o->allow_damage, NULL,
          "if a chunk cannot be read, draw its parent instead and warn", NULL},
         {"--gpu-memory", 0, CLI_BYTES, &o->gpu_memory, "SIZE", "memory for samples on a GPU (1G)",
@@ -128,7 +128,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
     camera_options_fill(&o->camera, out);
     memcpy(out + CAMERA_OPTION_COUNT, options, sizeof options);
     fill_parts(o, out + CAMERA_OPTION_COUNT + OWN_OPTIONS);
-    fill_sources(o, out + DRAW_OPTION_COUNT - SOURCE_OPTIONS);
+    fill_sources(o, out + DRAW_OPTION_COUNT - DRAW_SOURCE_OPTION_COUNT);
 }
 
 /* Reads --colour: a word, or the name of an attribute. */

@@ -23,6 +23,10 @@ typedef struct draw_options {
 } draw_options;
 
 #define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 31)
+#define DRAW_SOURCE_OPTION_COUNT 8 /* the last ones: of what is read and held */
+/* Those in between, without --view, change the picture and leave the camera where it is. */
+#define DRAW_LOOK_OPTION (CAMERA_OPTION_COUNT + 1)
+#define DRAW_LOOK_OPTION_COUNT (DRAW_OPTION_COUNT - DRAW_LOOK_OPTION - DRAW_SOURCE_OPTION_COUNT)
 
 #define DRAW_DAMAGE_BYTES 1100
 

@@ -36,6 +36,7 @@ static void value_text(const cli_option *option, char out[TEXT_BYTES])
         snprintf(out, TEXT_BYTES, "%s", *(const bool *)option->target ? "yes" : "no");
         break;
     case CLI_STRING:
+    case CLI_OPTIONS:
         text = *(const char *const *)option->target;
         snprintf(out, TEXT_BYTES, "%s", text != NULL ? text : "");
         break;
