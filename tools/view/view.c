@@ -1,4 +1,5 @@
 /* stipple view: opens a window to fly through models. */
+#include "tools/draw/draw_beside.h"
 #include "tools/file/source_options.h"
 #include "tools/view/view_app.h"
 #include "tools/view/view_keys.h"
@@ -75,6 +76,11 @@ static void copied(void *context, const char *text)
     stp_window_copy_text(context, text);
 }
 
+static stp_status reload_side(viewer *v, stp_error *err)
+{
+    return stp_renderer_reload_shaders(v->renderer, err);
+}
+
 /* Reloads saved shaders. If they do not compile, shows the error and keeps the old ones. */
 static void reload_shaders(viewer *v)
 {
@@ -83,7 +89,7 @@ static void reload_shaders(viewer *v)
     if (state == v->shader_state)
         return;
     v->shader_state = state;
-    if (stp_renderer_reload_shaders(v->renderer, &err) == STP_OK) {
+    if (view_beside_both(v, reload_side, &err) == STP_OK) {
         v->control.changed = true;
         return;
     }
@@ -139,7 +145,8 @@ static bool panels_take(viewer *v, const stp_window_event *e)
                                                'X',
                                                'Y',
                                                'Z'};
-    bool typing = stp_ui_wants_keys(v->ui), picture_drags = v->control.drag != VIEW_REST;
+    bool typing = stp_ui_wants_keys(v->ui);
+    bool picture_drags = v->control.drag != VIEW_REST || v->beside.divider.dragged;
     if (e->kind == STP_WINDOW_MOVE || e->kind == STP_WINDOW_PRESS ||
         e->kind == STP_WINDOW_RELEASE || e->kind == STP_WINDOW_WHEEL)
         stp_ui_pointer(v->ui, e->x, v->layout.height - e->y);
@@ -208,7 +215,7 @@ static void take_events(viewer *v)
         if (panels_take(v, &event) || (v->dialog.shown && is_typing(&event)))
             continue;
         follow(v, &event);
-        if (!view_clip_handle(v, &event))
+        if (!view_clip_handle(v, &event) && !view_beside_handle(v, &event))
             view_control_handle(&v->control, &event);
     }
 }
@@ -249,7 +256,7 @@ static stp_status turn(viewer *v, stp_error *err)
     take_events(v);
     take_chosen(v);
     reload_shaders(v);
-    view_prepare_turn(v);
+    view_beside_prepare(v);
     STP_TRY(view_fulfil(v, err));
     if (v->removing >= 0)
         view_remove_model(v, (size_t)v->removing);
@@ -284,18 +291,28 @@ done:
     return status;
 }
 
-static stp_status open_viewer(viewer *v, const char *const *paths, size_t count, stp_error *err)
+static stp_status open_side(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_error why = {0};
-    if (v->marks_file != NULL)
-        STP_TRY(view_marked_load(&v->marked, v->marks_file, paths[0], err));
-    STP_TRY(view_prepare_add(v, paths, count, err));
+    STP_TRY(view_prepare_add(v, v->paths, v->path_count, err));
     STP_TRY(draw_options_params(v->options, v->scene.models[0].model, &v->control.params, err));
     if (v->control.params.threshold_px <= 0.0)
         v->control.params.threshold_px = 1.0; /* used if samples are left out again */
+done:
+    return status;
+}
+
+static stp_status open_viewer(viewer *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_error why = {0};
+    const char *const *paths = v->paths;
+    const size_t count = v->path_count;
+    if (v->marks_file != NULL)
+        STP_TRY(view_marked_load(&v->marked, v->marks_file, paths[0], err));
+    STP_TRY(view_beside_both(v, open_side, err));
     STP_TRY(open_window(v, err));
-    STP_TRY(view_scene_changed(v, err));
+    STP_TRY(view_beside_begin(v, err));
     STP_TRY(view_go_home(v, err));
     view_move_reset(&v->control);
     v->shader_state = view_watch_state(v->options->shader_folder);
@@ -309,16 +326,34 @@ done:
     return status;
 }
 
+static stp_status warn_side(viewer *v, stp_error *err)
+{
+    (void)err;
+    for (size_t i = 0; i < v->scene.count; i++)
+        source_options_warn(&cli_view, v->common, v->scene.models[i].model->file);
+    return STP_OK;
+}
+
+static stp_status close_side(viewer *v, stp_error *err)
+{
+    (void)err;
+    view_prepare_end(&v->prepare);
+    stp_renderer_destroy(&v->renderer);
+    view_scene_clear(&v->scene);
+    return STP_OK;
+}
+
 /* What the viewer has besides the options of drawing. */
 typedef struct own_options {
     double fps;
-    const char *marks;
+    const char *marks, *beside;
 } own_options;
 
 /* What is shown: the command line's files, or one that the user opened. */
 typedef struct shown {
     draw_options options;
     own_options own;
+    draw_beside beside;       /* if own.beside is given */
     const char *const *paths; /* of the command line; NULL: `path` */
     size_t count;
     char path[VIEW_PATH_BYTES];
@@ -331,7 +366,18 @@ static stp_status view(shown *s, const cli_common *common, char next[VIEW_PATH_B
                        stp_error *err)
 {
     stp_status status = STP_OK;
-    viewer v = {.options = &s->options,
+    const char *path = s->path;
+    view_side first = {.options = &s->options,
+                       .paths = s->paths ? s->paths : &path,
+                       .path_count = s->paths ? s->count : 1};
+    view_side second = first;
+    second.options = s->own.beside ? &s->beside.options : NULL;
+    if (s->beside.path) {
+        second.paths = (const char *const *)&s->beside.path;
+        second.path_count = 1;
+    }
+    viewer v = {.side = first,
+                .beside = {.other = second, .divider = {.at = 0.5}},
                 .common = common,
                 .fps = s->own.fps,
                 .marks_file = s->own.marks,
@@ -340,8 +386,7 @@ static stp_status view(shown *s, const cli_common *common, char next[VIEW_PATH_B
                 .control = {.depth = depth_under, .ground = ground_under, .x = -1.0, .y = -1.0}};
     v.control.context = &v;
     view_settings_load(&v);
-    const char *path = s->path;
-    STP_TRY(open_viewer(&v, s->paths ? s->paths : &path, s->paths ? s->count : 1, err));
+    STP_TRY(open_viewer(&v, err));
     *opened = true;
     v.ui_turns = VIEW_TURNS_TO_SETTLE;
     v.now_s = stp_window_seconds(v.window);
@@ -354,8 +399,7 @@ static stp_status view(shown *s, const cli_common *common, char next[VIEW_PATH_B
     if (v.record.on)
         view_toggle_record(&v);
     view_settings_save(&v);
-    for (size_t i = 0; i < v.scene.count; i++)
-        source_options_warn(&cli_view, common, v.scene.models[i].model->file);
+    (void)view_beside_both(&v, warn_side, NULL);
 done:
     memcpy(next, v.next, sizeof v.next);
     if (v.layout.width > 0 && next[0] != '\0' && !stp_window_is_full_screen(v.window)) {
@@ -364,15 +408,13 @@ done:
         s->options.camera.has_size = true;
     }
     view_open_clear(&v.dialog);
-    view_prepare_end(&v.prepare);
     view_shot_end(&v.shot);
     view_record_destroy(&v.record);
     view_ground_forget(&v.ground, NULL);
     view_profile_forget(&v.profile, NULL);
-    stp_renderer_destroy(&v.renderer);
+    (void)view_beside_both(&v, close_side, NULL);
     stp_ui_destroy(&v.ui);
     stp_window_destroy(&v.window);
-    view_scene_clear(&v.scene);
     return status;
 }
 
@@ -399,6 +441,12 @@ static stp_status view_another(shown *s, const cli_common *common, char next[VIE
     return view(s, common, next, &opened, err);
 }
 
+/* Half of a budget: two renderers share it. */
+static uint64_t half(uint64_t bytes)
+{
+    return bytes > 1 ? bytes / 2 : bytes;
+}
+
 static int run(int argc, char **argv)
 {
     shown s = {.options = draw_options_default()};
@@ -410,7 +458,7 @@ static int run(int argc, char **argv)
     stp_error err = {0};
     bool opened = false;
     char next[VIEW_PATH_BYTES];
-    cli_option list[DRAW_OPTION_COUNT + 2] = {
+    cli_option list[DRAW_OPTION_COUNT + 3] = {
         [DRAW_OPTION_COUNT] =
             {"--fps", 0, CLI_NUMBER, &own->fps, "N",
              "hold N frames a second while the camera moves, by a coarser threshold "
@@ -419,11 +467,15 @@ static int run(int argc, char **argv)
         [DRAW_OPTION_COUNT + 1] = {"--marks", 0, CLI_STRING, &own->marks, "F.json",
                                    "file of marks, made with the first one (M.stipple.marks.json)",
                                    NULL},
+        [DRAW_OPTION_COUNT + 2] = {"--beside", 0, CLI_OPTIONS, &own->beside, "[N.stipple][OPTIONS]",
+                                   "show beside it another model, or the same with other options, "
+                                   "like \"--threshold 4 --lod cpu\": --beside --help",
+                                   NULL},
     };
     draw_options_fill(o, list);
     o->camera.size[0] = o->camera.size[1] = 0; /* by the screen */
     o->timeout_s = INFINITY;                   /* the viewer waits until the server answers again */
-    int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 2, argc, argv, paths, 1,
+    int code = cli_parse(&cli_view, list, DRAW_OPTION_COUNT + 3, argc, argv, paths, 1,
                          PREP_PATHS_LIMIT, &count, &common);
     if (code != CLI_CONTINUE)
         return code;
@@ -435,11 +487,19 @@ static int run(int argc, char **argv)
                          "--aa is none or edges here: render and fly draw finer pictures");
     if (own->fps < 0.0 || own->fps > FPS_MOST)
         return cli_usage(&cli_view, "--fps is a number up to %g", FPS_MOST);
+    if (own->beside) {
+        o->gpu_memory = half(o->gpu_memory);
+        o->cpu_memory = half(o->cpu_memory);
+        code = draw_beside_parse(&s.beside, own->beside, o);
+    }
+    if (code != CLI_CONTINUE)
+        return code;
     cli_progress(&common); /* from here on, Ctrl-C is checked between frames */
     s.paths = paths;
     s.count = count;
     stp_status status = view(&s, &common, next, &opened, &err);
     while (status == STP_OK && next[0] != '\0')
         status = view_another(&s, &common, next, &err);
+    draw_beside_clear(&s.beside);
     return status == STP_OK ? CLI_DONE : cli_fail(&cli_view, &err);
 }

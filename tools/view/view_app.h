@@ -10,18 +10,15 @@
 #include "runtime/window/imgui_marks_shim.h"
 #include "runtime/window/window.h"
 #include "tools/draw/draw_options.h"
+#include "tools/view/beside/view_beside.h"
 #include "tools/view/dialog/view_open.h"
 #include "tools/view/kept/view_bookmarks.h"
 #include "tools/view/kept/view_marked.h"
 #include "tools/view/kept/view_record.h"
 #include "tools/view/view_control.h"
 #include "tools/view/view_ground.h"
-#include "tools/view/view_labels.h"
 #include "tools/view/view_measure.h"
-#include "tools/view/view_prepare_child.h"
 #include "tools/view/view_profile.h"
-#include "tools/view/view_scene.h"
-#include "tools/view/view_shot.h"
 #include "tools/view/view_values.h"
 
 #include <math.h>
@@ -34,6 +31,7 @@
 
 /* Sections of the panel: X(name, function that draws it, title, open at first) */
 #define VIEW_SECTION_LIST(X)                                                                       \
+    X(BESIDE, view_panel_beside, "Two sides", true)                                                \
     X(MODELS, view_panel_models, "Models", true)                                                   \
     X(NUMBERS, view_panel_numbers, "Frames and memory", true)                                      \
     X(CAMERA, view_panel_camera, "Camera", true)                                                   \
@@ -73,16 +71,19 @@ typedef struct view_layout {
 } view_layout;
 
 typedef struct viewer {
-    const draw_options *options;
+    union {
+        struct {
+            VIEW_SIDE_MEMBERS
+        };
+        view_side side;
+    };
+    view_beside beside; /* the other side */
     const cli_common *common;
     const char *marks_file; /* of --marks; NULL: beside the model */
-    view_scene scene;
     stp_window *window;
     stp_ui *ui;
-    stp_renderer *renderer;
     view_control control;
-    stp_draw_stats stats; /* of the last frame */
-    stp_pick under;       /* what is under the cursor */
+    stp_pick under; /* what is under the cursor */
     stp_pick clicked;
     view_values values; /* attributes of what was clicked, if the scene is one model */
     view_measure measure;
@@ -91,35 +92,29 @@ typedef struct viewer {
     view_bookmarks bookmarks;
     view_marked marked;
     int marks_hidden; /* pins in the picture that the surface hides */
-    view_labels labels;
     view_profile profile;
     view_record record;
     view_shot shot;
     int shot_size; /* index in VIEW_SHOT_SIZES */
     view_chart chart;
     view_layout layout;
-    uint32_t model_classes[8]; /* bit set of the scene's classes */
     bool panels, help;
     bool panels_wanted; /* remembered; a narrow window shows none all the same */
     bool open[VIEW_SECTION_COUNT];
-    size_t had_models;          /* number of models that the renderer knows */
     int removing;               /* index of the model to remove after this turn; -1: none */
-    int model_open;             /* index of the model whose facts are shown, if there are several */
     char note[VIEW_NOTE_BYTES]; /* what just happened */
     double note_until_s;
     double now_s, last_turn_s, last_ui_s;
-    int ui_turns;    /* how many more times to draw the panels, until they settle */
-    double fps;      /* frame rate to hold while the camera moves; 0: no limit */
-    stp_pace pace;   /* holds fps */
-    double moved_s;  /* when something changed last */
-    stp_view drawn;  /* of the last frame: control.view, perhaps with fewer pixels */
-    double drawn_px; /* threshold of the last frame; 0: every sample */
-    bool loading;    /* chunks are on their way */
-    bool resting;    /* nothing moves, but more frames come: finer ones */
+    int ui_turns;   /* how many more times to draw the panels, until they settle */
+    double fps;     /* frame rate to hold while the camera moves; 0: no limit */
+    stp_pace pace;  /* holds fps */
+    double moved_s; /* when something changed last */
+    stp_view drawn; /* of the last frame: control.view, perhaps with fewer pixels */
+    bool loading;   /* chunks are on their way */
+    bool resting;   /* nothing moves, but more frames come: finer ones */
     double last_frame_s;
-    bool said_damage, quits;
+    bool quits;
     uint64_t shader_state;
-    view_prepare prepare; /* of scans */
     view_open dialog;
     char next[VIEW_PATH_BYTES]; /* what to show instead, after this viewer quits; "": nothing */
 } viewer;
@@ -226,8 +221,9 @@ void view_marks_draw(viewer *v);
 /* Formats an intensity from 0 to 1 in the scans' own numbers, rounded as far as it is known, or in
  * per cent if they are not known. top: view_scene.intensity_top. */
 void view_format_intensity(double top, double intensity, char out[64]);
-/* Draws the colour bar of elevation and intensity; nothing if other colours are shown. */
-void view_legend_draw(const viewer *v);
+/* Draws the colour bar of elevation and intensity at the left end of a picture; nothing if other
+ * colours are shown. */
+void view_legend_draw(const viewer *v, double left);
 /* A press on a handle of the clip box takes the handle; later events move it. True if the clip box
  * used the event. */
 bool view_clip_handle(viewer *v, const stp_window_event *event);

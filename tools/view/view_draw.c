@@ -80,16 +80,19 @@ static void threshold_words(const viewer *v, char text[THRESHOLD_BYTES])
 static void show_title(const viewer *v)
 {
     const stp_draw_params *p = &v->control.params;
+    const stp_draw_stats stats = view_beside_stats(v);
     char title[TITLE_BYTES], lod[LOD_BYTES], reconstruct[16], shade[16], threshold[THRESHOLD_BYTES],
-        colour[80], modes[240], missing[40] = "", more[40] = "", preparing[40] = "";
+        colour[80], modes[240], missing[40] = "", more[40] = "", preparing[40] = "", side[16] = "";
+    if (view_beside_where(v)[0] != '\0')
+        snprintf(side, sizeof side, " (%s)", view_beside_where(v));
     lod_words(v, lod);
     draw_options_word(DRAW_RECONSTRUCTIONS, (int)p->reconstruct, reconstruct);
     draw_options_word(DRAW_SHADES, (int)p->shade, shade);
     colour_words(v, colour);
     mode_words(v, modes);
     threshold_words(v, threshold);
-    if (v->stats.chunks_missing > 0)
-        snprintf(missing, sizeof missing, ", %u chunks missing", v->stats.chunks_missing);
+    if (stats.chunks_missing > 0)
+        snprintf(missing, sizeof missing, ", %u chunks missing", stats.chunks_missing);
     if (v->said_damage)
         snprintf(missing, sizeof missing, ", DAMAGED: see stipple verify");
     if (v->scene.count > 1)
@@ -99,9 +102,9 @@ static void show_title(const viewer *v)
     else if (v->prepare.state != VIEW_PREPARE_NONE)
         snprintf(preparing, sizeof preparing, ", coarse: preparing, %.0f %%",
                  floor(100.0 * v->prepare.done));
-    snprintf(title, sizeof title, "%.160s%s: %.1f ms, %llu points, %s, %s, %s, %s%s%s%s%s",
-             v->scene.models[0].name, more, v->stats.frame_ms,
-             (unsigned long long)v->stats.points_drawn, threshold, lod, reconstruct, shade, colour,
+    snprintf(title, sizeof title, "%.160s%s%s: %.1f ms, %llu points, %s, %s, %s, %s%s%s%s%s",
+             v->scene.models[0].name, more, side, stats.frame_ms,
+             (unsigned long long)stats.points_drawn, threshold, lod, reconstruct, shade, colour,
              modes, missing, preparing);
     stp_window_set_title(v->window, title);
 }
@@ -119,33 +122,37 @@ static void show_damage(viewer *v)
 static void note_frame(viewer *v)
 {
     view_chart *chart = &v->chart;
-    chart->frame_ms[chart->next] = (float)v->stats.frame_ms;
-    chart->points[chart->next] = (float)v->stats.points_drawn;
+    const stp_draw_stats stats = view_beside_stats(v);
+    chart->frame_ms[chart->next] = (float)stats.frame_ms;
+    chart->points[chart->next] = (float)stats.points_drawn;
     chart->next = (chart->next + 1) % VIEW_HISTORY;
     chart->count += chart->count < VIEW_HISTORY;
 }
 
+static bool is_moving(const viewer *v)
+{
+    return v->fps > 0.0 && v->now_s - v->moved_s < REST_S;
+}
+
+/* Whether the next frame is to hold --fps. */
+static bool is_paced(const viewer *v)
+{
+    const stp_draw_params *p = &v->control.params;
+    return is_moving(v) && !p->every_sample && p->lod != STP_LOD_FULL;
+}
+
 /* At rest the threshold is the requested one. */
-static stp_draw_params params_of(viewer *v, bool moving)
+static stp_draw_params params_of(const viewer *v)
 {
     stp_draw_params p = v->control.params;
     p.stream = true;
-    p.hidden_models = 0;
-    for (size_t i = 0; i < v->scene.count; i++)
-        p.hidden_models |= v->scene.models[i].hidden ? 1u << i : 0u;
-    p.refine = v->fps > 0.0 && !moving;
+    p.hidden_models = view_scene_hidden(&v->scene);
+    p.refine = v->fps > 0.0 && !is_moving(v);
     p.every_sample |= p.lod == STP_LOD_FULL;
     p.fade = fmax(exp(-(v->now_s - v->last_frame_s) / FADE_S), FADE_LEAST);
-    v->last_frame_s = v->now_s;
+    if (is_paced(v))
+        p.threshold_px = fmax(p.threshold_px, v->pace.threshold_px);
     return p;
-}
-
-/* Makes threshold and resolution those that hold --fps. */
-static void keep_pace(viewer *v, stp_draw_params *params)
-{
-    stp_pace_ask(&v->pace, v->fps, params->threshold_px);
-    params->threshold_px = v->pace.threshold_px;
-    v->drawn = stp_view_scaled(&v->drawn, v->pace.scale);
 }
 
 /* Makes the view. A camera that sees nothing, for whatever reason, goes home. */
@@ -163,28 +170,44 @@ static stp_status make_view(viewer *v, stp_error *err)
     return status;
 }
 
+static stp_status draw_side(viewer *v, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_draw_params params = params_of(v);
+    v->stats = (stp_draw_stats){0};
+    if (!view_beside_is_shown(v))
+        return STP_OK;
+    STP_TRY(stp_renderer_draw(v->renderer, &v->drawn, &params, &v->stats, err));
+    v->drawn_px = params.every_sample ? 0.0 : params.threshold_px;
+    v->loading |= v->stats.chunks_loading > 0 || stp_renderer_trouble(v->renderer)[0] != '\0';
+    v->resting |= v->stats.more;
+    v->labels.fresh = false;
+    show_damage(v);
+done:
+    return status;
+}
+
 static stp_status draw_scene(viewer *v, stp_error *err)
 {
     stp_status status = STP_OK;
     view_control *c = &v->control;
     v->moved_s = c->changed ? v->now_s : v->moved_s;
-    bool moving = v->fps > 0.0 && v->now_s - v->moved_s < REST_S;
-    stp_draw_params params = params_of(v, moving);
-    bool paced = moving && !params.every_sample;
+    const bool paced = is_paced(v);
     STP_TRY(make_view(v, err));
     v->drawn = c->view;
-    if (paced)
-        keep_pace(v, &params);
-    STP_TRY(stp_renderer_draw(v->renderer, &v->drawn, &params, &v->stats, err));
+    if (paced) { /* threshold and resolution become those that hold --fps */
+        stp_pace_ask(&v->pace, v->fps, view_beside_finest_px(v));
+        v->drawn = stp_view_scaled(&v->drawn, v->pace.scale);
+    }
+    v->loading = false;
+    v->resting = is_moving(v);
+    STP_TRY(view_beside_both(v, draw_side, err));
+    v->last_frame_s = v->now_s;
+    const stp_draw_stats stats = view_beside_stats(v);
     if (paced && c->changed)
-        stp_pace_follow(&v->pace, v->stats.frame_ms, v->stats.points_drawn);
-    v->drawn_px = params.every_sample ? 0.0 : params.threshold_px;
-    v->loading = v->stats.chunks_loading > 0 || stp_renderer_trouble(v->renderer)[0] != '\0';
-    v->resting = v->stats.more || moving;
+        stp_pace_follow(&v->pace, stats.frame_ms, stats.points_drawn);
     note_frame(v);
-    show_damage(v);
     c->changed = false;
-    v->labels.fresh = false;
     v->ui_turns = v->ui_turns > 1 ? v->ui_turns : 1;
 done:
     return status;
@@ -198,29 +221,31 @@ static void look_under(viewer *v)
     v->under = (stp_pick){0};
     if (!inside || v->control.drag != VIEW_REST)
         return;
+    stp_renderer *renderer = view_beside_renderer(v, x);
     view_drawn_pixel(v, &column, &row);
     if (!v->resting && !v->loading) {
-        stp_renderer_pick(v->renderer, column, row, &v->under, NULL);
+        stp_renderer_pick(renderer, column, row, &v->under, NULL);
         return;
     }
     /* picking would restart the refinement */
     float depth = 0.0f;
-    stp_renderer_depth_at(v->renderer, column, row, &depth, NULL);
+    stp_renderer_depth_at(renderer, column, row, &depth, NULL);
     v->under = (stp_pick){.hit = depth > 0.0f, .level = -1, .chunk = STP_PICK_NO_CHUNK};
     v->under.position = stp_unexaggerated(
         &v->control.params, stp_view_unproject(&v->control.view, x + 0.5, y + 0.5, (double)depth));
 }
 
 /* Finds the labels of contours once the picture is at rest; until then those of before stay. */
-static void find_labels(viewer *v)
+static stp_status find_labels(viewer *v, stp_error *err)
 {
     const stp_draw_params *p = &v->control.params;
     if (v->labels.step != p->contour_step || v->labels.base != p->contour_base)
         v->labels.count = 0;
     if (v->labels.fresh || v->resting || v->loading || v->control.drag != VIEW_REST ||
-        view_is_small(v))
-        return;
-    (void)view_labels_find(&v->labels, v->renderer, &v->drawn, p, stp_ui_scale(v->ui), NULL);
+        view_is_small(v) || !view_beside_is_shown(v))
+        return STP_OK;
+    (void)view_labels_find(&v->labels, v->renderer, &v->drawn, p, stp_ui_scale(v->ui), err);
+    return STP_OK;
 }
 
 static void draw_shot(viewer *v)
@@ -237,20 +262,23 @@ static void draw_panels(viewer *v)
 {
     const view_layout *l = &v->layout;
     bool drawing = v->shot.state == VIEW_SHOT_DRAWING; /* then the renderer holds another picture */
+    view_stripe stripes[2];
+    const int stripe_count = view_beside_stripes(v, drawing ? 0 : l->picture_width, stripes);
     stp_ui_begin(v->ui, l->width, l->height, v->now_s - v->last_ui_s);
     v->last_ui_s = v->now_s;
     if (!drawing) {
         if (v->layout.panel.width > 0.0 || v->help || v->control.measuring)
             look_under(v);
-        find_labels(v);
+        (void)view_beside_both(v, find_labels, NULL);
         view_marks_draw(v);
     } else {
         draw_shot(v);
     }
     if (l->panel.width > 0.0)
         view_panels_draw(v);
-    stp_renderer_present(v->renderer, 0, drawing ? 0 : l->picture_width,
-                         drawing ? 0 : l->picture_height);
+    for (int i = 0; i < stripe_count; i++)
+        stp_renderer_present_columns(stripes[i].renderer, 0, l->picture_width, l->picture_height,
+                                     stripes[i].begin, stripes[i].end);
     stp_ui_end(v->ui);
     stp_window_present(v->window);
     show_title(v);
@@ -260,16 +288,23 @@ static void draw_panels(viewer *v)
 static void draw_part(viewer *v)
 {
     stp_error err = {0};
+    view_stripe stripes[2];
+    const int count = view_beside_stripes(v, v->shot.image.width, stripes);
     v->ui_turns = 1;
     v->control.changed = true; /* the viewer's picture was overwritten */
-    if (view_shot_draw(&v->shot, v->renderer, &v->control.params, &err) != STP_OK)
+    if (view_shot_draw(&v->shot, stripes, count, &err) != STP_OK)
         view_note(v, "%s", err.message);
 }
 
 /* True if chunks have arrived, or it is time to request again what could not be read. */
 static bool has_come(const viewer *v)
 {
-    return stp_renderer_has_news(v->renderer) || stp_renderer_trouble(v->renderer)[0] != '\0';
+    view_stripe stripes[2];
+    bool come = false;
+    for (int i = view_beside_stripes(v, v->layout.picture_width, stripes); i-- > 0;)
+        come |= stp_renderer_has_news(stripes[i].renderer) ||
+                stp_renderer_trouble(stripes[i].renderer)[0] != '\0';
+    return come;
 }
 
 stp_status view_draw(viewer *v, stp_error *err)

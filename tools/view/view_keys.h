@@ -28,6 +28,8 @@
     X("M            ", "measure: two clicks give a distance")                                      \
     X("T            ", "profile: the heights along the last measured line")                        \
     X("F            ", "mark what is under the cursor")                                            \
+    X("V , . Y      ",                                                                             \
+      "--beside: both sides, left, right alone; move the divider; swap the sides")                 \
     X("B            ", "keep this view; 1 to 9 go to the kept views")                              \
     X("P            ", "screenshot in the size set in the panel")                                  \
     X("Ctrl+O       ", "open another model or scan, or add one; lists those opened last")          \

@@ -79,12 +79,12 @@ static const char *title(const viewer *v)
     return shown ? stp_shown_name(shown, range) : "intensity";
 }
 
-void view_legend_draw(const viewer *v)
+void view_legend_draw(const viewer *v, double left)
 {
     const stp_draw_params *p = &v->control.params;
     const double s = stp_ui_scale(v->ui), line = 1.6 * stp_ui_text_height();
     const double height = fmin(BAR_HEIGHT_PX * s, 0.5 * v->layout.picture_height);
-    const double x = 12.0 * s, width = BAR_WIDTH_PX * s, step = height / STEPS;
+    const double x = left + 12.0 * s, width = BAR_WIDTH_PX * s, step = height / STEPS;
     const double low = v->layout.height - 0.5 * (v->layout.picture_height - height);
     char text[96];
     if (!is_graded(p))

@@ -306,18 +306,31 @@ static void draw_contour_labels(const viewer *v)
     }
 }
 
+/* Draws what belongs to one side, within its stripe. */
+static stp_status draw_side(viewer *v, stp_error *err)
+{
+    stp_ui_rect stripe;
+    (void)err;
+    if (!view_beside_rect(v, &stripe))
+        return STP_OK;
+    stp_ui_clip_push(&stripe);
+    draw_contour_labels(v);
+    view_legend_draw(v, stripe.x);
+    stp_ui_clip_pop();
+    return STP_OK;
+}
+
 void view_marks_draw(viewer *v)
 {
     const stp_ui_rect picture = {0.0, v->layout.height - v->layout.picture_height,
                                  v->layout.picture_width, v->layout.picture_height};
     stp_ui_clip_push(&picture);
-    draw_contour_labels(v);
-    view_legend_draw(v);
+    (void)view_beside_both(v, draw_side, NULL);
     draw_clip(v);
     view_marked_draw(v);
     draw_measure(v);
     draw_pivot(v);
-    draw_status(v, draw_prepare(v, draw_trouble(v, &picture)));
+    draw_status(v, view_beside_draw(v, draw_prepare(v, draw_trouble(v, &picture))));
     view_profile_draw(v);
     stp_ui_clip_pop();
     draw_help(v);

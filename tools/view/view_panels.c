@@ -170,16 +170,16 @@ static float greatest(const float *values, int count)
 void view_panel_numbers(viewer *v)
 {
     const view_chart *chart = &v->chart;
+    const stp_draw_stats stats = view_beside_stats(v);
     char text[160], count[32], bytes[32];
     int first = chart->count == VIEW_HISTORY ? chart->next : 0;
-    snprintf(text, sizeof text, "%.1f ms a frame", v->stats.frame_ms);
+    snprintf(text, sizeof text, "%.1f ms a frame", stats.frame_ms);
     stp_ui_chart(text, chart->frame_ms, chart->count, first,
                  greatest(chart->frame_ms, chart->count));
-    format_count(v->stats.points_drawn, count);
+    format_count(stats.points_drawn, count);
     snprintf(text, sizeof text, "%s points", count);
     stp_ui_chart(text, chart->points, chart->count, first, greatest(chart->points, chart->count));
-    snprintf(text, sizeof text, "%u drawn, %u missing", v->stats.chunks_drawn,
-             v->stats.chunks_missing);
+    snprintf(text, sizeof text, "%u drawn, %u missing", stats.chunks_drawn, stats.chunks_missing);
     stp_ui_row("chunks", text);
     stp_memory_use use = stp_renderer_memory(v->renderer);
     char used[32];
@@ -205,8 +205,9 @@ void view_panels_draw(viewer *v)
         VIEW_SECTION_LIST(X)
 #undef X
     };
+    const int first = v->beside.other.options != NULL ? 0 : VIEW_SECTION_BESIDE + 1;
     if (stp_ui_panel_begin("panel", &v->layout.panel))
-        for (int i = 0; i < VIEW_SECTION_COUNT; i++) {
+        for (int i = first; i < VIEW_SECTION_COUNT; i++) {
             stp_ui_push_id(i);
             if (stp_ui_section(sections[i].title, &v->open[i])) {
                 sections[i].draw(v);

@@ -241,6 +241,19 @@ static void finish(viewer *v)
     fprintf(stderr, "stipple view: %s\n", p->why);
 }
 
+/* Shows the model if it was kept meanwhile: by the side beside this one, or by another process. */
+static bool show_kept(viewer *v)
+{
+    view_prepare *p = &v->prepare;
+    if (!p->scan.folder || access(p->scan.path, F_OK) != 0 ||
+        show_file(v, p->scan.path, p->arguments[0], false, NULL) != STP_OK)
+        return false;
+    open_scan_opened(&p->scan);
+    view_prepare_end(p);
+    v->control.wants |= VIEW_WANTS_RANGE;
+    return true;
+}
+
 void view_prepare_turn(viewer *v)
 {
     view_prepare *p = &v->prepare;
@@ -249,7 +262,8 @@ void view_prepare_turn(viewer *v)
     if (p->state == VIEW_PREPARE_WAITING && v->chart.count > 0 && !v->loading) {
         if (p->scan.found) /* but damaged */
             (void)unlink(p->scan.path);
-        view_prepare_start(p, v->common->threads);
+        if (!show_kept(v))
+            view_prepare_start(p, v->common->threads);
         if (p->state == VIEW_PREPARE_FAILED)
             fprintf(stderr, "stipple view: %s\n", p->why);
     } else if (p->state == VIEW_PREPARE_RUNNING && !view_prepare_listen(p)) {

@@ -154,6 +154,14 @@ void view_scene_remove(view_scene *scene, size_t index)
     view_scene_update(scene);
 }
 
+uint32_t view_scene_hidden(const view_scene *scene)
+{
+    uint32_t hidden = 0;
+    for (size_t i = 0; i < scene->count; i++)
+        hidden |= scene->models[i].hidden ? 1u << i : 0u;
+    return hidden;
+}
+
 void view_scene_update(view_scene *scene)
 {
     bool any = false, intensities = false;

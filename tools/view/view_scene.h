@@ -48,6 +48,8 @@ size_t view_scene_find(const view_scene *scene, const char *path);
 /* "" if it is not known, or if models or axes do not agree. */
 const char *view_scene_unit(const view_scene *scene, view_unit of);
 void view_scene_remove(view_scene *scene, size_t index);
+/* Bit set of the models that are hidden, as in stp_draw_params. */
+uint32_t view_scene_hidden(const view_scene *scene);
 /* Recomputes box and counts after models were shown or hidden. */
 void view_scene_update(view_scene *scene);
 void view_scene_clear(view_scene *scene);

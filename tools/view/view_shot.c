@@ -52,31 +52,45 @@ static void *write_image(void *context)
     return NULL;
 }
 
-/* Copies a part and turns its rows from bottom-up to top-down. */
-static void take_part(view_shot *shot, int x, int y)
+/* Copies the columns from begin up to end of a part and turns its rows from bottom-up to top-down.
+ */
+static void take_part(view_shot *shot, int x, int y, int begin, int end)
 {
-    int width = shot->image.width - x < PART_PX ? shot->image.width - x : PART_PX;
     int height = shot->image.height - y < PART_PX ? shot->image.height - y : PART_PX;
     for (int row = 0; row < height; row++) {
         size_t to = (size_t)(shot->image.height - 1 - y - row) * (size_t)shot->image.width;
-        memcpy(shot->image.rgba + 4 * (to + (size_t)x),
-               shot->part + 4 * ((size_t)(row + RIM_PX) * SIDE_PX + RIM_PX), 4 * (size_t)width);
+        size_t from = (size_t)(row + RIM_PX) * SIDE_PX + RIM_PX + (size_t)(begin - x);
+        memcpy(shot->image.rgba + 4 * (to + (size_t)begin), shot->part + 4 * from,
+               4 * (size_t)(end - begin));
     }
 }
 
-stp_status view_shot_draw(view_shot *shot, stp_renderer *renderer, const stp_draw_params *params,
-                          stp_error *err)
+static stp_status draw_stripe(view_shot *shot, const view_stripe *stripe, int x, int y,
+                              stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_draw_params waiting = *params;
+    stp_draw_params waiting = stripe->params;
+    stp_view part = stp_view_part(&shot->view, x - RIM_PX, y - RIM_PX, SIDE_PX, SIDE_PX);
+    const int begin = stripe->begin > x ? stripe->begin : x;
+    const int end = stripe->end < x + PART_PX ? stripe->end : x + PART_PX;
+    if (begin >= end)
+        return STP_OK;
+    waiting.stream = waiting.refine = false;
+    STP_TRY(stp_renderer_draw(stripe->renderer, &part, &waiting, NULL, err));
+    STP_TRY(stp_renderer_read(stripe->renderer, shot->part, err));
+    take_part(shot, x, y, begin, end);
+done:
+    return status;
+}
+
+stp_status view_shot_draw(view_shot *shot, const view_stripe *stripes, int count, stp_error *err)
+{
+    stp_status status = STP_OK;
     int across = parts_along(shot->view.width);
     int x = shot->next % across * PART_PX, y = shot->next / across * PART_PX;
-    stp_view part = stp_view_part(&shot->view, x - RIM_PX, y - RIM_PX, SIDE_PX, SIDE_PX);
-    waiting.stream = waiting.refine = false;
     shot->state = VIEW_SHOT_FAILED;
-    STP_TRY(stp_renderer_draw(renderer, &part, &waiting, NULL, err));
-    STP_TRY(stp_renderer_read(renderer, shot->part, err));
-    take_part(shot, x, y);
+    for (int i = 0; i < count; i++)
+        STP_TRY(draw_stripe(shot, &stripes[i], x, y, err));
     shot->state = VIEW_SHOT_DRAWING;
     if (++shot->next < shot->count)
         return STP_OK;

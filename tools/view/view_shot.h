@@ -14,6 +14,13 @@
 
 #define VIEW_SHOT_LIMIT 16384
 
+/* Columns of a picture, from `begin` on and before `end`, and what draws them. */
+typedef struct view_stripe {
+    stp_renderer *renderer;
+    stp_draw_params params;
+    int begin, end;
+} view_stripe;
+
 typedef enum view_shot_state {
     VIEW_SHOT_NONE,
     VIEW_SHOT_DRAWING,
@@ -39,10 +46,9 @@ typedef struct view_shot {
 
 /* Begins a picture of this view, in the view's size. Errors: LIMIT (size), OUT_OF_MEMORY. */
 stp_status view_shot_begin(view_shot *shot, const stp_view *view, const char *path, stp_error *err);
-/* Draws one more part, with its cut complete. After the last part, writing begins. Errors: those of
- * drawing; the shot is FAILED then. */
-stp_status view_shot_draw(view_shot *shot, stp_renderer *renderer, const stp_draw_params *params,
-                          stp_error *err);
+/* Draws one more part, with its cut complete. After the last part, writing begins. stripes: of the
+ * whole picture; together they cover it. Errors: those of drawing; the shot is FAILED then. */
+stp_status view_shot_draw(view_shot *shot, const view_stripe *stripes, int count, stp_error *err);
 /* Checks whether writing has ended. Errors: those of stp_image_save. */
 stp_status view_shot_poll(view_shot *shot, stp_error *err);
 /* The part of drawing that is done, 0 to 1. */

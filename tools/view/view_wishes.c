@@ -27,7 +27,7 @@ void view_layout_update(viewer *v)
     v->layout = l;
 }
 
-stp_status view_go_home(viewer *v, stp_error *err)
+static stp_status go_home(viewer *v, stp_error *err)
 {
     draw_options o = *v->options;
     stp_status status = STP_OK;
@@ -45,6 +45,14 @@ stp_status view_go_home(viewer *v, stp_error *err)
     v->control.camera = camera;
     v->control.changed = true;
 done:
+    return status;
+}
+
+stp_status view_go_home(viewer *v, stp_error *err)
+{
+    const int side = view_beside_use(v, 0); /* the start view is the first side's */
+    const stp_status status = go_home(v, err);
+    view_beside_use(v, side);
     return status;
 }
 
@@ -142,7 +150,7 @@ static void poll_shot(viewer *v)
 void view_save_bookmarks(viewer *v)
 {
     stp_error err = {0};
-    if (view_bookmarks_save(&v->bookmarks, v->scene.models[0].path, &err) == STP_OK)
+    if (view_bookmarks_save(&v->bookmarks, view_beside_first(v)->models[0].path, &err) == STP_OK)
         view_note(v, "the views are in %s", v->bookmarks.path);
     else
         view_note(v, "%s", err.message);
@@ -196,14 +204,18 @@ static void survey(viewer *v)
 
 void view_ball_changed(viewer *v)
 {
-    v->control.ball = draw_exaggerate_ball(&v->control.params, &v->scene.ball, &v->scene.box);
+    const stp_dbox *own = &v->scene.box, box = view_beside_box(v);
+    const bool all = stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) ==
+                     stp_dvec3_length(stp_dvec3_sub(own->max, own->min));
+    const stp_ball ball = all ? v->scene.ball : stp_ball_from_box(&box);
+    v->control.ball = draw_exaggerate_ball(&v->control.params, &ball, &box);
 }
 
 void view_exaggerate(viewer *v, double times)
 {
     view_control *c = &v->control;
     const stp_draw_params before = c->params;
-    draw_exaggerate_set(&c->params, times > 0.0 ? times : 1.0, &v->scene.box);
+    draw_exaggerate_set(&c->params, times > 0.0 ? times : 1.0, &view_beside_first(v)->box);
     draw_exaggerate_camera(&c->params, &before, &c->camera);
     c->centre = stp_exaggerated(&c->params, stp_unexaggerated(&before, c->centre));
     c->pivot = stp_exaggerated(&c->params, stp_unexaggerated(&before, c->pivot));
@@ -313,6 +325,7 @@ stp_status view_fulfil(viewer *v, stp_error *err)
     stp_status status = STP_OK;
     uint32_t wants = v->control.wants;
     v->control.wants = 0;
+    view_beside_link(v);
     poll_shot(v);
     view_profile_turn(v);
     if (wants & VIEW_WANTS_QUIT)
@@ -321,8 +334,10 @@ stp_status view_fulfil(viewer *v, stp_error *err)
         escape(v);
     if (wants & VIEW_WANTS_HOME)
         STP_TRY(view_go_home(v, err));
-    if (wants & VIEW_WANTS_RANGE)
-        STP_TRY(set_range(v, err));
+    if (wants & VIEW_WANTS_RANGE) {
+        STP_TRY(view_beside_both(v, set_range, err));
+        view_beside_join_ranges(v);
+    }
     if (wants & VIEW_WANTS_PICK)
         pick(v);
     if (wants & VIEW_WANTS_MARK)

@@ -33,7 +33,7 @@ void view_mark_here(viewer *v)
         view_note(v, "there are %d marks already: remove one", VIEW_MARKED_LIMIT);
         return;
     }
-    if (view_marked_save(&v->marked, v->scene.models[0].path, &err) == STP_OK)
+    if (view_marked_save(&v->marked, view_beside_first(v)->models[0].path, &err) == STP_OK)
         view_note(v, "the marks are in %s", v->marked.path);
     else
         view_note(v, "%s", err.message);
@@ -49,8 +49,9 @@ static bool is_hidden(const viewer *v, stp_dvec3 place)
     int x = (int)floor(w.x), y = (int)floor(w.y);
     if (w.x < 0.0 || w.y < 0.0 || w.x >= view->width || w.y >= view->height)
         return false;
+    stp_renderer *renderer = view_beside_renderer(v, w.x);
     view_drawn_pixel(v, &x, &y);
-    if (stp_renderer_depth_at(v->renderer, x, y, &depth, NULL) != STP_OK || !(depth > 0.0f))
+    if (stp_renderer_depth_at(renderer, x, y, &depth, NULL) != STP_OK || !(depth > 0.0f))
         return false;
     return (double)depth + HIDES_PX * pixel + HIDES_SHARE * w.z < w.z;
 }
@@ -99,7 +100,7 @@ static void go_to(viewer *v, const view_mark *mark)
 static void save(viewer *v)
 {
     stp_error err = {0};
-    if (view_marked_save(&v->marked, v->scene.models[0].path, &err) != STP_OK)
+    if (view_marked_save(&v->marked, view_beside_first(v)->models[0].path, &err) != STP_OK)
         view_note(v, "%s", err.message);
 }
 
