@@ -149,13 +149,6 @@ typedef struct stp_raster {
     double across[2][6]; /* unless it is level, all but [k][0] are floats: a block stores them so */
 } stp_raster;
 
-/* Whether heights are the world's, as those of a survey or a microscope; else it is an elevation
- * map's. */
-static inline bool stp_raster_is_upright(const stp_raster *raster)
-{
-    return raster->axis == 2 && raster->across[0][3] == 0.0 && raster->across[1][3] == 0.0;
-}
-
 /* A patch whose level-0 samples are those of a square of 8 x 8 of a grid, in Morton order. */
 typedef struct stp_square {
     uint64_t samples;     /* bit i: the square has sample i in Morton order; none: not a square */

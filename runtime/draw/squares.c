@@ -85,10 +85,15 @@ static stp_gpu_square record_of(const stp_square *square, const stp_raster *rast
                           .overlaps = !stp_raster_is_upright(raster)};
     for (int i = 0; i < 3; i++)
         out.origin[i] = patch->origin[i] + chunk->offset[i];
-    for (int k = 0; k < 2; k++) {
-        out.column[k] = (float)raster->across[k][1];
-        out.row[k] = (float)raster->across[k][2];
-        out.up[k] = (float)raster->across[k][3];
+    const double height = (double)patch->bound_centre[raster->axis];
+    const double column = (square->column + 0.5) * STP_SQUARE_SIDE;
+    const double row = (square->row + 0.5) * STP_SQUARE_SIDE;
+    for (int k = 0; k < 2;
+         k++) { /* a camera's columns and rows spread: as in the square's middle */
+        const double *a = raster->across[k];
+        out.column[k] = (float)(a[1] + height * a[4]);
+        out.row[k] = (float)(a[2] + height * a[5]);
+        out.up[k] = (float)(a[3] + column * a[4] + row * a[5]);
     }
     return out;
 }

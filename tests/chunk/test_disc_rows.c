@@ -63,7 +63,7 @@ static stp_chunk *make_chunk(surface *height, double noise, double missing)
 /* Discs of a neighbour that go on beside the grid, and one far away. */
 static stp_surroundings make_around(const stp_chunk *chunk, stp_flat_disc discs[ROWS + 1])
 {
-    const double(*a)[4] = chunk->rasters[0].across;
+    const double(*a)[6] = chunk->rasters[0].across;
     for (int row = 0; row <= ROWS; row++) {
         const int column = row < ROWS ? COLUMNS + row % 2 : COLUMNS * 50;
         discs[row] = (stp_flat_disc){

@@ -70,7 +70,8 @@ static bool grid_has(const stp_chunk *chunk, int64_t column, int64_t row, bool *
         }
         if (of[0] == at[0] && of[1] == at[1])
             there |=
-                square->samples >> stp_square_place((uint32_t)column & 7u, (uint32_t)row & 7u) & 1u;
+                square->samples >> stp_square_morton((uint32_t)column & 7u, (uint32_t)row & 7u) &
+                1u;
     }
     *told = at[0] >= least[0] && at[0] <= most[0] && at[1] >= least[1] && at[1] <= most[1];
     return there;

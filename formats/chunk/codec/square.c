@@ -76,7 +76,7 @@ static bool find_square(const stp_raster *raster, const stp_patch *patch, const 
         if (!find_place(raster, (const double[3]){p.x, p.y, p.z}, at))
             return false;
         const stp_square own = {.column = at[0] / STP_SQUARE_SIDE, .row = at[1] / STP_SQUARE_SIDE};
-        const int bit = (int)stp_square_place(at[0] % STP_SQUARE_SIDE, at[1] % STP_SQUARE_SIDE);
+        const int bit = (int)stp_square_morton(at[0] % STP_SQUARE_SIDE, at[1] % STP_SQUARE_SIDE);
         if (bit <= before || (i > 0 && (own.column != out->column || own.row != out->row)))
             return false;
         out->column = own.column;

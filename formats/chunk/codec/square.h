@@ -35,7 +35,7 @@ static inline uint32_t stp_square_row(uint32_t i)
 }
 
 /* The place in Morton order of a column and row of a square. */
-static inline uint32_t stp_square_place(uint32_t column, uint32_t row)
+static inline uint32_t stp_square_morton(uint32_t column, uint32_t row)
 {
     const uint32_t c = (column & 1u) | (column & 2u) << 1 | (column & 4u) << 2;
     const uint32_t r = (row & 1u) | (row & 2u) << 1 | (row & 4u) << 2;
@@ -48,6 +48,14 @@ static inline bool stp_raster_spreads(const stp_raster *raster)
 {
     const double(*a)[6] = raster->across;
     return a[0][4] != 0.0 || a[0][5] != 0.0 || a[1][4] != 0.0 || a[1][5] != 0.0;
+}
+
+/* Whether heights are the world's, as those of a survey or a microscope; else they are those of an
+ * elevation map or a camera. */
+static inline bool stp_raster_is_upright(const stp_raster *raster)
+{
+    return raster->axis == 2 && raster->across[0][3] == 0.0 && raster->across[1][3] == 0.0 &&
+           !stp_raster_spreads(raster);
 }
 
 /* Finds the squares of a block with all levels whose rasters are set: all of one level raster, or
