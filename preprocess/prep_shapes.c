@@ -1,5 +1,39 @@
-/* Cuts lines and triangles into leaves. */
+/* Cuts lines and triangles into leaves; how far points and shapes reach. */
 #include "preprocess/prep_job.h"
+
+static void add_finite(stp_dbox *box, const stp_line_vertex *vertices, uint64_t count)
+{
+    for (uint64_t i = 0; i < count; i++)
+        if (stp_dvec3_finite(vertices[i].position))
+            stp_dbox_add(box, vertices[i].position);
+}
+
+stp_status stp_prep_side(double *out, const stp_prep_source *source, const stp_prep_stats *stats,
+                         stp_error *err)
+{
+    stp_dbox box = stats->box;
+    if (source->lines)
+        add_finite(&box, source->lines->vertices, source->lines->vertex_count);
+    if (source->triangles)
+        add_finite(&box, source->triangles->vertices, source->triangles->vertex_count);
+    *out = 0.0;
+    if (stp_dbox_is_empty(&box))
+        return STP_OK;
+    const double far = fmax(fmax(fmax(fabs(box.min.x), fabs(box.min.y)), fabs(box.min.z)),
+                            fmax(fmax(fabs(box.max.x), fabs(box.max.y)), fabs(box.max.z)));
+    *out = stp_dbox_side(&box);
+    if (far > STP_COORDINATE_LIMIT)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: a coordinate is %g, and they may reach %g: give the scan in "
+                             "larger units, or without points that are none",
+                             source->files[0].name, far, STP_COORDINATE_LIMIT);
+    if (*out > 0.0 && *out < STP_SIDE_LEAST)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: it is only %g across, and %g is the least: give the scan in "
+                             "smaller units",
+                             source->files[0].name, *out, STP_SIDE_LEAST);
+    return STP_OK;
+}
 
 static uint64_t shape_bytes(const stp_line_set *lines, const stp_triangle_set *triangles)
 {

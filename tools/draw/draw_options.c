@@ -99,8 +99,8 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES,
          "shading; unlit: colours without light (the model's default, else phong)", &o->has_shade},
         {"--grid-draw", 0, CLI_CHOICE, &o->grid_draw, DRAW_GRIDS,
-         "finest samples of grids and maps: points, triangles; auto: triangles where samples lie "
-         "some pixels apart (auto)",
+         "finest samples of grids and maps; auto: triangles where they lie some pixels apart "
+         "(auto)",
          NULL},
         {"--colour", 0, CLI_STRING, &o->colour_name, DRAW_COLOURS,
          "colour of samples; or the name of an attribute that prep kept, like gps_time (rgb)",
@@ -111,9 +111,7 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--colour-range", 0, CLI_STRING, &o->colour_range, "LOW,HIGH",
          "ends of the palette: intensity 0 to 1, elevation in z (2nd to 98th percentile)", NULL},
         {"--overlay", 0, CLI_NUMBER, &o->overlay, "AMOUNT",
-         "share of --shade level, chunk, error, confidence, primitive in colours, up to 1 (0: "
-         "alone)",
-         NULL},
+         "share of an overlay (--shade level to primitive) in colours, up to 1 (0: alone)", NULL},
         {"--edl", 0, CLI_AMOUNT, &o->edl, "[STRENGTH]",
          "eye-dome lighting: darken edges in depth (1)", NULL},
         {"--light", 0, CLI_STRING, &o->light, "AZIMUTH,ALTITUDE",

@@ -2,7 +2,6 @@
 #include "tools/view/beside/view_beside.h"
 
 #include "tools/view/view_app.h"
-#include "tools/view/view_prepare.h"
 
 #include <math.h>
 #include <string.h>
@@ -59,17 +58,6 @@ int view_beside_use(viewer *v, int side)
     return before;
 }
 
-void view_beside_prepare(viewer *v)
-{
-    const int here = v->beside.here;
-    for (int side = 0; side <= (int)has_other(v); side++) {
-        view_beside_use(v, side);
-        if (v->beside.other.prepare.state != VIEW_PREPARE_RUNNING)
-            view_prepare_turn(v);
-    }
-    view_beside_use(v, here);
-}
-
 void view_beside_join_ranges(viewer *v)
 {
     view_beside *b = &v->beside;
@@ -84,18 +72,6 @@ void view_beside_join_ranges(viewer *v)
     range[0] = fmin(range[0], b->params.colour_range[0]);
     range[1] = fmax(range[1], b->params.colour_range[1]);
     memcpy(b->params.colour_range, range, sizeof b->params.colour_range);
-}
-
-stp_status view_beside_begin(viewer *v, stp_error *err)
-{
-    stp_error why = {0};
-    const stp_status status = view_beside_both(v, view_scene_changed, &why);
-    if (status != STP_OK)
-        return stp_error_set(err, status, "%s%s", why.message,
-                             status == STP_LIMIT && has_other(v) ? ", for each of the sides" : "");
-    v->beside.linked = v->control.params;
-    view_beside_join_ranges(v);
-    return STP_OK;
 }
 
 /* ---- the divider ---- */
