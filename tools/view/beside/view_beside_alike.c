@@ -97,7 +97,7 @@ void view_beside_name(const viewer *v, char name[VIEW_SIDE_NAME])
     say_others(v, name);
     for (size_t i = 0; i < SETTING_COUNT; i++) {
         char word[64];
-        const char *at = (const char *)&v->control.params + settings[i].at;
+        const void *at = (const char *)&v->control.params + settings[i].at;
         if (!settings[i].before || is_alike(i, &v->control.params, &b->params))
             continue;
         if (!settings[i].words)
