@@ -226,9 +226,9 @@ typedef struct stp_draw_params {
     /* Values at the low and high end of the palette: intensity from 0 to 1, elevation as the
      * model's z. A viewer may start with the 2nd and 98th percentile: stp_model_colour_range. */
     double colour_range[2];
-    /* For STP_SHADE_LEVEL, CHUNK, ERROR and CONFIDENCE. 0: shows the overlay's colours alone,
-     * unlit. Otherwise, up to 1: the share of the overlay mixed into the samples' colours, lit as
-     * by PHONG. */
+    /* For STP_SHADE_LEVEL, CHUNK, ERROR, CONFIDENCE and PRIMITIVE. 0: shows the overlay's colours
+     * alone, unlit. Otherwise, up to 1: the share of the overlay mixed into the samples' colours,
+     * lit as by PHONG. */
     double overlay;
     double edl; /* eye-dome lighting. 0: none; 1: what other viewers start with; more: darker */
     /* Direction towards the light, of any length, in world coordinates. 0 0 0: the light moves with

@@ -326,8 +326,8 @@ stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payl
  * parent and first_child are handles here; finish turns them into ids. */
 stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
                                    const stp_chunk_entry *entry, uint32_t *handle, stp_error *err);
-/* The same with the records of its blocks, which stp_block_records_make makes on any thread. */
 struct stp_bytes;
+/* The same with the records of its blocks, which stp_block_records_make makes on any thread. */
 stp_status stp_chunk_writer_append_made(stp_chunk_writer *writer, const void *payload,
                                         const struct stp_bytes *records,
                                         const stp_chunk_entry *entry, uint32_t *handle,

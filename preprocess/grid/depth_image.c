@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
 /* Farthest that a point may lie off its ray, in pixels. */
 #define OFF_MOST 0.0625
 /* Least variance of columns and of rows, from -1 to 1, that tells rays. */
@@ -207,7 +206,7 @@ static bool is_one_surface(const stp_depth_images *images, uint32_t image, uint3
     return step <= fmax(widths, images->rays[image].step_most);
 }
 
-static unsigned root_of(const uint8_t parent[SQUARE_SAMPLES], unsigned i)
+static unsigned root_of(const uint8_t parent[STP_SQUARE_SAMPLES], unsigned i)
 {
     while (parent[i] != i)
         i = parent[i];
@@ -217,7 +216,7 @@ static unsigned root_of(const uint8_t parent[SQUARE_SAMPLES], unsigned i)
 /* Joins a pixel of a square with those before it: to the left and in the row above. */
 static void join_before(const stp_depth_images *images, uint32_t image,
                         const uint32_t points[STP_SQUARE_SIDE][STP_SQUARE_SIDE], unsigned column,
-                        unsigned row, uint8_t parent[SQUARE_SAMPLES])
+                        unsigned row, uint8_t parent[STP_SQUARE_SAMPLES])
 {
     static const int before[4][2] = {{-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
     for (int k = 0; k < 4; k++) {
@@ -243,9 +242,9 @@ static stp_status cut_square(listing *l, const stp_depth_images *images, uint32_
 {
     stp_status status = STP_OK;
     uint32_t points[STP_SQUARE_SIDE][STP_SQUARE_SIDE];
-    uint8_t parent[SQUARE_SAMPLES];
-    stp_depth_square pieces[SQUARE_SAMPLES] = {0};
-    for (unsigned i = 0; i < SQUARE_SAMPLES; i++) {
+    uint8_t parent[STP_SQUARE_SAMPLES];
+    stp_depth_square pieces[STP_SQUARE_SAMPLES] = {0};
+    for (unsigned i = 0; i < STP_SQUARE_SAMPLES; i++) {
         const unsigned c = i % STP_SQUARE_SIDE, r = i / STP_SQUARE_SIDE;
         points[r][c] =
             stp_depth_point(images, image, column * STP_SQUARE_SIDE + c, row * STP_SQUARE_SIDE + r);
@@ -253,14 +252,14 @@ static stp_status cut_square(listing *l, const stp_depth_images *images, uint32_
         if (points[r][c] != STP_PIXEL_NONE)
             join_before(images, image, points, c, r, parent);
     }
-    for (unsigned k = 0; k < SQUARE_SAMPLES; k++) {
+    for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         const unsigned c = stp_square_column(k), r = stp_square_row(k);
         const unsigned root = root_of(parent, r * STP_SQUARE_SIDE + c);
         if (points[r][c] == STP_PIXEL_NONE)
             continue;
         pieces[root].samples |= UINT64_C(1) << k;
     }
-    for (unsigned i = 0; i < SQUARE_SAMPLES; i++) {
+    for (unsigned i = 0; i < STP_SQUARE_SAMPLES; i++) {
         if (pieces[i].samples == 0)
             continue;
         pieces[i].image = image;
@@ -292,7 +291,7 @@ static stp_status cut_image(listing *l, const stp_depth_images *images, uint32_t
         for (uint64_t i = 0; i < (uint64_t)side * side; i++) {
             const uint64_t c = stp_square_column((uint32_t)i) + (wide ? begin : 0);
             const uint64_t r = stp_square_row((uint32_t)i) + (wide ? 0 : begin);
-            stp_cloud_stride(images->cloud->spill, i * SQUARE_SAMPLES, SQUARE_SAMPLES);
+            stp_cloud_stride(images->cloud->spill, i * STP_SQUARE_SAMPLES, STP_SQUARE_SAMPLES);
             if (c < columns && r < rows)
                 STP_TRY(cut_square(l, images, image, (uint32_t)c, (uint32_t)r, err));
         }
@@ -313,12 +312,10 @@ static stp_leaf_extent extent_of(const void *context, uint32_t index)
     const stp_depth_images *images = c->images;
     const stp_depth_square *square = &images->squares[index];
     stp_leaf_extent out = {stp_dbox_empty(), INT_MAX, INT_MIN};
-    for (unsigned k = 0; k < SQUARE_SAMPLES; k++) {
+    for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
-        const uint32_t point = stp_depth_point(
-            images, square->image, square->column * STP_SQUARE_SIDE + stp_square_column(k),
-            square->row * STP_SQUARE_SIDE + stp_square_row(k));
+        const uint32_t point = stp_depth_square_point(images, square, k);
         const stp_dvec3 at = images->cloud->points[point].position;
         const int exponent =
             stp_point_exponent(at, stp_depth_spacing(images, square->image, point), c->params);

@@ -12,6 +12,7 @@
 #ifndef STP_PREPROCESS_GRID_DEPTH_IMAGE_H
 #define STP_PREPROCESS_GRID_DEPTH_IMAGE_H
 
+#include "formats/chunk/codec/square.h"
 #include "preprocess/orient/pixel_image.h"
 #include "preprocess/tree/chunk_build.h"
 #include "preprocess/tree/leaf_cut.h"
@@ -60,6 +61,15 @@ static inline uint32_t stp_depth_point(const stp_depth_images *images, uint32_t 
     const bool turned = images->rays[image].turned;
     const uint32_t c = turned ? row : column, r = turned ? column : row;
     return c < m->columns && r < m->rows ? m->points[(uint64_t)r * m->columns + c] : STP_PIXEL_NONE;
+}
+
+/* The point of a sample of a square, in Morton order. */
+static inline uint32_t stp_depth_square_point(const stp_depth_images *images,
+                                              const stp_depth_square *square, unsigned sample)
+{
+    return stp_depth_point(images, square->image,
+                           square->column * STP_SQUARE_SIDE + stp_square_column(sample),
+                           square->row * STP_SQUARE_SIDE + stp_square_row(sample));
 }
 
 /* A point as its camera sees it: two tangents and the logarithm of its depth. So lengths are in

@@ -7,8 +7,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
-
 typedef struct making {
     const stp_depth_images *images;
     const stp_point_item_params *params;
@@ -21,24 +19,16 @@ typedef struct making {
     uint32_t square_count, count, together_count;
 } making;
 
-static uint32_t point_of(const stp_depth_images *images, const stp_depth_square *square,
-                         unsigned sample)
-{
-    return stp_depth_point(images, square->image,
-                           square->column * STP_SQUARE_SIDE + stp_square_column(sample),
-                           square->row * STP_SQUARE_SIDE + stp_square_row(sample));
-}
-
 /* The middle of a patch, as its camera sees it, and its mean normal. */
 static stp_place place_of(const making *m, const stp_depth_square *square)
 {
     const stp_depth_images *images = m->images;
     stp_dvec3 middle = {0.0, 0.0, 0.0}, normal = {0.0, 0.0, 0.0};
     double area = 0.0, count = 0.0;
-    for (unsigned k = 0; k < SQUARE_SAMPLES; k++) {
+    for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
-        const uint32_t point = point_of(images, square, k);
+        const uint32_t point = stp_depth_square_point(images, square, k);
         const stp_dvec3 at = stp_depth_view(images, square->image, point);
         const double spacing = stp_depth_spacing(images, square->image, point) / exp(at.z);
         middle = stp_dvec3_add(middle, at);
@@ -122,10 +112,10 @@ static void move_to_ray(const making *m, const stp_depth_square *square, unsigne
 static void add_square(making *m, uint32_t index)
 {
     const stp_depth_square *square = &m->squares[m->order[index]];
-    for (unsigned k = 0; k < SQUARE_SAMPLES; k++) {
+    for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
-        const uint32_t point = point_of(m->images, square, k);
+        const uint32_t point = stp_depth_square_point(m->images, square, k);
         stp_item *item = &m->items[m->count];
         m->points[m->count++] = point;
         *item = stp_point_item_of(m->images->cloud, point,
@@ -198,9 +188,9 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
                 .params = params,
                 .squares = images->squares + run->begin,
                 .square_count = run->end - run->begin};
-    STP_TRY(stp_alloc(&m.items, (size_t)m.square_count * SQUARE_SAMPLES, sizeof *m.items, "samples",
-                      err));
-    STP_TRY(stp_alloc(&m.points, (size_t)m.square_count * SQUARE_SAMPLES, sizeof *m.points,
+    STP_TRY(stp_alloc(&m.items, (size_t)m.square_count * STP_SQUARE_SAMPLES, sizeof *m.items,
+                      "samples", err));
+    STP_TRY(stp_alloc(&m.points, (size_t)m.square_count * STP_SQUARE_SAMPLES, sizeof *m.points,
                       "samples", err));
     STP_TRY(stp_alloc(&m.order, m.square_count, sizeof *m.order, "patches", err));
     STP_TRY(stp_alloc(&m.ends, m.square_count, sizeof *m.ends, "patches", err));

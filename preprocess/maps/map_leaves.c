@@ -10,7 +10,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
 /* A disc is at most as wide as where the surface is this many times as large as the plane. */
 #define STRETCH_MOST 4.0
 /* Discs have sizes of so many steps an octave, lest each has a size of its own. */
@@ -220,7 +219,7 @@ static void add_square(making *m, const stp_map_square *square)
 {
     window w;
     load(m, square, &w);
-    for (uint32_t k = 0; k < SQUARE_SAMPLES; k++) {
+    for (uint32_t k = 0; k < STP_SQUARE_SAMPLES; k++) {
         const uint32_t i = stp_square_column(k), j = stp_square_row(k);
         if (!isnan(w.height[j + STP_MAP_NORMAL_REACH][i + STP_MAP_NORMAL_REACH]))
             m->items[m->count++] = make_item(m, square, &w, i, j);
@@ -314,7 +313,8 @@ stp_status stp_map_leaf_build(const stp_map_leaves *leaves, uint32_t leaf,
     STP_TRY(stp_alloc(&order, count, sizeof *order, "patches", err));
     sort_by_map(squares, count, order, &map_count);
     STP_TRY(stp_alloc(&rasters, map_count, sizeof *rasters, "rasters", err));
-    STP_TRY(stp_alloc(&m.items, (size_t)count * SQUARE_SAMPLES, sizeof *m.items, "samples", err));
+    STP_TRY(
+        stp_alloc(&m.items, (size_t)count * STP_SQUARE_SAMPLES, sizeof *m.items, "samples", err));
     STP_TRY(stp_alloc(&m.ends, count, sizeof *m.ends, "patches", err));
     STP_TRY(stp_alloc(&m.together, count, sizeof *m.together, "patches", err));
     add_maps(&m, leaves->maps, squares, order, count);

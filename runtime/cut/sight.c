@@ -103,6 +103,7 @@ static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *s
 static bool is_wide_square(const look *l, const stp_draw *draw, const stp_resident *r,
                            const stp_gpu_patch *patch, const stp_rule_sight *sight)
 {
+    /* From within its bound as wide as any, but not as squares_px if no square is wide. */
     const float radius_px = sight->scale < 0.0f ? FLT_MAX : sight->scale * patch->radius[0];
     if (!r->mirror.squares || draw->finest != 0 || !(radius_px > l->params->squares_px))
         return false;

@@ -226,8 +226,8 @@ static bool read_depths(const stp_pick_params *params, GLuint name, GLuint index
     return true;
 }
 
-/* Describes a sample of the Object Texture, if it is still the sample that was drawn. For a segment
- * or a triangle, describes the sample that it begins with. */
+/* Describes a sample of the Object Texture, if it is still the sample that was drawn. For a
+ * segment, a triangle or the cell of a grid, describes the sample that it begins with. */
 static void describe(const stp_pick_params *params, const drawn_sample *drawn, stp_pick *out)
 {
     stored_sample first;

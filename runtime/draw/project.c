@@ -316,8 +316,9 @@ stp_status stp_project_draw(stp_project *p, const stp_project_params *params, ui
 static void begin_shapes(const stp_project_params *params)
 {
     glScissor(0, 0, params->pyramid->width, params->pyramid->height); /* tiles have set another */
-    for (GLenum i = 0; params->frame->modes[2] != 0 && i < 6; i++)    /* of the clip box */
-        glEnable(GL_CLIP_DISTANCE0 + i);
+    if (params->frame->modes[2] != 0)                                 /* there is a clip box */
+        for (GLenum i = 0; i < 6; i++)
+            glEnable(GL_CLIP_DISTANCE0 + i);
 }
 
 static void end_shapes(void)

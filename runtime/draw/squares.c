@@ -15,10 +15,10 @@
  * other's side: grids that are not straight bend a little from piece to piece. */
 #define OFF_MOST (1.0 / 16.0)
 
-/* Where a square is: on the map if heights go along z, else by columns and rows of its raster. */
+/* Where a square is: on the map if its raster is upright, else by columns and rows. */
 typedef struct stp_square_key {
     uint64_t grid;     /* the same for all squares that may be beside it */
-    int64_t bucket[2]; /* of `at`; no two squares of a grid have the same */
+    int64_t bucket[2]; /* of `at` */
     double at[2];      /* of its first sample */
     double step[2][2]; /* to the next square by columns, and by rows */
     uint32_t number;   /* among those drawn */
@@ -85,11 +85,11 @@ static stp_gpu_square record_of(const stp_square *square, const stp_raster *rast
                           .overlaps = !stp_raster_is_upright(raster)};
     for (int i = 0; i < 3; i++)
         out.origin[i] = patch->origin[i] + chunk->offset[i];
+    /* A camera's columns and rows spread: they are taken as in the square's middle. */
     const double height = (double)patch->bound_centre[raster->axis];
     const double column = (square->column + 0.5) * STP_SQUARE_SIDE;
     const double row = (square->row + 0.5) * STP_SQUARE_SIDE;
-    for (int k = 0; k < 2;
-         k++) { /* a camera's columns and rows spread: as in the square's middle */
+    for (int k = 0; k < 2; k++) {
         const double *a = raster->across[k];
         out.column[k] = (float)(a[1] + height * a[4]);
         out.row[k] = (float)(a[2] + height * a[5]);
@@ -221,8 +221,6 @@ stp_status stp_squares_draw(stp_squares *s, const stp_project_params *params, ui
     stp_status status = STP_OK;
     const size_t count = params->sight->lists[STP_SIGHT_SQUARES].begin[params->draw_count];
     s->count = 0;
-    if (count == 0)
-        return STP_OK;
     if (count > STP_NAMED_SQUARES_LIMIT)
         return stp_error_set(err, STP_LIMIT,
                              "%zu squares of a grid are too many to be drawn as triangles: draw "

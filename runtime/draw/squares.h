@@ -1,9 +1,9 @@
 /* Draws squares of grids as triangles: lists the squares with those beside them, so that the
  * shaders find the neighbours of every sample (shaders/project/square.glsl).
  *
- * Squares beside each other are of one grid: of a level raster in the same model, or of the same
- * tilted raster in the same chunk. Elsewhere surfaces go on by half a cell and overlap. Threads:
- * the render thread. */
+ * Squares beside each other are of one grid. Of upright rasters these are squares of a model whose
+ * places and steps on the map fit; of others, squares of the same raster in the same chunk.
+ * Elsewhere surfaces go on by half a cell and overlap. Threads: the render thread. */
 #ifndef STP_RUNTIME_DRAW_SQUARES_H
 #define STP_RUNTIME_DRAW_SQUARES_H
 
@@ -31,9 +31,9 @@ void stp_squares_destroy(stp_squares *squares);
 /* The sample that a pixel's name stands for: of a grid, or else as it is; UINT32_MAX: not known. */
 GLuint stp_squares_sample(const stp_squares *squares, GLuint name);
 
-/* Draws the squares in sight (STP_SIGHT_SQUARES) and adds their samples to *points. They stay bound
- * as textures for the shaders that resolve. Errors: OUT_OF_MEMORY, LIMIT (more squares than names
- * tell apart). */
+/* Draws the squares in sight (STP_SIGHT_SQUARES), at least one, and adds their samples to *points.
+ * They stay bound as textures for the shaders that resolve. Errors: OUT_OF_MEMORY, LIMIT (more
+ * squares than names tell apart). */
 stp_status stp_squares_draw(stp_squares *squares, const stp_project_params *params,
                             uint64_t *points, stp_error *err);
 

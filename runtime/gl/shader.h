@@ -32,7 +32,7 @@ typedef struct stp_variant {
     bool chosen;         /* some samples are marked as not drawn */
     bool grid;           /* all models are grids of heights */
     int planes;          /* how many planes clip */
-    bool overlay;        /* STP_SHADE_LEVEL to CONFIDENCE mixed into the samples' colours */
+    bool overlay;        /* an overlay is mixed into the samples' colours */
     bool contours;       /* lines of equal height */
     bool exaggerated;    /* heights are drawn higher or lower */
     bool edges;          /* smooths edges by a pass with a program of its own; no macro */

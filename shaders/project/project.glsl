@@ -20,6 +20,13 @@ float stp_pixels_per_unit(float depth)
     return STP_ORTHOGRAPHIC != 0 ? viewport.z : viewport.z / depth;
 }
 
+// The place in eye space at window coordinates and a depth.
+vec3 stp_window_place(vec2 window, float depth)
+{
+    vec2 off = (window - centre.xy) / viewport.z;
+    return STP_ORTHOGRAPHIC != 0 ? vec3(off, -depth) : vec3(off, -1.0) * depth;
+}
+
 // Depth as the depth buffer stores it (1 at the near plane, 0 far away), and back.
 float stp_depth_encode(float depth)
 {

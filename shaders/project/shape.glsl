@@ -162,11 +162,12 @@ vec3 stp_square_normal(vec3 mean, vec3 triangle, vec3 place)
 // Where a pixel sees the plane of a disc, no farther from the disc's centre than its radius.
 vec3 stp_disc_meet(stp_disc disc, vec2 window)
 {
-    vec3 aside = vec3((window - centre.xy) / viewport.z, 0.0), away = vec3(0.0, 0.0, -1.0);
-    vec3 from = STP_ORTHOGRAPHIC != 0 ? aside : vec3(0.0), way = STP_ORTHOGRAPHIC != 0 ? away : aside + away;
-    float depth = -disc.position.z, cosine = dot(disc.normal, way);
-    float met = dot(disc.normal, disc.position - from) / (cosine == 0.0 ? 1e-30 : cosine);
-    return from + way * clamp(met, depth - disc.radius, depth + disc.radius);
+    float depth = -disc.position.z;
+    vec3 place = stp_window_place(window, depth);
+    vec3 way = STP_ORTHOGRAPHIC != 0 ? vec3(0.0, 0.0, -1.0) : place / depth;
+    float cosine = dot(disc.normal, way);
+    float farther = dot(disc.normal, disc.position - place) / (cosine == 0.0 ? 1e-30 : cosine);
+    return stp_window_place(window, depth + clamp(farther, -disc.radius, disc.radius));
 }
 
 // A triangle of a grid's cell, seen at a window position, as a disc. Between the cell's samples, values

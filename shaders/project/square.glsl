@@ -60,6 +60,7 @@ uint stp_square_place(uvec2 at)
     return spread.x | spread.y << 1;
 }
 
+// Column and row of a place in Morton order.
 ivec2 stp_square_at(uint place)
 {
     ivec2 at = ivec2(place, place >> 1);

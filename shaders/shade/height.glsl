@@ -32,8 +32,7 @@ stp_height stp_height_of(stp_pixel p, vec3 n, vec2 window)
     vec3 ray = stp_ray(window);
     n = abs(dot(n, ray)) > STP_HEIGHT_GRAZING ? n : -ray;
     vec2 seen = STP_TEMPLATE != 0 ? window : window + p.d; // templates have depths along the pixel's ray
-    vec2 off = (seen - centre.xy) / viewport.z;
-    vec3 position = STP_ORTHOGRAPHIC != 0 ? vec3(off, -p.middle) : vec3(off, -1.0) * p.middle;
+    vec3 position = stp_window_place(seen, p.middle);
     float height = dot(up, stp_height_meet(window, position, n));
     return stp_height(height, vec2(dot(up, stp_height_meet(window + vec2(1.0, 0.0), position, n)),
                                    dot(up, stp_height_meet(window + vec2(0.0, 1.0), position, n))) - height);

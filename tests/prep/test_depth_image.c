@@ -284,17 +284,23 @@ static void squares_save_bytes(void **state)
     clear_images(&m);
 }
 
-static void bent_rays_become_points(void **state)
+/* Prepares images, which become points, and frees them. */
+static void expect_points(images *m)
 {
     stp_prep_stats stats;
-    images m = make_images(&(recipe){.distorted = 0.5}, 1);
-    (void)state;
-    run(&m, 2, NULL, &stats);
-    found *f = read_back(&m);
+    run(m, 2, NULL, &stats);
+    found *f = read_back(m);
     assert_int_equal(f->square_leaves, 0);
     assert_true(f->wide_patches > f->patches / 4);
     free(f);
-    clear_images(&m);
+    clear_images(m);
+}
+
+static void bent_rays_become_points(void **state)
+{
+    images m = make_images(&(recipe){.distorted = 0.5}, 1);
+    (void)state;
+    expect_points(&m);
     check_squares(&(recipe){.distorted = 0.01}, 1);
 }
 
@@ -305,16 +311,10 @@ static void other_points_beside_an_image(void **state)
     (void)state;
     for (size_t no_image = 0; no_image < 2; no_image++) {
         const recipe r = {.holes = true, .no_image = no_image};
-        stp_prep_stats stats;
         images m = make_images(&r, 2);
         if (!no_image) /* it sees what is behind it, too */
             m.cloud.points[COUNT + 1000].position.z -= 20.0;
-        run(&m, 2, NULL, &stats);
-        found *f = read_back(&m);
-        assert_int_equal(f->square_leaves, 0);
-        assert_true(f->wide_patches > f->patches / 4);
-        free(f);
-        clear_images(&m);
+        expect_points(&m);
     }
 }
 

@@ -175,6 +175,9 @@ static void sides_are_named_by_what_differs(void **state)
     view_beside_use(v, 0);
     view_beside_name(v, name);
     assert_string_equal(name, "threshold 1 px, rgb, hard edges, eye-dome 0.5");
+    v->control.params.grid_draw = STP_GRID_POINTS;
+    view_beside_name(v, name);
+    assert_string_equal(name, "threshold 1 px, rgb, grids as points, hard edges, eye-dome 0.5");
 }
 
 static void stripes_cover_a_picture_once(void **state)

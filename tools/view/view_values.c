@@ -54,27 +54,52 @@ done:
     return status;
 }
 
-/* Whether a chunk of squares has a sample at a column and row. *told: whether a square around it
- * would be in this chunk, as far as the others tell. */
-static bool grid_has(const stp_chunk *chunk, int64_t column, int64_t row, bool *told)
+/* The squares of a chunk around a place of a grid. */
+typedef struct neighbourhood {
+    int64_t least[2], most[2]; /* of all squares of the chunk, in squares */
+    bool has[9];               /* the samples at the place and around it, row by row */
+} neighbourhood;
+
+static int64_t beside(int i, const int64_t at[2], int k)
 {
-    const int64_t at[2] = {column >> 3, row >> 3};
-    int64_t least[2] = {INT64_MAX, INT64_MAX}, most[2] = {-1, -1};
-    bool there = false;
+    return at[k] + (k == 0 ? i % 3 : i / 3) - 1;
+}
+
+static neighbourhood look_around(const stp_chunk *chunk, const int64_t at[2])
+{
+    neighbourhood out = {.least = {INT64_MAX, INT64_MAX}, .most = {-1, -1}};
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const stp_square *square = &chunk->squares[p];
         const int64_t of[2] = {square->column, square->row};
         for (int k = 0; k < 2; k++) {
-            least[k] = of[k] < least[k] ? of[k] : least[k];
-            most[k] = of[k] > most[k] ? of[k] : most[k];
+            out.least[k] = of[k] < out.least[k] ? of[k] : out.least[k];
+            out.most[k] = of[k] > out.most[k] ? of[k] : out.most[k];
         }
-        if (of[0] == at[0] && of[1] == at[1])
-            there |=
-                square->samples >> stp_square_morton((uint32_t)column & 7u, (uint32_t)row & 7u) &
-                1u;
+        for (int i = 0; i < 9; i++) {
+            const int64_t column = beside(i, at, 0), row = beside(i, at, 1);
+            const uint32_t place = stp_square_morton((uint32_t)column & 7u, (uint32_t)row & 7u);
+            if (column >> 3 == of[0] && row >> 3 == of[1] && square->samples >> place & 1u)
+                out.has[i] = true;
+        }
     }
-    *told = at[0] >= least[0] && at[0] <= most[0] && at[1] >= least[1] && at[1] <= most[1];
-    return there;
+    return out;
+}
+
+/* Counts the places around one at which the chunk would have samples, as far as its squares tell,
+ * and those that are missing. */
+static void count_neighbours(view_grid_sample *out, const stp_chunk *chunk)
+{
+    const int64_t at[2] = {out->column, out->row};
+    const neighbourhood n = look_around(chunk, at);
+    for (int i = 0; i < 9; i++) {
+        bool told = i != 4;
+        for (int k = 0; k < 2; k++) {
+            const int64_t square = beside(i, at, k) >> 3;
+            told = told && square >= n.least[k] && square <= n.most[k];
+        }
+        out->told += told ? 1u : 0u;
+        out->missing += told && !n.has[i] ? 1u : 0u;
+    }
 }
 
 /* Finds the place in its grid of a level-0 sample. */
@@ -96,14 +121,7 @@ static void find_in_grid(view_grid_sample *out, const stp_chunk *chunk, double o
         .column = square->column * STP_SQUARE_SIDE + stp_square_column(place),
         .row = square->row * STP_SQUARE_SIDE + stp_square_row(place),
         .height = origin_z + stp_sample_position(&chunk->samples[0][sample], &chunk->patches[p]).z};
-    for (int i = 0; i < 9; i++) {
-        bool told = false;
-        const int64_t column = (int64_t)out->column + i % 3 - 1,
-                      row = (int64_t)out->row + i / 3 - 1;
-        const bool there = grid_has(chunk, column, row, &told);
-        out->told += i != 4 && told ? 1u : 0u;
-        out->missing += told && !there ? 1u : 0u;
-    }
+    count_neighbours(out, chunk);
 }
 
 void view_values_find(view_values *out, const stp_model *model, const stp_pick *pick)

@@ -12,6 +12,7 @@
 #include "formats/chunk/codec/table.h"
 
 #define STP_SQUARE_SIDE 8u
+#define STP_SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
 /* Greatest reach of a normal's window. */
 #define STP_SQUARE_REACH_MOST 4u
 /* In place of a reach: normals follow from those of the parents, not from heights. */

@@ -16,7 +16,6 @@
 #define SQUARES_FREE_SPREAD 256u
 /* Lattices of patches differ by at most so many octaves, so sums of heights are exact. */
 #define OCTAVES_MOST 8
-#define SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
 
 /* Columns, or rows, of squares. */
 typedef struct range {
@@ -142,11 +141,11 @@ static stp_status allocate(const stp_chunk *block, const extent *extents, size_t
                            stp_square_map *map, stp_error *err)
 {
     stp_status status = STP_OK;
-    const size_t sums = STP_SQUARE_SUMS * squares * SQUARE_SAMPLES;
+    const size_t sums = STP_SQUARE_SUMS * squares * STP_SQUARE_SAMPLES;
     size_t doubles = sums, cells = 0;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         doubles += 5 * (size_t)block->level_begin[l][block->patch_count];
-        cells += (squares * SQUARE_SAMPLES) >> 2 * l;
+        cells += (squares * STP_SQUARE_SAMPLES) >> 2 * l;
     }
     STP_TRY(stp_alloc(&map->grids, map->grid_count, sizeof *map->grids, "a map of squares", err));
     STP_TRY(stp_alloc(&map->memory, doubles * sizeof(double) + cells * sizeof(int32_t), 1,
@@ -180,7 +179,7 @@ static void place_finest(const stp_chunk *block, uint32_t p, const stp_square_ma
     const bool flat = grid->raster->level;
     const double inverse = ldexp(1.0, -block->patches[p].exponent);
     uint32_t i = block->level_begin[0][p];
-    for (unsigned k = 0; k < SQUARE_SAMPLES; k++) {
+    for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
         const uint32_t column = square->column * STP_SQUARE_SIDE + stp_square_column(k);
