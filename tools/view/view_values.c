@@ -54,12 +54,13 @@ done:
     return status;
 }
 
-/* The squares of a chunk around a place of a grid. */
+/* What a chunk has at a place of a grid and around it. */
 typedef struct neighbourhood {
     int64_t least[2], most[2]; /* of all squares of the chunk, in squares */
-    bool has[9];               /* the samples at the place and around it, row by row */
+    bool has[9];               /* samples, row by row; the place itself is number 4 */
 } neighbourhood;
 
+/* The column (k = 0) or row of number i around a place. */
 static int64_t beside(int i, const int64_t at[2], int k)
 {
     return at[k] + (k == 0 ? i % 3 : i / 3) - 1;
