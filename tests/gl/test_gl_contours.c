@@ -251,7 +251,9 @@ static void no_lines_on_a_level_plane(void **state)
     gl_fixture_draw(&f, &view, &params, NULL, plain);
     params.contour_step = 0.1;
     gl_fixture_draw(&f, &view, &params, NULL, lined);
-    assert_memory_equal(plain, lined, sizeof plain);
+    /* two programs: NVIDIA's compiler rounds a few channels otherwise */
+    for (size_t i = 0; i < sizeof plain; i++)
+        assert_true(abs(plain[i] - lined[i]) <= 1);
     gl_fixture_close(&f);
 }
 

@@ -35,22 +35,25 @@ expect_text err "exists"
 
 for source in "$SOURCE"/tests/*/test_gl_*.c; do
     name=${source##*/} name=${name%.c}
-    [[ $name = test_gl_exr || " ${programs[*]##*/} " != *" $name "* ]] || [ -x "$folder/tests/$name" ] ||
+    [[ $name = test_gl_exr || " ${programs[*]##*/} " != *" $name "* ]] || [ -e "$folder/tests/$name.gz" ] ||
         fail "no $name in the folder"
 done
+[ "$(du -sk "$folder" | cut -f1)" -le $((60 * 1024)) ] || fail "$(du -sh "$folder") are more than 60 MiB"
 
 # Every library is in the folder, or one that a machine with a driver has.
 of_machine=' ld-linux-x86-64.so.2 ld-linux-aarch64.so.1 libc.so.6 libm.so.6 libdl.so.2 libpthread.so.0 librt.so.1
     libGL.so.1 libEGL.so.1 libOpenGL.so.0 libGLX.so.0 libGLdispatch.so.0 '
+cp -r "$folder/tests" "$FOLDER/tests"
+gzip -d "$FOLDER"/tests/*
 checked=0
-for each in "$folder"/bin/* "$folder"/tests/* "$folder"/lib/*; do
+for each in "$folder"/bin/* "$FOLDER"/tests/* "$folder"/lib/*; do
     while read -r library; do
         checked=$((checked + 1))
         [ -e "$folder/lib/$library" ] || [[ $of_machine == *[[:space:]]"$library"[[:space:]]* ]] ||
             fail "$(basename "$each") needs $library, which is not in the folder"
     done < <(readelf -dW "$each" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p')
 done
-! readelf -dW "$folder"/bin/* "$folder"/tests/* | grep -E '\((RUNPATH|RPATH)\)' || fail "a program has a run path"
+! readelf -dW "$folder"/bin/* "$FOLDER"/tests/* | grep -E '\((RUNPATH|RPATH)\)' || fail "a program has a run path"
 [ "$checked" -gt 100 ] || fail "readelf names only $checked libraries"
 
 # Calls the folder's script from another folder, without any of this machine's settings.
@@ -116,7 +119,7 @@ done
 [ "$(grep -c '^| 10000 |' "$results/table.md")" = 34 ] || fail "table.md: $(cat "$results/table.md")"
 
 # Outcomes of tests: each gets a line. A failed one is tried again only when asked.
-fake() { printf '#!/bin/bash\n%s\n' "$2" >"$folder/tests/test_gl_$1" && chmod +x "$folder/tests/test_gl_$1"; }
+fake() { printf '#!/bin/bash\n%s\n' "$2" | gzip >"$folder/tests/test_gl_$1.gz"; }
 fake good 'echo "[  SKIPPED ] 2 test(s), listed below:" >&2'
 fake bad 'echo "wrong picture" >&2; exit 1'
 fake idle 'echo "skipped: no such GPU"; exit 77'
