@@ -2,6 +2,7 @@
 #include "formats/image/image.h"
 
 #include "base/file.h"
+#include "base/memory.h"
 #include "formats/image/image_module.h"
 #include "formats/image/png_file.h"
 
@@ -61,18 +62,57 @@ stp_status stp_image_load(stp_image *out, const char *path, stp_error *err)
     return status;
 }
 
-stp_status stp_image_load_heights(const char *path, int *width, int *height, float **heights,
-                                  stp_error *err)
+stp_status stp_height_image_open(stp_height_image *out, const char *path, stp_error *err)
 {
+    stp_status status = STP_OK;
     char reason[256] = "";
     stp_image_module module;
-    stp_status status = stp_image_module_get(&module, err);
-    if (status != STP_OK)
-        return status;
-    stp_oiio_result result =
-        module.load_heights(path, width, height, heights, reason, sizeof reason);
-    return check_loaded(result, path, reason, err);
+    stp_height_image image = {.path = path};
+    STP_TRY(stp_image_module_get(&module, err));
+    STP_TRY(check_loaded(module.open_heights(&image.image, path, &image.width, &image.height,
+                                             &image.band_rows, reason, sizeof reason),
+                         path, reason, err));
+    image.band_rows = image.band_rows < image.height ? image.band_rows : image.height;
+    STP_TRY(stp_alloc(&image.band, (size_t)image.band_rows * (size_t)image.width,
+                      sizeof *image.band, "rows of an image", err));
+    *out = image;
+    image = (stp_height_image){0};
+done:
+    stp_height_image_close(&image);
+    return status;
 }
+
+stp_status stp_height_image_read(stp_height_image *image, int row, const float **values,
+                                 stp_error *err)
+{
+    stp_status status = STP_OK;
+    char reason[256] = "";
+    stp_image_module module;
+    if (row < image->band_begin || row >= image->band_end) {
+        const int begin = row / image->band_rows * image->band_rows;
+        const int end =
+            begin + image->band_rows < image->height ? begin + image->band_rows : image->height;
+        STP_TRY(stp_image_module_get(&module, err));
+        STP_TRY(check_loaded(
+            module.read_heights(image->image, begin, end, image->band, reason, sizeof reason),
+            image->path, reason, err));
+        image->band_begin = begin;
+        image->band_end = end;
+    }
+    *values = image->band + (size_t)(row - image->band_begin) * (size_t)image->width;
+done:
+    return status;
+}
+
+void stp_height_image_close(stp_height_image *image)
+{
+    stp_image_module module;
+    if (image->image != NULL && stp_image_module_get(&module, NULL) == STP_OK)
+        module.close_heights(image->image);
+    free(image->band);
+    *image = (stp_height_image){0};
+}
+
 /* Converts the library's result for an output to a message for the user. */
 static stp_status check_saved(stp_oiio_result result, const char *path, const char *use,
                               const char *reason, stp_error *err)

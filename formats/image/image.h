@@ -17,10 +17,23 @@ typedef struct stp_image {
 /* Loads any format that OpenImageIO reads, converted to 8-bit RGBA (alpha 255 if absent). Errors:
  * NOT_FOUND, FORMAT, CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_image_load(stp_image *out, const char *path, stp_error *err);
-/* Loads one channel of floats, the top row first: the only one, or that named Z, depth or height.
- * Free *heights with free(). Errors: as stp_image_load. */
-stp_status stp_image_load_heights(const char *path, int *width, int *height, float **heights,
-                                  stp_error *err);
+/* One channel of floats, the only one or that named Z, depth or height, read row by row. Zero is
+ * closed. */
+typedef struct stp_height_image {
+    int width, height;
+    struct stp_oiio_heights *image;
+    const char *path;
+    float *band;
+    int band_rows, band_begin, band_end; /* rows that were read together */
+} stp_height_image;
+
+/* path must outlive the image. Errors: as stp_image_load. */
+stp_status stp_height_image_open(stp_height_image *out, const char *path, stp_error *err);
+/* *values: the row's, until the next call. Rows in any order; going down is fastest. Errors:
+ * CORRUPT. */
+stp_status stp_height_image_read(stp_height_image *image, int row, const float **values,
+                                 stp_error *err);
+void stp_height_image_close(stp_height_image *image);
 /* Saves in the format of the name's ending (png, tif, jpg, exr), over black if the format has no
  * alpha. The file appears whole or not at all. Errors: EXISTS, IO, UNSUPPORTED. */
 stp_status stp_image_save(const stp_image *image, const char *path, bool force, stp_error *err);

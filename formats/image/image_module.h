@@ -8,8 +8,11 @@
 typedef struct stp_image_module {
     stp_oiio_result (*load)(const char *path, int *width, int *height, uint8_t **rgba,
                             char *message, size_t message_bytes);
-    stp_oiio_result (*load_heights)(const char *path, int *width, int *height, float **heights,
+    stp_oiio_result (*open_heights)(stp_oiio_heights **out, const char *path, int *width,
+                                    int *height, int *band, char *message, size_t message_bytes);
+    stp_oiio_result (*read_heights)(stp_oiio_heights *image, int begin, int end, float *heights,
                                     char *message, size_t message_bytes);
+    void (*close_heights)(stp_oiio_heights *image);
     stp_oiio_result (*save)(const char *path, const char *format_name, int width, int height,
                             const uint8_t *rgba, char *message, size_t message_bytes);
     stp_oiio_result (*save_floats)(const char *path, const char *format_name,

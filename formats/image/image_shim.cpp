@@ -5,12 +5,14 @@ extern "C" {
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
+#include <OpenImageIO/strutil.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace
@@ -110,11 +112,31 @@ extern "C" stp_oiio_result stp_oiio_load(const char *path, int *width, int *heig
     }
 }
 
-extern "C" stp_oiio_result stp_oiio_load_heights(const char *path, int *width, int *height,
-                                                 float **heights, char *message,
+struct stp_oiio_heights {
+    std::unique_ptr<OIIO::ImageInput> input;
+    int channel;
+};
+
+namespace
+{
+/* Rows that are compressed together; EXR alone matters here. */
+int band_of(const OIIO::ImageSpec &spec)
+{
+    const OIIO::string_view how = spec.get_string_attribute("compression");
+    if (spec.tile_height > 0)
+        return spec.tile_height;
+    if (OIIO::Strutil::starts_with(how, "zips") || how == "none" || how == "rle")
+        return 1;
+    if (OIIO::Strutil::starts_with(how, "zip") || how == "pxr24")
+        return 16;
+    return OIIO::Strutil::starts_with(how, "dwab") ? 256 : 32;
+}
+} // namespace
+
+extern "C" stp_oiio_result stp_oiio_open_heights(stp_oiio_heights **out, const char *path,
+                                                 int *width, int *height, int *band, char *message,
                                                  size_t message_bytes)
 {
-    float *values = nullptr;
     try {
         auto input = OIIO::ImageInput::open(path);
         if (!input) {
@@ -131,22 +153,38 @@ extern "C" stp_oiio_result stp_oiio_load_heights(const char *path, int *width, i
             say(message, message_bytes, "none of its channels is named Z, depth or height");
             return STP_OIIO_UNKNOWN_FORMAT;
         }
-        size_t count = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height);
-        values = static_cast<float *>(std::malloc(count ? count * sizeof *values : 1));
-        if (!values)
-            return STP_OIIO_NO_MEMORY;
-        if (!input->read_image(0, 0, channel, channel + 1, OIIO::TypeDesc::FLOAT, values)) {
-            say(message, message_bytes, input->geterror());
-            std::free(values);
-            return STP_OIIO_DAMAGED;
-        }
         *width = spec.width;
         *height = spec.height;
-        *heights = values;
+        *band = band_of(spec);
+        *out = new stp_oiio_heights{std::move(input), channel};
         return STP_OIIO_OK;
     } catch (...) {
-        std::free(values);
         return STP_OIIO_FAILED;
+    }
+}
+
+extern "C" stp_oiio_result stp_oiio_read_heights(stp_oiio_heights *image, int begin, int end,
+                                                 float *heights, char *message,
+                                                 size_t message_bytes)
+{
+    try {
+        OIIO::ImageInput &input = *image->input;
+        const int y = input.spec().y; /* of the first row */
+        if (input.read_scanlines(0, 0, y + begin, y + end, 0, image->channel, image->channel + 1,
+                                 OIIO::TypeDesc::FLOAT, heights))
+            return STP_OIIO_OK;
+        say(message, message_bytes, input.geterror());
+        return STP_OIIO_DAMAGED;
+    } catch (...) {
+        return STP_OIIO_FAILED;
+    }
+}
+
+extern "C" void stp_oiio_close_heights(stp_oiio_heights *image)
+{
+    try {
+        delete image;
+    } catch (...) {
     }
 }
 

@@ -100,6 +100,8 @@ typedef struct stp_scan_params {
     const char *columns; /* for XYZ, TXT, CSV and PTS, "x,y,z,_,r,g,b" (columns.h); NULL: guessed.
                             Used until the scan is open */
     const stp_grid_params *grid; /* for grids alone; NULL: as the file has it */
+    uint32_t grid_step; /* of grids that are images (grid/grid.h) every so manieth column and row
+                           alone, if at least two of each are left; 0: each */
     bool numbers;       /* reading also keeps the numbers of all attributes (stp_scan_numbers) */
     bool keep_withheld; /* points that LAS, LAZ or EPT mark as withheld are no rejects; an attribute
                            `withheld` says which */

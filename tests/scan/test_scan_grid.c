@@ -2,179 +2,31 @@
  * libtiff and libpng, and must become the same points. Then cameras, places, holes, colours, what
  * is refused, and files cut at every length. With real scans: an AL3D file against its depths and
  * texture, which another reader took out of it. */
-#include "tests/fixtures/scan/scan_fixture.h"
-
-#include <png.h>
-#include <tiffio.h>
+#include "tests/fixtures/scan/grid_fixture.h"
 
 #include <math.h>
 
-enum { WIDTH = 7, HEIGHT = 5, COUNT = WIDTH * HEIGHT, NONE_AT = 2 * WIDTH + 3, NONE = 999 };
-
-static unsigned height_at(int i)
+/* Every second column and row of the grid, at their places in the whole one. */
+static void check_thinned(const char *path, const stp_grid_params *grid, stp_dvec3 first, double dx,
+                          double dy, bool holes)
 {
-    return i == NONE_AT ? NONE : 100u + (unsigned)(i * i) % 83u + (i % WIDTH == 0 ? 300u : 0u);
-}
-
-static FILE *begin(const char *path, const char *header)
-{
-    FILE *file = fopen(path, "wb");
-    assert_non_null(file);
-    fputs(header, file);
-    return file;
-}
-
-/* ---- writing ---- */
-
-static void write_pgm(void)
-{
-    FILE *file = begin("grid.pgm", "P5\n# a comment\n7 5\n65535\n");
-    for (int i = 0; i < COUNT; i++) {
-        fputc((int)height_at(i) >> 8, file);
-        fputc((int)height_at(i) & 255, file);
+    enum { COLUMNS = (WIDTH + 1) / 2, ROWS = (HEIGHT + 1) / 2 };
+    const stp_scan_params params = {.grid = grid, .grid_step = 2};
+    stp_scan_info info;
+    stp_point *points = scan_fixture_read(path, &params, &info);
+    assert_int_equal(info.point_count, COLUMNS * ROWS);
+    assert_int_equal(info.raster.columns, COLUMNS);
+    assert_true(info.raster.dx == 2.0 * dx && info.raster.dy == 2.0 * dy);
+    for (int i = 0; i < COLUMNS * ROWS; i++) {
+        const int column = 2 * (i % COLUMNS), row = 2 * (i / COLUMNS), at = row * WIDTH + column;
+        if (holes && at == NONE_AT)
+            assert_int_equal(points[i].reject, STP_REJECT_INVALID);
+        else
+            scan_fixture_position(&points[i], first.x + column * dx, first.y - row * dy,
+                                  height_at(at));
     }
-    fclose(file);
+    free(points);
 }
-
-static void write_pgm_digits(void)
-{
-    FILE *file = begin("digits.pgm", "P2 7 5 1000\n");
-    for (int i = 0; i < COUNT; i++)
-        fprintf(file, "%u%c", height_at(i), i % 3 == 2 ? '\n' : ' ');
-    fclose(file);
-}
-
-static void write_pfm(const char *path, bool little)
-{
-    FILE *file = begin(path, little ? "Pf\n7 5\n-1.0\n" : "Pf\n7 5\n1\n");
-    for (int row = HEIGHT - 1; row >= 0; row--)
-        for (int i = row * WIDTH; i < (row + 1) * WIDTH; i++) {
-            const float value = (float)height_at(i);
-            uint32_t bits;
-            memcpy(&bits, &value, sizeof bits);
-            for (unsigned k = 0; k < 4; k++)
-                fputc((int)(bits >> (little ? 8 * k : 24 - 8 * k) & 255), file);
-        }
-    fclose(file);
-}
-
-static void write_esri(const char *header)
-{
-    FILE *file = begin("grid.asc", header);
-    for (int i = 0; i < COUNT; i++)
-        fprintf(file, "%u%c", height_at(i), i % WIDTH == WIDTH - 1 ? '\n' : ' ');
-    fclose(file);
-}
-
-static void write_png(const char *path, int interlace)
-{
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
-    png_infop info = png_create_info_struct(png);
-    FILE *file = begin(path, "");
-    unsigned char pixels[HEIGHT][2 * WIDTH], *rows[HEIGHT];
-    for (int i = 0; i < COUNT; i++) {
-        pixels[i / WIDTH][2 * (i % WIDTH)] = (unsigned char)(height_at(i) >> 8);
-        pixels[i / WIDTH][2 * (i % WIDTH) + 1] = (unsigned char)height_at(i);
-        rows[i / WIDTH] = pixels[i / WIDTH];
-    }
-    png_init_io(png, file);
-    png_set_IHDR(png, info, WIDTH, HEIGHT, 16, PNG_COLOR_TYPE_GRAY, interlace, 0, 0);
-    png_write_info(png, info);
-    png_write_image(png, rows);
-    png_write_end(png, NULL);
-    png_destroy_write_struct(&png, &info);
-    fclose(file);
-}
-
-/* Writes the grid as numbers of a kind and of some bits. */
-static void put_number(unsigned char *out, int bits, int kind, double number)
-{
-    if (kind == SAMPLEFORMAT_IEEEFP && bits == 64)
-        memcpy(out, &number, 8);
-    else if (kind == SAMPLEFORMAT_IEEEFP)
-        memcpy(out, &(float){(float)number}, 4);
-    else if (bits == 32)
-        memcpy(out, &(int32_t){(int32_t)number}, 4);
-    else if (bits == 16)
-        memcpy(out, &(int16_t){(int16_t)number}, 2);
-    else
-        *out = (unsigned char)number;
-}
-
-typedef struct tiff_recipe {
-    const char *mode; /* of TIFFOpen: w, w8, wb */
-    int bits, kind;
-    bool tiles;
-    int compression;
-} tiff_recipe;
-
-static TIFF *begin_tiff(const char *path, const tiff_recipe *r)
-{
-    TIFF *tiff = TIFFOpen(path, r->mode);
-    assert_non_null(tiff);
-    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, WIDTH);
-    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, HEIGHT);
-    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
-    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, r->bits);
-    TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, r->kind);
-    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
-    TIFFSetField(tiff, TIFFTAG_COMPRESSION, r->compression);
-    if (r->tiles) {
-        TIFFSetField(tiff, TIFFTAG_TILEWIDTH, 16);
-        TIFFSetField(tiff, TIFFTAG_TILELENGTH, 16);
-    } else {
-        TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 2);
-    }
-    return tiff;
-}
-
-static void end_tiff(TIFF *tiff, const tiff_recipe *r)
-{
-    unsigned char pixels[16 * 16 * 8] = {0};
-    const int bytes = r->bits / 8, stride = r->tiles ? 16 : WIDTH;
-    for (int i = 0; i < COUNT; i++)
-        put_number(pixels + (i / WIDTH * stride + i % WIDTH) * bytes, r->bits, r->kind,
-                   r->bits == 8 ? height_at(i) % 256 : height_at(i));
-    if (r->tiles)
-        assert_true(TIFFWriteTile(tiff, pixels, 0, 0, 0, 0) > 0);
-    for (int row = 0; row < HEIGHT && !r->tiles; row++)
-        assert_int_equal(TIFFWriteScanline(tiff, pixels + row * stride * bytes, (uint32_t)row, 0),
-                         1);
-    TIFFClose(tiff);
-}
-
-/* A file of Alicona's microscopes: rows of 7 floats are padded to 32 bytes, of texture to 8. */
-static void write_al3d(void)
-{
-    static const char *const tags[][2] = {
-        {"Version", "1"},
-        {"TagCount", "8"},
-        {"Cols", "7"},
-        {"Rows", "5"},
-        {"DepthImageOffset", "600"},
-        {"TextureImageOffset", "760"},
-        {"PixelSizeXMeter", "0.5"},
-        {"PixelSizeYMeter", "0.25"},
-        {"InvalidPixelValue", "999"},
-        {"NumberOfPlanes", "4"},
-    };
-    unsigned char bytes[760 + 4 * 5 * 8] = "AliconaImaging\0\r\n";
-    for (size_t i = 0; i < sizeof tags / sizeof *tags; i++) {
-        memcpy(bytes + 17 + 52 * i, tags[i][0], strlen(tags[i][0]));
-        memcpy(bytes + 17 + 52 * i + 20, tags[i][1], strlen(tags[i][1]));
-        bytes[17 + 52 * i + 50] = '\r';
-        bytes[17 + 52 * i + 51] = '\n';
-    }
-    for (int i = 0; i < COUNT; i++) {
-        const float value = (float)height_at(i);
-        memcpy(bytes + 600 + i / WIDTH * 32 + i % WIDTH * 4, &value, 4);
-        for (int plane = 0; plane < 4; plane++)
-            bytes[760 + 40 * plane + i / WIDTH * 8 + i % WIDTH] = (unsigned char)(i + 50 * plane);
-    }
-    scan_fixture_bytes("grid.al3d", bytes, sizeof bytes);
-}
-
-/* ---- checking ---- */
 
 /* The points must be the grid's, placed by spacing and the first pixel's place. Those of number
  * NONE are invalid if they are `holes`. */
@@ -196,6 +48,7 @@ static void check_points(const char *path, const stp_grid_params *grid, stp_dvec
                               height_at(i));
     }
     free(points);
+    check_thinned(path, grid, first, dx, dy, holes);
 }
 
 #define TOP ((stp_dvec3){0.0, HEIGHT - 1, 0.0})
@@ -220,8 +73,9 @@ static void formats_agree(void **state)
     write_pfm("big.pfm", false);
     write_png("grid.png", PNG_INTERLACE_NONE);
     write_png("interlaced.png", PNG_INTERLACE_ADAM7);
-    static const char *const names[] = {"grid.pgm", "digits.pgm", "little.pfm",
-                                        "big.pfm",  "grid.png",   "interlaced.png"};
+    write_exr();
+    static const char *const names[] = {"grid.pgm", "digits.pgm",     "little.pfm", "big.pfm",
+                                        "grid.png", "interlaced.png", "grid.exr"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         check_points(names[i], NULL, TOP, 1.0, 1.0, false);
         check_points(names[i], &none, TOP, 1.0, 1.0, true);
@@ -258,6 +112,61 @@ static void files_have_places(void **state)
         const double half = is_point ? 0.0 : 0.5;
         const stp_dvec3 first = {500.0 + (half - 1.0) * 2.0, 600.0 - (half - 1.0) * 4.0, 0.0};
         check_points("place.tif", NULL, first, 2.0, 4.0, true);
+    }
+}
+
+/* A copy of a TIFF by a half stands for the whole where every second or third column is enough, and
+ * every second of its own where every fourth is. Masks and images that are no copies do not. */
+static void copies_stand_for_the_whole(void **state)
+{
+    (void)state;
+    enum { SIDE = 16, PLAIN = 0, HALF = 100, PAGE = 200, MASK = 300 };
+    static const struct {
+        uint32_t type;
+        int side, first; /* its first height */
+    } images[] = {{0, SIDE, PLAIN},
+                  {FILETYPE_PAGE, SIDE / 4, PAGE},
+                  {FILETYPE_REDUCEDIMAGE | FILETYPE_MASK, SIDE / 2, MASK},
+                  {FILETYPE_REDUCEDIMAGE, SIDE / 2, HALF}};
+    static const double scale[] = {2.0, 4.0, 0.0}, tie[] = {0.0, 0.0, 0.0, 500.0, 600.0, 0.0};
+    TIFF *tiff = TIFFOpen("copies.tif", "w");
+    for (size_t k = 0; k < sizeof images / sizeof *images; k++) {
+        float row[SIDE];
+        TIFFSetField(tiff, TIFFTAG_SUBFILETYPE, images[k].type);
+        TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, images[k].side);
+        TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, images[k].side);
+        TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+        TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32);
+        TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
+        TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+        if (k == 0) {
+            TIFFSetField(tiff, 33550, 3, scale);
+            TIFFSetField(tiff, 33922, 6, tie);
+        }
+        for (int y = 0; y < images[k].side; y++) {
+            for (int x = 0; x < images[k].side; x++)
+                row[x] = (float)(images[k].first + x + 0.25 * y);
+            assert_int_equal(TIFFWriteScanline(tiff, row, (uint32_t)y, 0), 1);
+        }
+        assert_true(TIFFWriteDirectory(tiff));
+    }
+    TIFFClose(tiff);
+    for (uint32_t step = 1; step <= 5; step++) {
+        const bool half = step > 1;
+        const uint32_t of_copy = half ? step / 2 : 1, side = half ? SIDE / 2 : SIDE;
+        const stp_scan_params params = {.grid_step = step};
+        const double pixel = half ? 2.0 : 1.0, first = half ? HALF : PLAIN;
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read("copies.tif", &params, &info);
+        const uint32_t across = (side - 1) / of_copy + 1;
+        assert_int_equal(info.raster.columns, across);
+        assert_int_equal(info.point_count, across * across);
+        for (uint32_t i = 0; i < across * across; i++) {
+            const double x = of_copy * (i % across), y = of_copy * (i / across);
+            scan_fixture_position(&points[i], 500.0 + 2.0 * pixel * (x + 0.5),
+                                  600.0 - 4.0 * pixel * (y + 0.5), first + x + 0.25 * y);
+        }
+        free(points);
     }
 }
 
@@ -585,6 +494,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(formats_agree),
         cmocka_unit_test(files_have_places),
+        cmocka_unit_test(copies_stand_for_the_whole),
         cmocka_unit_test(numbers_have_a_meaning),
         cmocka_unit_test(normals_are_the_grids),
         cmocka_unit_test(cameras),

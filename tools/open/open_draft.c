@@ -255,6 +255,43 @@ static stp_status read_draft(void *context, stp_point *points, size_t capacity, 
     return STP_OK;
 }
 
+static stp_status survey(prep_inputs *in, const prep_paths *scans, uint32_t grid_step,
+                         const char *where, stp_prep_source *source, stp_error *err)
+{
+    stp_status status = STP_OK;
+    prep_inputs_clear(in);
+    *in = (prep_inputs){.paths = scans->list, .count = scans->count};
+    *source = (stp_prep_source){0};
+    in->params.grid_step = grid_step;
+    STP_TRY(prep_where_parse(&in->where, where, err));
+    in->params.numbers = where != NULL;
+    STP_TRY(prep_inputs_survey(in, source, err));
+done:
+    return status;
+}
+
+/* Whether all scans are grids of heights or images of a camera. */
+static bool are_grids(const prep_inputs *in)
+{
+    bool grids = true;
+    for (size_t f = 0; f < in->count; f++)
+        grids &= in->files[f].raster.columns > 0 || in->files[f].grid.columns > 0;
+    return grids;
+}
+
+/* Takes points of the scans for the source. */
+static stp_status take_points(draft *d, prep_inputs *in, stp_prep_source *source, stp_pool *pool,
+                              stp_error *err)
+{
+    const stp_status status = read_all(d, in, source->point_count, pool, err);
+    source->context = d;
+    source->read = read_draft;
+    source->point_count = d->count;
+    source->leaves_out = NULL;
+    source->rejected = NULL;
+    return status;
+}
+
 stp_status open_draft_make(bool *made, const prep_paths *scans, const char *path, const char *where,
                            const cli_common *common, stp_error *err)
 {
@@ -263,25 +300,24 @@ stp_status open_draft_make(bool *made, const prep_paths *scans, const char *path
     stp_pool *pool = NULL;
     stp_prep_source source = {0};
     stp_prep_stats stats = {0};
-    prep_inputs in = {.paths = scans->list, .count = scans->count};
+    prep_inputs in = {0};
     stp_prep_params params = prep_run_defaults(true);
     params.codec = STP_CODEC_RAW; /* the fastest */
     *made = false;
-    STP_TRY(prep_where_parse(&in.where, where, err));
-    in.params.numbers = where != NULL;
-    STP_TRY(prep_inputs_survey(&in, &source, err));
+    STP_TRY(survey(&in, scans, 0, where, &source, err));
     if (source.point_count <= OPEN_DRAFT_WORTH || in.lines.strip_count > 0 ||
         in.triangles.triangle_count > 0)
         goto done;
+    if (are_grids(&in) && !where) { /* such a draft may not be empty */
+        const double step = sqrt((double)source.point_count / DRAFT_POINTS);
+        STP_TRY(survey(&in, scans, (uint32_t)ceil(step), where, &source, err));
+    }
     STP_TRY(stp_pool_create(&pool, (unsigned)common->threads, err));
-    STP_TRY(read_all(&d, &in, source.point_count, pool, err));
-    if (where && d.count == 0)
-        goto done;
-    source.context = &d;
-    source.read = read_draft;
-    source.point_count = d.count;
-    source.leaves_out = NULL;
-    source.rejected = NULL;
+    if (source.point_count > OPEN_DRAFT_WORTH) {
+        STP_TRY(take_points(&d, &in, &source, pool, err));
+        if (where && d.count == 0)
+            goto done;
+    }
     const stp_progress silent = *cli_progress(&(cli_common){.quiet = true});
     STP_TRY(stp_prep_run(path, &source, &params, pool, &silent, &stats, err));
     *made = true;

@@ -22,6 +22,7 @@ typedef struct grid_reader {
     double *row, *colour_row, *mask_row; /* as the files have them */
     double *z[ROWS_HELD];                /* heights of row r at r % ROWS_HELD; NaN: no sample */
     uint16_t (*rgb[ROWS_HELD])[3];
+    uint32_t step, columns, rows; /* every step-th column and row of the files is one of these */
     uint32_t rows_read, next_row, next_column;
     stp_scan_raster place; /* of heights */
     bool normals;
@@ -71,7 +72,7 @@ static stp_status open_mask(grid_reader *g, const char *path, stp_error *err)
     stp_status status = STP_OK;
     if (g->params.mask == NULL)
         return STP_OK;
-    STP_TRY(stp_raster_open(&g->mask, g->params.mask, STP_RASTER_COLOURS, err));
+    STP_TRY(stp_raster_open(&g->mask, g->params.mask, STP_RASTER_COLOURS, 1, err));
     g->mask_info = stp_raster_get_info(g->mask);
     STP_TRY(begin_image(g, "--mask", g->params.mask, path, g->mask_info, &g->mask_row, err));
 done:
@@ -85,30 +86,42 @@ static stp_status open_colours(grid_reader *g, const char *path, stp_error *err)
     /* AL3D brings its own colours; other formats have none */
     if (own && strcmp(g->info->format, "AL3D") != 0)
         return STP_OK;
-    status = stp_raster_open(&g->colours, own ? path : g->params.colour, STP_RASTER_COLOURS, err);
+    status =
+        stp_raster_open(&g->colours, own ? path : g->params.colour, STP_RASTER_COLOURS, 1, err);
     if (status != STP_OK) /* an AL3D file may come without colours */
         return own && status == STP_UNSUPPORTED ? STP_OK : status;
     g->colour_info = stp_raster_get_info(g->colours);
     STP_TRY(begin_image(g, "--colour", own ? path : g->params.colour, path, g->colour_info,
                         &g->colour_row, err));
     for (int i = 0; i < ROWS_HELD; i++)
-        STP_TRY(stp_alloc(&g->rgb[i], g->info->width, sizeof *g->rgb[i], "a row of colours", err));
+        STP_TRY(stp_alloc(&g->rgb[i], g->columns, sizeof *g->rgb[i], "a row of colours", err));
 done:
     return status;
+}
+
+/* step: of the file's own columns and rows. */
+static void choose_step(grid_reader *g, uint32_t step)
+{
+    const uint32_t width = g->info->width, height = g->info->height;
+    const uint32_t most = (width < height ? width : height) - 1, own = step / g->info->reduced;
+    g->step = own > most ? most : own > 1 ? own : 1;
+    g->columns = (width - 1) / g->step + 1;
+    g->rows = (height - 1) / g->step + 1;
 }
 
 static void choose_place(grid_reader *g)
 {
     const bool given = g->params.dx > 0.0;
-    const double dx = given ? g->params.dx : g->info->spaced ? g->info->dx : 1.0;
-    const double dy = given ? g->params.dy : g->info->spaced ? g->info->dy : 1.0;
+    const double own = given || !g->info->spaced ? g->info->reduced : 1.0;
+    const double dx = own * (given ? g->params.dx : g->info->spaced ? g->info->dx : 1.0);
+    const double dy = own * (given ? g->params.dy : g->info->spaced ? g->info->dy : 1.0);
     const bool placed = !given && g->info->placed;
-    g->place = (stp_scan_raster){.columns = g->info->width,
-                                 .rows = g->info->height,
+    g->place = (stp_scan_raster){.columns = g->columns,
+                                 .rows = g->rows,
                                  .x = placed ? g->info->x : 0.0,
                                  .y = placed ? g->info->y : (double)(g->info->height - 1) * dy,
-                                 .dx = dx,
-                                 .dy = dy};
+                                 .dx = g->step * dx,
+                                 .dy = g->step * dy};
     if (g->params.scale == 0.0)
         g->params.scale = 1.0;
 }
@@ -138,7 +151,7 @@ static void describe(grid_reader *g, stp_scan_info *info)
              : g->params.disparity_focal > 0.0 ? "disparities"
                                                : "depths");
     info->format = g->format;
-    info->point_count = (uint64_t)g->info->width * g->info->height;
+    info->point_count = (uint64_t)g->columns * g->rows;
     info->attributes = (g->colours != NULL ? STP_POINT_HAS_COLOUR : 0u) |
                        (g->normals ? STP_POINT_HAS_NORMAL : 0u) |
                        (pinhole ? STP_POINT_HAS_STATION : 0u);
@@ -148,7 +161,7 @@ static void describe(grid_reader *g, stp_scan_info *info)
         info->raster = g->place;
         return;
     }
-    info->grid = (stp_scan_grid){.columns = g->info->width, .rows = g->info->height};
+    info->grid = (stp_scan_grid){.columns = g->columns, .rows = g->rows};
     info->stations = &g->camera;
     info->station_count = 1;
     info->station_word = STP_STATION_TOLD;
@@ -161,13 +174,17 @@ static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
     stp_status status = STP_OK;
     if (params->grid != NULL)
         g->params = *params->grid;
-    STP_TRY(stp_raster_open(&g->heights, path, STP_RASTER_HEIGHTS, err));
+    /* images beside the heights have their size, and a pinhole is told for the whole image */
+    const bool whole = is_pinhole(g) || g->params.colour != NULL || g->params.mask != NULL;
+    const uint32_t step = params->grid_step > 1 ? params->grid_step : 1;
+    STP_TRY(stp_raster_open(&g->heights, path, STP_RASTER_HEIGHTS, whole ? 1 : step, err));
     g->info = stp_raster_get_info(g->heights);
     STP_TRY(check_heights(g, path, err));
+    choose_step(g, step);
     STP_TRY(stp_alloc(&g->row, g->info->width, g->info->channels * sizeof *g->row,
                       "a row of heights", err));
     for (int i = 0; i < ROWS_HELD; i++)
-        STP_TRY(stp_alloc(&g->z[i], g->info->width, sizeof *g->z[i], "a row of heights", err));
+        STP_TRY(stp_alloc(&g->z[i], g->columns, sizeof *g->z[i], "a row of heights", err));
     STP_TRY(open_colours(g, path, err));
     STP_TRY(open_mask(g, path, err));
     const bool degrees = g->info->degrees && !(g->params.dx > 0.0);
@@ -200,8 +217,8 @@ static double value_of(const grid_reader *g, double number)
 static void keep_heights(grid_reader *g, double *z)
 {
     const uint32_t channels = g->info->channels;
-    for (uint32_t i = 0; i < g->info->width; i++) {
-        const double *pixel = g->row + (size_t)i * channels;
+    for (uint32_t i = 0; i < g->columns; i++) {
+        const double *pixel = g->row + (size_t)i * g->step * channels;
         z[i] = g->info->alpha && pixel[channels - 1] == 0.0 ? NAN : value_of(g, pixel[0]);
     }
 }
@@ -210,8 +227,8 @@ static void keep_colours(const grid_reader *g, double *z, uint16_t (*rgb)[3])
 {
     const uint32_t channels = g->colour_info->channels;
     const bool grey = channels < 3;
-    for (uint32_t i = 0; i < g->info->width; i++) {
-        const double *pixel = g->colour_row + (size_t)i * channels;
+    for (uint32_t i = 0; i < g->columns; i++) {
+        const double *pixel = g->colour_row + (size_t)i * g->step * channels;
         if (g->colour_info->alpha && pixel[channels - 1] == 0.0)
             z[i] = NAN;
         for (int k = 0; k < 3; k++) {
@@ -224,8 +241,8 @@ static void keep_colours(const grid_reader *g, double *z, uint16_t (*rgb)[3])
 static void keep_mask(const grid_reader *g, double *z)
 {
     const uint32_t channels = g->mask_info->channels, colours = channels - g->mask_info->alpha;
-    for (uint32_t i = 0; i < g->info->width; i++) {
-        const double *pixel = g->mask_row + (size_t)i * channels;
+    for (uint32_t i = 0; i < g->columns; i++) {
+        const double *pixel = g->mask_row + (size_t)i * g->step * channels;
         bool black = true;
         for (uint32_t k = 0; k < colours; k++)
             black &= !(pixel[k] > 0.0);
@@ -238,14 +255,15 @@ static stp_status read_row(grid_reader *g, stp_error *err)
 {
     stp_status status = STP_OK;
     double *z = g->z[g->rows_read % ROWS_HELD];
-    STP_TRY(stp_raster_read(g->heights, g->row, err));
+    const uint32_t row = g->rows_read * g->step;
+    STP_TRY(stp_raster_read(g->heights, row, g->row, err));
     keep_heights(g, z);
     if (g->colours != NULL) {
-        STP_TRY(stp_raster_read(g->colours, g->colour_row, err));
+        STP_TRY(stp_raster_read(g->colours, row, g->colour_row, err));
         keep_colours(g, z, g->rgb[g->rows_read % ROWS_HELD]);
     }
     if (g->mask != NULL) {
-        STP_TRY(stp_raster_read(g->mask, g->mask_row, err));
+        STP_TRY(stp_raster_read(g->mask, row, g->mask_row, err));
         keep_mask(g, z);
     }
     g->rows_read++;
@@ -267,9 +285,9 @@ static double slope(double before, double here, double after, double step)
 static vec3s normal_of(const grid_reader *g, uint32_t row, uint32_t column)
 {
     const double *z = g->z[row % ROWS_HELD];
-    const bool above = row > 0, below = row + 1 < g->info->height;
+    const bool above = row > 0, below = row + 1 < g->rows;
     const double zx = slope(column > 0 ? z[column - 1] : NAN, z[column],
-                            column + 1 < g->info->width ? z[column + 1] : NAN, g->place.dx);
+                            column + 1 < g->columns ? z[column + 1] : NAN, g->place.dx);
     const double zy = slope(below ? g->z[(row + 1) % ROWS_HELD][column] : NAN, z[column],
                             above ? g->z[(row - 1) % ROWS_HELD][column] : NAN, g->place.dy);
     if (!(fabs(zx) < STEEPEST) || !(fabs(zy) < STEEPEST))
@@ -282,7 +300,8 @@ static stp_dvec3 position_of(const grid_reader *g, uint32_t row, uint32_t column
     const stp_grid_params *p = &g->params;
     if (!is_pinhole(g))
         return stp_scan_raster_at(&g->place, column, row, z);
-    const double x = ((double)column - p->cx) / p->fx, y = ((double)row - p->cy) / p->fy;
+    const double x = ((double)column * g->step - p->cx) / p->fx;
+    const double y = ((double)row * g->step - p->cy) / p->fy;
     if (p->along_ray)
         z /= sqrt(x * x + y * y + 1.0);
     return (stp_dvec3){x * z, y * z, z};
@@ -311,11 +330,11 @@ static stp_status read_grid(void *state, stp_point *points, size_t capacity, siz
     grid_reader *g = state;
     stp_status status = STP_OK;
     size_t got = 0;
-    while (got < capacity && g->next_row < g->info->height) {
-        while (g->rows_read < g->info->height && g->rows_read < g->next_row + 2)
+    while (got < capacity && g->next_row < g->rows) {
+        while (g->rows_read < g->rows && g->rows_read < g->next_row + 2)
             STP_TRY(read_row(g, err));
         points[got++] = make_point(g, g->next_row, g->next_column);
-        if (++g->next_column == g->info->width) {
+        if (++g->next_column == g->columns) {
             g->next_column = 0;
             g->next_row++;
         }

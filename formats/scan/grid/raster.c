@@ -14,7 +14,7 @@ struct stp_raster {
     const stp_raster_reader *reader;
     void *state;
     const char *path;
-    uint32_t next;
+    uint32_t next; /* row */
 };
 
 /* How files begin that may hold heights. reader NULL: the module of TIFF. */
@@ -81,7 +81,8 @@ static stp_status check_info(const stp_raster *r, stp_error *err)
     return STP_OK;
 }
 
-stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use use, stp_error *err)
+stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use use, uint32_t step,
+                           stp_error *err)
 {
     stp_status status = STP_OK;
     stp_raster *r = NULL;
@@ -99,8 +100,9 @@ stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use us
     if (r->reader == NULL)
         STP_TRY(load_tiff(&r->reader, err));
     STP_TRY(stp_alloc(&r->state, 1, r->reader->state_bytes, "an image", err));
-    STP_TRY(r->reader->open(r->state, &r->info, path, use, err));
+    STP_TRY(r->reader->open(r->state, &r->info, path, use, step, err));
     STP_TRY(check_info(r, err));
+    r->info.reduced = r->info.reduced > 0 ? r->info.reduced : 1;
     *out = r;
     r = NULL;
 done:
@@ -115,9 +117,13 @@ const stp_raster_info *stp_raster_get_info(const stp_raster *raster)
     return &raster->info;
 }
 
-stp_status stp_raster_read(stp_raster *r, double *row, stp_error *err)
+stp_status stp_raster_read(stp_raster *r, uint32_t row, double *values, stp_error *err)
 {
-    return r->reader->read(r->state, r->next++, row, err);
+    stp_status status = STP_OK;
+    for (r->next = r->reader->each ? r->next : row; r->next <= row; r->next++)
+        STP_TRY(r->reader->read(r->state, r->next, values, err));
+done:
+    return status;
 }
 
 void stp_raster_close(stp_raster **raster)

@@ -4,7 +4,7 @@
  * bits, floats of 32 and 64; strips or tiles; GeoTIFF's place, GDAL's no-data and scale), PNG by
  * libpng, PFM and PGM (raster_pnm.c), ESRI ASCII grids (raster_esri.c), Alicona AL3D
  * (raster_al3d.c), EXR by OpenImageIO, and as colours whatever OpenImageIO reads. Numbers are the
- * file's own: nothing is scaled. Memory: a band of rows; EXR, JPEG, interlaced PNG are held whole.
+ * file's own: nothing is scaled. Memory: a band of rows; JPEG, interlaced PNG are held whole.
  * Threads: one at a time per raster. */
 #ifndef STP_FORMATS_SCAN_GRID_RASTER_H
 #define STP_FORMATS_SCAN_GRID_RASTER_H
@@ -25,6 +25,7 @@ typedef enum stp_raster_use { STP_RASTER_HEIGHTS, STP_RASTER_COLOURS } stp_raste
 typedef struct stp_raster_info {
     const char *format; /* "TIFF", ... */
     uint32_t width, height;
+    uint32_t reduced;  /* each pixel stands for so many columns and rows of the file's own image */
     uint32_t channels; /* 1 or 3, one more with alpha */
     bool alpha;        /* the last channel: 0 means that there is no sample */
     bool floats;
@@ -45,22 +46,27 @@ typedef struct stp_raster stp_raster;
 
 /* Whether a file that begins with these bytes is of a kind that may hold heights. 16 are enough. */
 bool stp_raster_may_hold_heights(const char *bytes, size_t length);
-/* Errors: NOT_FOUND, IO, FORMAT (no raster), CORRUPT, UNSUPPORTED (kinds of numbers), LIMIT,
- * OUT_OF_MEMORY. path must outlive the raster. */
-stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use use, stp_error *err);
+/* step: only every so manieth column and row is of interest, so that a smaller copy of the image,
+ * which the file may have for overviews, will do; info tells of that copy. 1: each is. path must
+ * outlive the raster. Errors: NOT_FOUND, IO, FORMAT (no raster), CORRUPT, UNSUPPORTED (kinds of
+ * numbers), LIMIT, OUT_OF_MEMORY. */
+stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use use, uint32_t step,
+                           stp_error *err);
 const stp_raster_info *stp_raster_get_info(const stp_raster *raster);
-/* Reads the next row, the top one first: width * channels numbers. Errors: IO, CORRUPT. */
-stp_status stp_raster_read(stp_raster *raster, double *row, stp_error *err);
+/* Reads a row below the last one that was read, row 0 is the top: width * channels numbers.
+ * Errors: IO, CORRUPT. */
+stp_status stp_raster_read(stp_raster *raster, uint32_t row, double *values, stp_error *err);
 void stp_raster_close(stp_raster **raster);
 
 /* ---- for the readers of formats ---- */
 
 typedef struct stp_raster_reader {
     size_t state_bytes;
+    bool each; /* every row is asked for; else rows may be left out */
     /* state is zero. Fills info. */
     stp_status (*open)(void *state, stp_raster_info *info, const char *path, stp_raster_use use,
-                       stp_error *err);
-    /* Rows are asked for in order, each once. */
+                       uint32_t step, stp_error *err);
+    /* Rows are asked for in order, none twice. */
     stp_status (*read)(void *state, uint32_t row, double *values, stp_error *err);
     void (*close)(void *state); /* also after a failed open */
 } stp_raster_reader;

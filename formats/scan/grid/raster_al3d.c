@@ -70,13 +70,14 @@ static uint64_t padded(uint64_t bytes)
 }
 
 static stp_status open_al3d(void *state, stp_raster_info *info, const char *path,
-                            stp_raster_use use, stp_error *err)
+                            stp_raster_use use, uint32_t step, stp_error *err)
 {
     al3d_raster *a = state;
     stp_status status = STP_OK;
     uint64_t size = 0;
     al3d_tags tags = {NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN};
     const bool colours = use == STP_RASTER_COLOURS;
+    (void)step;
     a->path = path;
     STP_TRY(stp_file_open(path, &a->descriptor, &size, err));
     a->opened = true;

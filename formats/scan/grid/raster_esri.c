@@ -76,12 +76,13 @@ done:
 }
 
 static stp_status open_esri(void *state, stp_raster_info *info, const char *path,
-                            stp_raster_use use, stp_error *err)
+                            stp_raster_use use, uint32_t step, stp_error *err)
 {
     esri_raster *g = state;
     stp_status status = STP_OK;
     const double *n = g->numbers;
     (void)use;
+    (void)step;
     g->text.source.descriptor = -1;
     STP_TRY(stp_source_open(&g->text.source, path, err));
     STP_TRY(read_keys(g, err));
@@ -123,5 +124,8 @@ static void close_esri(void *state)
     stp_source_close(&g->text.source);
 }
 
-const stp_raster_reader stp_raster_esri = {
-    .state_bytes = sizeof(esri_raster), .open = open_esri, .read = read_esri, .close = close_esri};
+const stp_raster_reader stp_raster_esri = {.state_bytes = sizeof(esri_raster),
+                                           .each = true,
+                                           .open = open_esri,
+                                           .read = read_esri,
+                                           .close = close_esri};

@@ -1,58 +1,61 @@
-/* Reads what OpenImageIO reads, held whole: heights of EXR, and colours of any format. */
+/* Reads what OpenImageIO reads: heights of EXR row by row, and colours of any format, held whole.
+ */
 #include "base/memory.h"
 #include "formats/image/image.h"
 #include "formats/scan/grid/raster.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 typedef struct image_raster {
+    bool is_heights;
     stp_image colours;
-    float *heights;
-    size_t width;
+    stp_height_image heights;
 } image_raster;
 
 static stp_status open_image(void *state, stp_raster_info *info, const char *path,
-                             stp_raster_use use, stp_error *err)
+                             stp_raster_use use, uint32_t step, stp_error *err)
 {
     image_raster *r = state;
     stp_status status = STP_OK;
-    int width = 0, height = 0;
-    if (use == STP_RASTER_COLOURS) {
+    (void)step;
+    r->is_heights = use == STP_RASTER_HEIGHTS;
+    if (r->is_heights)
+        STP_TRY(stp_height_image_open(&r->heights, path, err));
+    else
         STP_TRY(stp_image_load(&r->colours, path, err));
-        width = r->colours.width;
-        height = r->colours.height;
-    } else {
-        STP_TRY(stp_image_load_heights(path, &width, &height, &r->heights, err));
-    }
-    r->width = (size_t)width;
-    *info = (stp_raster_info){.format = use == STP_RASTER_COLOURS ? "image" : "EXR",
-                              .width = (uint32_t)width,
-                              .height = (uint32_t)height,
-                              .channels = use == STP_RASTER_COLOURS ? 4 : 1,
-                              .alpha = use == STP_RASTER_COLOURS,
-                              .floats = use == STP_RASTER_HEIGHTS,
-                              .full = use == STP_RASTER_COLOURS ? 255.0 : 1.0};
+    *info = (stp_raster_info){
+        .format = r->is_heights ? "EXR" : "image",
+        .width = (uint32_t)(r->is_heights ? r->heights.width : r->colours.width),
+        .height = (uint32_t)(r->is_heights ? r->heights.height : r->colours.height),
+        .channels = r->is_heights ? 1 : 4,
+        .alpha = !r->is_heights,
+        .floats = r->is_heights,
+        .full = r->is_heights ? 1.0 : 255.0};
 done:
     return status;
 }
 
 static stp_status read_image(void *state, uint32_t row, double *values, stp_error *err)
 {
-    const image_raster *r = state;
-    (void)err;
-    for (size_t i = 0; r->heights != NULL && i < r->width; i++)
-        values[i] = (double)r->heights[row * r->width + i];
-    for (size_t i = 0; r->heights == NULL && i < 4 * r->width; i++)
-        values[i] = r->colours.rgba[4 * row * r->width + i];
-    return STP_OK;
+    image_raster *r = state;
+    stp_status status = STP_OK;
+    const size_t count = 4 * (size_t)r->colours.width;
+    if (r->is_heights) {
+        const float *heights = NULL;
+        STP_TRY(stp_height_image_read(&r->heights, (int)row, &heights, err));
+        for (int i = 0; i < r->heights.width; i++)
+            values[i] = (double)heights[i];
+    } else {
+        for (size_t i = 0; i < count; i++)
+            values[i] = r->colours.rgba[row * count + i];
+    }
+done:
+    return status;
 }
 
 static void close_image(void *state)
 {
     image_raster *r = state;
     stp_image_destroy(&r->colours);
-    free(r->heights);
+    stp_height_image_close(&r->heights);
 }
 
 const stp_raster_reader stp_raster_image = {.state_bytes = sizeof(image_raster),

@@ -91,12 +91,13 @@ static bool read_one(png_raster *p)
 }
 
 static stp_status open_png(void *state, stp_raster_info *info, const char *path, stp_raster_use use,
-                           stp_error *err)
+                           uint32_t step, stp_error *err)
 {
     png_raster *p = state;
     stp_status status = STP_OK;
     int passes = 1;
     (void)use;
+    (void)step;
     p->path = path;
     p->file = fopen(path, "rb");
     if (p->file == NULL)
@@ -148,5 +149,8 @@ static void close_png(void *state)
     free(p->rows);
 }
 
-const stp_raster_reader stp_raster_png = {
-    .state_bytes = sizeof(png_raster), .open = open_png, .read = read_png, .close = close_png};
+const stp_raster_reader stp_raster_png = {.state_bytes = sizeof(png_raster),
+                                          .each = true,
+                                          .open = open_png,
+                                          .read = read_png,
+                                          .close = close_png};

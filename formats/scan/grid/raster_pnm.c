@@ -60,13 +60,14 @@ static stp_status read_number(pnm_raster *p, double least, double most, double *
 }
 
 static stp_status open_pnm(void *state, stp_raster_info *info, const char *path, stp_raster_use use,
-                           stp_error *err)
+                           uint32_t step, stp_error *err)
 {
     pnm_raster *p = state;
     stp_status status = STP_OK;
     char magic[32];
     double width, height, last;
     (void)use;
+    (void)step;
     p->text.source.descriptor = -1;
     STP_TRY(stp_source_open(&p->text.source, path, err));
     STP_TRY(read_word(p, magic, err));
@@ -126,5 +127,8 @@ static void close_pnm(void *state)
     free(p->row);
 }
 
-const stp_raster_reader stp_raster_pnm = {
-    .state_bytes = sizeof(pnm_raster), .open = open_pnm, .read = read_pnm, .close = close_pnm};
+const stp_raster_reader stp_raster_pnm = {.state_bytes = sizeof(pnm_raster),
+                                          .each = true,
+                                          .open = open_pnm,
+                                          .read = read_pnm,
+                                          .close = close_pnm};

@@ -257,16 +257,56 @@ done:
     return status;
 }
 
+/* Of the image that libtiff is at. */
+static void read_size(tiff_raster *t)
+{
+    uint16_t channels = 1;
+    t->bits = 1;
+    t->kind = SAMPLEFORMAT_UINT;
+    (void)TIFFGetField(t->tiff, TIFFTAG_IMAGEWIDTH, &t->width);
+    (void)TIFFGetField(t->tiff, TIFFTAG_IMAGELENGTH, &t->height);
+    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLESPERPIXEL, &channels);
+    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_BITSPERSAMPLE, &t->bits);
+    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLEFORMAT, &t->kind);
+    t->channels = channels;
+}
+
+/* Goes to the smallest copy of the image of which each pixel stands for at most step columns and
+ * rows. Copies come after the image, as GDAL writes overviews. */
+static void choose_copy(tiff_raster *t, uint32_t step, stp_raster_info *info)
+{
+    const tiff_raster whole = *t;
+    tdir_t best = 0;
+    while (TIFFReadDirectory(t->tiff)) {
+        uint32_t type = 0;
+        (void)TIFFGetField(t->tiff, TIFFTAG_SUBFILETYPE, &type);
+        read_size(t);
+        const uint32_t by = t->width > 0 ? (whole.width + t->width / 2) / t->width : 0;
+        if (type == FILETYPE_REDUCEDIMAGE && by > info->reduced && by <= step &&
+            t->width == (whole.width + by - 1) / by && t->height == (whole.height + by - 1) / by &&
+            t->channels == whole.channels && t->bits == whole.bits && t->kind == whole.kind) {
+            info->reduced = by;
+            best = TIFFCurrentDirectory(t->tiff);
+        }
+    }
+    (void)TIFFSetDirectory(t->tiff, best);
+    read_size(t);
+    info->width = t->width;
+    info->height = t->height;
+    info->x += 0.5 * (info->reduced - 1) * info->dx;
+    info->y -= 0.5 * (info->reduced - 1) * info->dy;
+    info->dx *= info->reduced;
+    info->dy *= info->reduced;
+}
+
 static stp_status open_tiff(void *state, stp_raster_info *info, const char *path,
-                            stp_raster_use use, stp_error *err)
+                            stp_raster_use use, uint32_t step, stp_error *err)
 {
     tiff_raster *t = state;
-    uint16_t channels = 1, planar = PLANARCONFIG_CONTIG, photometric = PHOTOMETRIC_MINISBLACK;
+    uint16_t planar = PLANARCONFIG_CONTIG, photometric = PHOTOMETRIC_MINISBLACK;
     uint16_t extra = 0, *extras = NULL;
     (void)use;
     t->path = path;
-    t->bits = 1;
-    t->kind = SAMPLEFORMAT_UINT;
     static pthread_once_t once = PTHREAD_ONCE_INIT;
     (void)pthread_once(&once, set_extender);
     TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
@@ -278,20 +318,16 @@ static stp_status open_tiff(void *state, stp_raster_info *info, const char *path
     TIFFOpenOptionsFree(options);
     if (t->tiff == NULL)
         return damaged(t, err);
-    (void)TIFFGetField(t->tiff, TIFFTAG_IMAGEWIDTH, &t->width);
-    (void)TIFFGetField(t->tiff, TIFFTAG_IMAGELENGTH, &t->height);
-    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLESPERPIXEL, &channels);
-    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_BITSPERSAMPLE, &t->bits);
-    (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_SAMPLEFORMAT, &t->kind);
+    read_size(t);
     (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_PLANARCONFIG, &planar);
     (void)TIFFGetField(t->tiff, TIFFTAG_PHOTOMETRIC, &photometric);
     (void)TIFFGetFieldDefaulted(t->tiff, TIFFTAG_EXTRASAMPLES, &extra, &extras);
-    t->channels = channels;
     *info = (stp_raster_info){.format = "TIFF",
                               .width = t->width,
                               .height = t->height,
-                              .channels = channels,
-                              .alpha = extra == 1 && (channels == 2 || channels == 4),
+                              .reduced = 1,
+                              .channels = t->channels,
+                              .alpha = extra == 1 && (t->channels == 2 || t->channels == 4),
                               .floats = t->kind == SAMPLEFORMAT_IEEEFP,
                               .full = 1.0};
     if (!info->floats)
@@ -300,6 +336,8 @@ static stp_status open_tiff(void *state, stp_raster_info *info, const char *path
     stp_status status = find_place(t, info, err);
     if (status == STP_OK)
         status = check_kind(t, planar, photometric, err);
+    if (status == STP_OK && step > 1)
+        choose_copy(t, step, info);
     if (status == STP_OK && t->width > 0 && t->width <= STP_RASTER_SIDE_LIMIT)
         status = make_band(t, err);
     return status;
