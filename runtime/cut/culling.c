@@ -109,11 +109,11 @@ const stp_gpu_frame *stp_culling_narrow(stp_gpu_frame *room, const stp_gpu_frame
         return frame;
     memcpy(room, frame, offsetof(stp_gpu_frame, openings));
     room->modes[3] = 0;
-    for (int i = 0; i < frame->modes[3]; i++)
-        if (stp_opening_shows(frame, i, centre, radius)) {
-            if (set != NULL)
-                set[i / 32] |= UINT32_C(1) << i % 32;
-            memcpy(room->openings[room->modes[3]++], frame->openings[i], sizeof *room->openings);
-        }
+    for (int i = stp_opening_next(frame, 0, centre, radius); i < frame->modes[3];
+         i = stp_opening_next(frame, i + 1, centre, radius)) {
+        if (set != NULL)
+            set[i / 32] |= UINT32_C(1) << i % 32;
+        memcpy(room->openings[room->modes[3]++], frame->openings[i], sizeof *room->openings);
+    }
     return room;
 }

@@ -136,30 +136,38 @@ static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
            along * along > (1.0f - cos2) * tangent2;
 }
 
-/* shaders/project/project.glsl does the same. */
-bool stp_opening_shows(const stp_gpu_frame *frame, int i, const float centre[3], float radius)
+/* Whether an opening lies near the line of sight to a place, and not beyond it. straight: the eye
+ * is at infinity, in the direction `back`. inverse: of the square of the place's distance. */
+static inline bool is_before(const float ball[4], const float place[3], float radius, float inverse,
+                             bool straight, const float back[3])
 {
-    const float *ball = frame->openings[i];
-    float off[3], back[3], reach = ball[3] + radius * 1.00001f, part = 1.0f;
-    back_of(frame, back);
-    if (frame->modes[0] == 0) {
-        part = dot3(ball, centre) / fmaxf(dot3(centre, centre), 1e-30f);
-        part = part < 0.0f ? 0.0f : part > 1.0f ? 1.0f : part;
-    }
+    float off[3], reach = ball[3] + radius * 1.00001f, nearer = 0.0f;
+    float part = straight ? 1.0f : dot3(ball, place) * inverse;
+    part = part < 0.0f ? 0.0f : part > 1.0f ? 1.0f : part;
     for (int k = 0; k < 3; k++)
-        off[k] = ball[k] - part * centre[k];
-    float nearer = frame->modes[0] != 0 ? dot3(off, back) : 0.0f;
-    for (int k = 0; k < 3 && frame->modes[0] != 0; k++)
-        off[k] -= nearer * back[k];
+        off[k] = ball[k] - part * place[k];
+    if (straight) {
+        nearer = dot3(off, back);
+        for (int k = 0; k < 3; k++)
+            off[k] -= nearer * back[k];
+    }
     return nearer >= -reach && dot3(off, off) <= reach * reach;
 }
 
-static bool seen_through(const stp_gpu_frame *frame, const stp_rule_bound *bound)
+/* shaders/project/project.glsl does the same. */
+int stp_opening_next(const stp_gpu_frame *frame, int i, const float centre[3], float radius)
 {
-    for (int i = 0; i < frame->modes[3]; i++)
-        if (stp_opening_shows(frame, i, bound->centre, bound->radius))
-            return true;
-    return false;
+    const int count = frame->modes[3];
+    const float square = dot3(centre, centre), inverse = 1.0f / (square > 1e-30f ? square : 1e-30f);
+    float back[3];
+    back_of(frame, back);
+    if (frame->modes[0] != 0)
+        while (i < count && !is_before(frame->openings[i], centre, radius, inverse, true, back))
+            i++;
+    else
+        while (i < count && !is_before(frame->openings[i], centre, radius, inverse, false, back))
+            i++;
+    return i;
 }
 
 /* The limit of shaders/project/project.glsl, and its sine. */
@@ -177,7 +185,8 @@ static bool is_culled(const stp_gpu_frame *frame, const stp_rule_bound *bound)
     stp_rule_bound wide = *bound;
     float sine = sqrtf(fmaxf(0.0f, 1.0f - bound->cone_cos * bound->cone_cos));
     wide.cone_cos = bound->cone_cos * CULL_SINE - sine * CULL_COSINE;
-    return faces_away(frame, &wide) && !seen_through(frame, bound);
+    return faces_away(frame, &wide) &&
+           stp_opening_next(frame, 0, bound->centre, bound->radius) == frame->modes[3];
 }
 
 /* Whether no centre in the bound can lie in the clip box and on the kept side of the planes. Floats

@@ -100,8 +100,9 @@ bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
 bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                      const stp_patch_brief *brief);
 
-/* Whether opening i of the frame lies between the eye and any place in a ball. */
-bool stp_opening_shows(const stp_gpu_frame *frame, int i, const float centre[3], float radius);
+/* The first opening of the frame, from opening i on, that lies between the eye and any place in a
+ * ball; modes[3] if none does. */
+int stp_opening_next(const stp_gpu_frame *frame, int i, const float centre[3], float radius);
 
 /* False if the bound lies outside the frustum or the clip box, or shows only backs that are hidden.
  * If true, eye gets the bound's centre in eye space. */
