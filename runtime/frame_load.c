@@ -179,15 +179,16 @@ static stp_status load_round(stp_renderer *r, const stp_draw *draws, size_t coun
     return stp_block_cache_load(r->cache, load, err);
 }
 
-/* Loads the cut's draws from draw `begin` on: first what tells their levels, then the levels. */
-stp_status stp_frame_load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_cache_load *load,
-                                stp_error *err)
+/* Loads the cut's draws from draw `begin` on: unless their levels are known, first what tells them;
+ * then the levels. */
+stp_status stp_frame_load_draws(stp_renderer *r, stp_drawing *d, size_t begin, bool known,
+                                stp_cache_load *load, stp_error *err)
 {
     stp_status status = STP_OK;
     double begun = stp_clock_seconds();
     stp_draw *draws = r->cut.draws + begin;
     size_t count = r->cut.draw_count - begin;
-    if (stp_frame_asks_headers(r)) {
+    if (stp_frame_asks_headers(r) && !known) {
         STP_TRY(load_round(r, draws, count, true, load, err));
         if (load->damaged)
             goto done;
@@ -226,8 +227,9 @@ void stp_frame_touch(stp_renderer *r)
 }
 
 /* Loads what patches ask for, tier by tier: patches that are there tell which blocks below are
- * needed. Ends when nothing is missing, or there is no more room: then the picture takes passes. */
-stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, stp_error *err)
+ * needed. *complete: nothing is missing, and the cut is chosen; else there was no more room, and
+ * the picture takes passes. */
+stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete, stp_error *err)
 {
     stp_status status = STP_OK;
     const cut_view view = {r, &r->frame, r->eye, NULL};
@@ -244,6 +246,7 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, stp_error *err)
         if (count > 0)
             STP_TRY(stp_block_cache_load(r->cache, &load, err));
     } while (load.count > 0 && load.there == load.count && ++rounds < ASKED_ROUNDS_LIMIT);
+    *complete = load.count == 0;
 done:
     d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
     return status;
