@@ -274,13 +274,15 @@ static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
     size_t begin = 0;
     double radius_px = 0.0;
     bool fronts_done = false; /* splats: an earlier pass drew all fronts */
+    bool chosen = false;      /* the cut, with its levels, when all of it was loaded */
     stp_cache_load load;
     if (stp_frame_asks_headers(r))
-        STP_TRY(stp_frame_load_asked(r, d, err));
-    STP_TRY(stp_frame_select(r, d, err));
+        STP_TRY(stp_frame_load_asked(r, d, &chosen, err));
+    STP_TRY(chosen ? stp_sight_begin(&r->sight, &r->cut, err) : stp_frame_select(r, d, err));
     do {
-        STP_TRY(stp_frame_load_draws(r, d, begin, &load, err));
+        STP_TRY(stp_frame_load_draws(r, d, begin, chosen, &load, err));
         if (load.damaged) { /* the damage is now known: choose again without the block */
+            chosen = false;
             STP_TRY(stp_frame_select(r, d, err));
             d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
             begin = 0;

@@ -53,6 +53,7 @@ typedef struct cut_view {
     const stp_renderer *renderer;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
+    const stp_cut *chosen; /* NULL while the cut is being chosen */
 } cut_view;
 
 /* For frames that wait for the cut: every block that is not damaged will be resident. */
@@ -77,6 +78,15 @@ static const stp_resident *resident_now(const void *context, uint32_t block)
                : stp_block_cache_get(cache, stp_block_cache_slot(cache, block));
 }
 
+/* Whether a block below is drawn. While the cut is being chosen: whether it can be, since then the
+ * patches that ask for it are resident. */
+static bool comes(const void *context, uint32_t block)
+{
+    const cut_view *v = context;
+    return v->chosen != NULL ? v->chosen->blocks[block].state != STP_CUT_LEFT
+                             : !stp_block_cache_damaged(v->renderer->cache, block);
+}
+
 /* Patches that are resident tell exactly what they need. Those of other blocks are read first. */
 static int needed_now(const void *context, uint32_t block, int estimate)
 {
@@ -86,7 +96,8 @@ static int needed_now(const void *context, uint32_t block, int estimate)
         return estimate;
     if (resident == NULL)
         return estimate > STP_NEED_HEADERS ? estimate : STP_NEED_HEADERS;
-    return stp_block_need(&v->renderer->scene, v->frame, v->eye, resident, estimate);
+    return stp_block_need(&v->renderer->scene, v->frame, v->eye, resident, estimate,
+                          &(stp_need_below){comes, v});
 }
 
 static bool was_drawn(const void *context, uint32_t block)
@@ -113,7 +124,7 @@ static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut
 
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err)
 {
-    const cut_view view = {r, &r->frame, r->eye};
+    const cut_view view = {r, &r->frame, r->eye, NULL};
     stp_status status = select_for(r, d, &r->cut, &view, d->params->stream, err);
     return status == STP_OK ? stp_sight_begin(&r->sight, &r->cut, err) : status;
 }
@@ -153,7 +164,8 @@ bool stp_frame_asks_headers(const stp_renderer *r)
 
 stp_status stp_frame_refine(stp_renderer *r, stp_draw *draws, size_t count, stp_error *err)
 {
-    return stp_pool_run(r->pool, count, refine_one, &(needs){{r, &r->frame, r->eye}, draws}, err);
+    return stp_pool_run(r->pool, count, refine_one,
+                        &(needs){{r, &r->frame, r->eye, &r->cut}, draws}, err);
 }
 
 /* Loads draws, as many as there is room for. */
@@ -167,15 +179,16 @@ static stp_status load_round(stp_renderer *r, const stp_draw *draws, size_t coun
     return stp_block_cache_load(r->cache, load, err);
 }
 
-/* Loads the cut's draws from draw `begin` on: first what tells their levels, then the levels. */
-stp_status stp_frame_load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_cache_load *load,
-                                stp_error *err)
+/* Loads the cut's draws from draw `begin` on: unless their levels are known, first what tells them;
+ * then the levels. */
+stp_status stp_frame_load_draws(stp_renderer *r, stp_drawing *d, size_t begin, bool known,
+                                stp_cache_load *load, stp_error *err)
 {
     stp_status status = STP_OK;
     double begun = stp_clock_seconds();
     stp_draw *draws = r->cut.draws + begin;
     size_t count = r->cut.draw_count - begin;
-    if (stp_frame_asks_headers(r)) {
+    if (stp_frame_asks_headers(r) && !known) {
         STP_TRY(load_round(r, draws, count, true, load, err));
         if (load->damaged)
             goto done;
@@ -214,11 +227,12 @@ void stp_frame_touch(stp_renderer *r)
 }
 
 /* Loads what patches ask for, tier by tier: patches that are there tell which blocks below are
- * needed. Ends when nothing is missing, or there is no more room: then the picture takes passes. */
-stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, stp_error *err)
+ * needed. *complete: nothing is missing, and the cut is chosen; else there was no more room, and
+ * the picture takes passes. */
+stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete, stp_error *err)
 {
     stp_status status = STP_OK;
-    const cut_view view = {r, &r->frame, r->eye};
+    const cut_view view = {r, &r->frame, r->eye, NULL};
     const double begun = stp_clock_seconds();
     stp_cache_load load = {0};
     int rounds = 0;
@@ -232,6 +246,7 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, stp_error *err)
         if (count > 0)
             STP_TRY(stp_block_cache_load(r->cache, &load, err));
     } while (load.count > 0 && load.there == load.count && ++rounds < ASKED_ROUNDS_LIMIT);
+    *complete = load.count == 0;
 done:
     d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
     return status;
@@ -247,7 +262,7 @@ stp_status stp_frame_want_missing(stp_renderer *r, const stp_drawing *d, const s
     now = count;
     if (ahead != NULL && count + AHEAD_LIMIT <= STP_STREAM_WANTS_LIMIT) {
         stp_gpu_frame frame = stp_frame_describe(ahead, d->params, &r->scene);
-        const cut_view view = {r, &frame, stp_unexaggerated(d->params, ahead->eye)};
+        const cut_view view = {r, &frame, stp_unexaggerated(d->params, ahead->eye), NULL};
         STP_TRY(select_for(r, d, &r->ahead_cut, &view, true, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }

@@ -126,12 +126,13 @@ stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t c
 bool stp_frame_asks_headers(const stp_renderer *r);
 /* Sets the levels of draws whose headers are resident to what their patches need. */
 stp_status stp_frame_refine(stp_renderer *r, stp_draw *draws, size_t count, stp_error *err);
-/* Loads the cut's draws from draw `begin` on, as many as there is room for, and waits. Errors: IO,
- * GL, OUT_OF_MEMORY. */
-stp_status stp_frame_load_draws(stp_renderer *r, stp_drawing *d, size_t begin, stp_cache_load *load,
-                                stp_error *err);
-/* Loads what patches ask for, tier by tier, and waits. Errors: as stp_frame_load_draws. */
-stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, stp_error *err);
+/* Loads the cut's draws from draw `begin` on, as many as there is room for, and waits. known: their
+ * levels are those that their patches need. Errors: IO, GL, OUT_OF_MEMORY. */
+stp_status stp_frame_load_draws(stp_renderer *r, stp_drawing *d, size_t begin, bool known,
+                                stp_cache_load *load, stp_error *err);
+/* Chooses the cut and loads what its patches ask for, tier by tier, and waits. *complete: all of it
+ * is there. Errors: as stp_frame_load_draws. */
+stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete, stp_error *err);
 /* Marks what the cut draws, or falls back on, as used. */
 void stp_frame_touch(stp_renderer *r);
 /* Requests the blocks that are missing, and those that the camera's motion will reveal. ahead: may

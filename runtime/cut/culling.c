@@ -99,18 +99,24 @@ const stp_gpu_frame *stp_culling_narrow(stp_gpu_frame *room, const stp_gpu_frame
                                         const stp_scene *scene, uint32_t block, stp_dvec3 eye,
                                         uint32_t set[STP_OPENING_WORDS])
 {
-    const stp_ball ball =
-        stp_block_ball(&scene->blocks[block], stp_scene_entry(scene, block)->origin, eye);
-    const float centre[3] = {(float)ball.centre.x, (float)ball.centre.y, (float)ball.centre.z};
-    const float radius = (float)ball.radius * 1.001f; /* more than rounding takes */
+    const stp_block *b = &scene->blocks[block];
+    const stp_ball ball = stp_block_ball(b, stp_scene_entry(scene, block)->origin, eye);
+    const stp_rule_bound bound = {
+        .centre = {(float)ball.centre.x, (float)ball.centre.y, (float)ball.centre.z},
+        .radius = (float)ball.radius * 1.001f, /* more than rounding takes */
+        .cone_axis = {b->cone_axis.x, b->cone_axis.y, b->cone_axis.z},
+        .cone_cos = b->cone_angle >= 3.14159f ? -1.0f : cosf(b->cone_angle),
+    };
     if (set != NULL)
         memset(set, 0, STP_OPENING_WORDS * sizeof *set);
     if (frame->modes[3] == 0)
         return frame;
     memcpy(room, frame, offsetof(stp_gpu_frame, openings));
     room->modes[3] = 0;
-    for (int i = stp_opening_next(frame, 0, centre, radius); i < frame->modes[3];
-         i = stp_opening_next(frame, i + 1, centre, radius)) {
+    if (stp_rule_faces_eye(frame, &bound)) /* then no opening shows a back */
+        return room;
+    for (int i = stp_opening_next(frame, 0, bound.centre, bound.radius); i < frame->modes[3];
+         i = stp_opening_next(frame, i + 1, bound.centre, bound.radius)) {
         if (set != NULL)
             set[i / 32] |= UINT32_C(1) << i % 32;
         memcpy(room->openings[room->modes[3]++], frame->openings[i], sizeof *room->openings);

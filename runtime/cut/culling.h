@@ -12,8 +12,9 @@ void stp_culling_place(stp_gpu_frame *frame, const stp_draw_params *params, cons
                        const stp_scene *scene);
 
 /* A frame that gives the same answers about a block's patches, sooner: one that has only the
- * openings through which the block may be seen. It is made in `room` unless `frame` itself has
- * none. set: bit i % 32 of word i / 32 says whether opening i of `frame` is one; may be NULL. */
+ * openings through which backs of the block may be seen. It is made in `room` unless `frame` itself
+ * has none. set: bit i % 32 of word i / 32 says whether opening i of `frame` is one; may be NULL.
+ */
 const stp_gpu_frame *stp_culling_narrow(stp_gpu_frame *room, const stp_gpu_frame *frame,
                                         const stp_scene *scene, uint32_t block, stp_dvec3 eye,
                                         uint32_t set[STP_OPENING_WORDS]);

@@ -65,15 +65,11 @@ static stp_status forget(stp_cut *cut, uint32_t block_count, stp_error *err)
     STP_TRY(stp_grow(&cut->blocks, &cut->block_capacity, block_count, sizeof *cut->blocks,
                      "a list of blocks", err));
     memset(cut->blocks + had, 0, (cut->block_capacity - had) * sizeof *cut->blocks);
-    const size_t had_asked = cut->asked_capacity;
-    had = cut->seen_capacity;
-    STP_TRY(stp_grow(&cut->seen, &cut->seen_capacity, block_count, sizeof *cut->seen,
-                     "a list of blocks", err));
-    STP_TRY(stp_grow(&cut->asked, &cut->asked_capacity, block_count, sizeof *cut->asked,
-                     "a list of blocks", err));
-    if (had < cut->seen_capacity || had_asked < cut->asked_capacity || ++cut->serial == 0) {
-        memset(cut->seen, 0, cut->seen_capacity * sizeof *cut->seen);
-        memset(cut->asked, 0, cut->asked_capacity * sizeof *cut->asked);
+    had = cut->reference_capacity;
+    STP_TRY(stp_grow(&cut->references, &cut->reference_capacity, block_count,
+                     sizeof *cut->references, "a list of blocks", err));
+    if (had < cut->reference_capacity || ++cut->serial == 0) {
+        memset(cut->references, 0, cut->reference_capacity * sizeof *cut->references);
         cut->serial = 1;
     }
     STP_TRY(stp_grow(&cut->answers, &cut->answer_capacity, block_count, sizeof *cut->answers,
@@ -390,8 +386,7 @@ void stp_cut_destroy(stp_cut *cut)
     free(cut->passed);
     free(cut->blocks);
     free(cut->touched);
-    free(cut->seen);
-    free(cut->asked);
+    free(cut->references);
     free(cut->answers);
     free(cut->children);
     free(cut->tiers[0].visits);

@@ -45,6 +45,15 @@ typedef struct stp_cut_block {
     float limit;
 } stp_cut_block;
 
+/* What the patches in sight above a block say: the last cut in which one refers to the block, and
+ * in which one is too coarse. In the latter: the least limit of their blocks, and whether one is
+ * drawn. */
+typedef struct stp_cut_reference {
+    uint32_t seen, asked;
+    float limit;
+    bool drawn;
+} stp_cut_reference;
+
 /* Chunks of one tier of the tree whose children are to be decided. */
 typedef struct stp_cut_tier {
     struct stp_cut_visit *visits;
@@ -62,11 +71,9 @@ typedef struct stp_cut {
     size_t miss_count, miss_capacity;
     stp_cut_block *blocks; /* by block number; zero except for the touched ones */
     uint32_t *touched;
-    /* By block number: the last cut in which a patch in sight above refers to the block, and in
-     * which one is too coarse. */
-    uint32_t *seen, *asked;
-    uint32_t serial; /* of this cut */
-    size_t seen_capacity, asked_capacity;
+    stp_cut_reference *references; /* by block number */
+    uint32_t serial;               /* of this cut */
+    size_t reference_capacity;
     size_t block_capacity, touched_capacity, touched_count;
     struct stp_cut_answer *answers; /* by block number (runtime/cut/cut_ask.h) */
     struct stp_cut_child *children; /* of the chunks of a tier */

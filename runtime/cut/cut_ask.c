@@ -111,13 +111,25 @@ static bool ask_above(const stp_cut *cut, const stp_scene *scene, uint32_t paren
     return wanted;
 }
 
+/* A block whose patches refer to others. */
+typedef struct referring {
+    stp_cut *cut;
+    float limit; /* of the block */
+} referring;
+
 /* Chunks refer to blocks of their own children, so no two threads write to one place. */
 static void refer(void *context, uint32_t below, bool coarse)
 {
-    stp_cut *cut = context;
-    cut->seen[below] = cut->serial;
-    if (coarse)
-        cut->asked[below] = cut->serial;
+    const referring *from = context;
+    stp_cut_reference *r = &from->cut->references[below];
+    const uint32_t serial = from->cut->serial;
+    r->seen = serial;
+    if (!coarse)
+        return;
+    if (r->asked != serial)
+        *r = (stp_cut_reference){serial, serial, INFINITY, false};
+    r->limit = fminf(r->limit, from->limit);
+    r->drawn |= from->limit == INFINITY;
 }
 
 bool stp_cut_ask_patches(stp_cut *cut, const stp_cut_params *params, uint32_t chunk)
@@ -133,7 +145,8 @@ bool stp_cut_ask_patches(stp_cut *cut, const stp_cut_params *params, uint32_t ch
         if (resident == NULL && params->source.needed == NULL)
             return false;
         if (resident != NULL)
-            stp_block_refer(scene, params->frame, params->eye, resident, refer, cut);
+            stp_block_refer(scene, params->frame, params->eye, resident, refer,
+                            &(referring){cut, cut->blocks[b].limit});
     }
     return true;
 }
@@ -155,16 +168,19 @@ static stp_cut_answer ask_block(const stp_cut *cut, const stp_cut_params *params
     const stp_block *b = &params->scene->blocks[id];
     stp_rule_bound bound = stp_cut_bound(b, params->scene->entries[b->chunk].origin, params->eye);
     float eye[3];
-    stp_cut_answer a = {.kind = STP_ANSWER_HIDDEN, .gain = INFINITY};
-    if (!stp_rule_visible(params->frame, &bound, eye) || (exact && cut->seen[id] != cut->serial))
+    const stp_cut_reference *r = &cut->references[id];
+    stp_cut_answer a = {
+        .kind = STP_ANSWER_HIDDEN, .limit = r->limit, .drawn = r->drawn, .gain = INFINITY};
+    if (!stp_rule_visible(params->frame, &bound, eye) || (exact && r->seen != cut->serial))
         return a;
     stp_rule_sight sight = stp_rule_look(params->frame, &bound);
     /* The bounds of patches above may be nearer to the eye than the block's: if they were asked,
      * they alone know. */
-    bool wanted = together || (exact ? cut->asked[id] == cut->serial
+    bool wanted = together || (exact ? r->asked == cut->serial
                                      : is_wanted(params->frame, &sight, b,
                                                  was_drawn(params, (stp_scene_run){id, id + 1})));
-    if (!wanted || !ask_above(cut, params->scene, child->parent, id, &a.limit, &a.drawn)) {
+    if (!wanted ||
+        (!exact && !ask_above(cut, params->scene, child->parent, id, &a.limit, &a.drawn))) {
         /* together: all that is above and in sight is wanted, so nothing above is in sight */
         a.kind = together ? STP_ANSWER_HIDDEN : STP_ANSWER_LEFT;
         return a;
@@ -183,7 +199,7 @@ static stp_cut_answer ask_block(const stp_cut *cut, const stp_cut_params *params
 static bool is_asked(const stp_cut *cut, stp_scene_run run)
 {
     uint32_t b = run.begin;
-    while (b < run.end && cut->asked[b] != cut->serial)
+    while (b < run.end && cut->references[b].asked != cut->serial)
         b++;
     return b < run.end;
 }

@@ -218,6 +218,14 @@ bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, f
            !outside_clip(frame, bound);
 }
 
+bool stp_rule_faces_eye(const stp_gpu_frame *frame, const stp_rule_bound *bound)
+{
+    stp_rule_bound turned = *bound;
+    for (int i = 0; i < 3; i++)
+        turned.cone_axis[i] = -bound->cone_axis[i];
+    return faces_away(frame, &turned);
+}
+
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     aspect a = aspect_of(frame, bound);

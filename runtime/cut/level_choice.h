@@ -107,6 +107,9 @@ int stp_opening_next(const stp_gpu_frame *frame, int i, const float centre[3], f
 /* False if the bound lies outside the frustum or the clip box, or shows only backs that are hidden.
  * If true, eye gets the bound's centre in eye space. */
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3]);
+/* Whether every normal in the bound turns to every eye ray through it: none of its backs is seen.
+ */
+bool stp_rule_faces_eye(const stp_gpu_frame *frame, const stp_rule_bound *bound);
 /* Computes what stp_rule_error needs about a bound. */
 stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound);
 

@@ -3,17 +3,29 @@
 
 #include "runtime/cut/culling.h"
 
+/* Whether a patch in sight is left to the block below, since even its level 0 is too coarse. */
+static bool is_left_below(const stp_gpu_frame *frame, const stp_resident *resident, uint32_t patch,
+                          const stp_rule_bound *bound, const stp_need_below *below)
+{
+    const uint32_t block = resident->mirror.briefs[patch].block;
+    const stp_rule_sight sight = stp_rule_look(frame, bound);
+    return block != STP_BLOCK_NONE && below->comes(below->context, block) &&
+           !stp_finest_does(frame, &sight, &resident->mirror.patches[patch], 0);
+}
+
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                   const stp_resident *resident, int estimate)
+                   const stp_resident *resident, int estimate, const stp_need_below *below)
 {
     const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, estimate, eye);
+    const bool linked = (stp_scene_entry(scene, resident->block)->flags & STP_CHUNK_LINKED) != 0;
     int need = STP_NEED_HEADERS;
     stp_gpu_frame room;
     frame = stp_culling_narrow(&room, frame, scene, resident->block, eye, NULL);
     for (uint32_t i = 0; i < resident->placement.patches.count && need > estimate; i++) {
         const stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[i], &chunk);
         float centre[3];
-        if (!stp_rule_visible(frame, &bound, centre))
+        if (!stp_rule_visible(frame, &bound, centre) ||
+            (linked && is_left_below(frame, resident, i, &bound, below)))
             continue;
         const stp_levels levels = stp_levels_choose(frame, &chunk, &resident->mirror.patches[i]);
         for (int q = 0; q < STP_PATCH_QUARTERS; q++)

@@ -11,10 +11,17 @@
 /* A block is read to this level before its patches are known. */
 #define STP_NEED_HEADERS 2
 
-/* The finest level that a patch in sight of a resident block is drawn at. estimate: the answer by
- * the table, which is never coarser than the patches ask for. */
+/* Whether a block below is or will be drawn. */
+typedef struct stp_need_below {
+    bool (*comes)(const void *context, uint32_t block);
+    const void *context;
+} stp_need_below;
+
+/* The finest level that a patch in sight of a resident block is drawn at. In a linked chunk,
+ * patches that are too coarse even at level 0 ask for nothing if the block below comes. estimate:
+ * the answer by the table, which is never coarser than the patches ask for. */
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                   const stp_resident *resident, int estimate);
+                   const stp_resident *resident, int estimate, const stp_need_below *below);
 
 /* Tells which blocks below a resident block need be drawn: calls `refer` for each of its patches in
  * sight that has a block below. coarse: the patch is too coarse even at level 0. */
