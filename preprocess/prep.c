@@ -265,7 +265,10 @@ static stp_status make_maps(stp_prep_job *job, stp_error *err)
     stp_cloud *cloud = &job->cloud;
     if (!stats->makes_maps)
         return STP_OK;
-    STP_TRY(stp_maps_make(&job->maps, cloud, job->params->maps, job->pool, job->progress, err));
+    stp_maps_params params = *job->params->maps;
+    if (!stats->join_layers) /* which moves the points off the faces */
+        params.mesh = job->source->mesh;
+    STP_TRY(stp_maps_make(&job->maps, cloud, &params, job->pool, job->progress, err));
     stats->maps = job->maps.counts;
     if (job->maps.count > 0) {
         STP_TRY(stp_map_leaves_create(&job->shapes.map_leaves, &job->maps, job->tree.lambda,
