@@ -256,6 +256,19 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
     return stp_prep_end_stage(job, STP_STAGE_CLOSED, err);
 }
 
+static unsigned grid_bits(unsigned bits)
+{
+    return bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;
+}
+
+/* Lets normals of leaves that are grids have no more bits than these need. */
+static void limit_normal_bits(stp_prep_job *job)
+{
+    if (job->params->normal_bits == 0)
+        job->tree.normal_bits = grid_bits(job->tree.normal_bits);
+    job->stats->normal_bits = job->tree.normal_bits;
+}
+
 /* Makes elevation maps of the surface. A sample's back counts as hidden if that of the nearest
  * point is. */
 static stp_status make_maps(stp_prep_job *job, stp_error *err)
@@ -265,21 +278,20 @@ static stp_status make_maps(stp_prep_job *job, stp_error *err)
     stp_cloud *cloud = &job->cloud;
     if (!stats->makes_maps)
         return STP_OK;
-    STP_TRY(stp_maps_make(&job->maps, cloud, job->params->maps, job->pool, job->progress, err));
+    stp_maps_params params = *job->params->maps;
+    if (!stats->join_layers) /* which moves the points off the faces */
+        params.mesh = job->source->mesh;
+    STP_TRY(stp_maps_make(&job->maps, cloud, &params, job->pool, job->progress, err));
     stats->maps = job->maps.counts;
     if (job->maps.count > 0) {
         STP_TRY(stp_map_leaves_create(&job->shapes.map_leaves, &job->maps, job->tree.lambda,
                                       &job->tree.resolution, err));
         job->tree.sources.maps = &job->shapes.map_leaves;
+        limit_normal_bits(job);
     }
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_MAPS, err));
 done:
     return status;
-}
-
-static unsigned grid_bits(unsigned bits)
-{
-    return bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;
 }
 
 /* Depth cameras' images stay grids of pixels. */
@@ -295,9 +307,7 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
                                                       job->stats->normals_seen > 0, &items, err);
     if (depths->leaf_count > 0) {
         job->tree.sources.depths = depths;
-        if (job->params->normal_bits == 0)
-            job->tree.normal_bits = grid_bits(job->tree.normal_bits);
-        job->stats->normal_bits = job->tree.normal_bits;
+        limit_normal_bits(job);
     }
     return status;
 }

@@ -35,7 +35,11 @@ stp_status stp_prep_side(double *out, const stp_prep_source *source, const stp_p
     return STP_OK;
 }
 
-static uint64_t shape_bytes(const stp_line_set *lines, const stp_triangle_set *triangles)
+/* Per triangle of a mesh under maps: itself, and its place and share of boxes (face_tree.h). */
+#define FACE_BYTES 20u
+
+static uint64_t shape_bytes(const stp_line_set *lines, const stp_triangle_set *triangles,
+                            const stp_mesh *mesh)
 {
     uint64_t bytes = 0;
     if (lines)
@@ -44,6 +48,8 @@ static uint64_t shape_bytes(const stp_line_set *lines, const stp_triangle_set *t
     if (triangles)
         bytes += triangles->vertex_count * (sizeof *triangles->vertices + sizeof(int16_t)) +
                  triangles->triangle_count * (sizeof *triangles->triangles + 2 * sizeof(uint64_t));
+    if (mesh)
+        bytes += mesh->vertex_count * sizeof *mesh->positions + mesh->triangle_count * FACE_BYTES;
     return bytes;
 }
 
@@ -55,7 +61,7 @@ stp_status stp_prep_cut_shapes(stp_prep_job *job, stp_error *err)
     stp_tree_params *tree = &job->tree;
     stp_prep_stats *stats = job->stats;
     const char *name = source->files[0].name;
-    const uint64_t bytes = shape_bytes(source->lines, source->triangles);
+    const uint64_t bytes = shape_bytes(source->lines, source->triangles, source->mesh);
     if (bytes > job->plan.memory_bytes / 2)
         return stp_error_set(err, STP_LIMIT,
                              "%s: its lines and triangles take %.0f MB, and no more than half of "

@@ -42,17 +42,15 @@ static bool visit(void *context, uint32_t begin, uint32_t end)
 }
 
 stp_status stp_places_around(const stp_cloud *cloud, const uint32_t *places, uint32_t count,
-                             double reach, uint32_t **out, uint32_t *out_count, stp_error *err)
+                             const stp_dbox *box, uint32_t **out, uint32_t *out_count,
+                             stp_error *err)
 {
     search s = {.cloud = cloud,
                 .places = places,
                 .count = count,
-                .box = stp_dbox_empty(),
+                .box = *box,
                 .status = STP_OK,
                 .err = err};
-    for (uint32_t i = 0; i < count; i++)
-        stp_dbox_add(&s.box, cloud->points[places[i]].position);
-    s.box = stp_dbox_grown(&s.box, reach);
     stp_box_tree_walk(cloud, reaches, visit, &s);
     if (s.status != STP_OK) {
         free(s.found);

@@ -4,10 +4,10 @@
 
 #include "preprocess/cloud/cloud.h"
 
-/* Finds all points of a sorted cloud with normals in the box around `count` places, at least 1, and
- * `reach` beyond, without the places themselves. places: ascending. *out: ascending, free with
- * free(). Errors: OUT_OF_MEMORY. */
+/* Finds all points of a sorted cloud with normals in the box, but for those at `count` places, at
+ * least 1. places: ascending. *out: ascending, free with free(). Errors: OUT_OF_MEMORY. */
 stp_status stp_places_around(const stp_cloud *cloud, const uint32_t *places, uint32_t count,
-                             double reach, uint32_t **out, uint32_t *out_count, stp_error *err);
+                             const stp_dbox *box, uint32_t **out, uint32_t *out_count,
+                             stp_error *err);
 
 #endif

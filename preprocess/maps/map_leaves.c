@@ -12,11 +12,12 @@
 
 /* A disc is at most as wide as where the surface is this many times as large as the plane. */
 #define STRETCH_MOST 4.0
-/* Discs have sizes of so many steps an octave, lest each has a size of its own. */
-#define STRETCH_STEPS 4.0
-/* Radius of a disc at a border, in spacings of the grid: a fourth more than half a square's
+/* How much larger the surface is than the plane counts in steps of sqrt(2), up to this many: the
+ * codec predicts radii by the same steps (square_level.c). */
+#define STRETCH_STEPS 4
+/* Radius of a disc at a border, in spacings of the grid: a fifth more than half a square's
  * diagonal, so that no gap is left between maps. */
-#define BORDER_RADIUS 0.9
+#define BORDER_RADIUS 0.86
 /* Least spacing of a disc, in spacings of the grid: discs of the default size then meet. */
 #define LEAST_SPACING 0.85
 
@@ -126,14 +127,17 @@ static bool is_border(const stp_map *map, uint32_t column, uint32_t row)
     return false;
 }
 
-/* upwards: of the normal, along the map's axis. */
-static double spacing_of(const stp_map *map, uint32_t column, uint32_t row, double upwards,
+static double spacing_of(const stp_map *map, uint32_t column, uint32_t row, vec3s normal,
                          double lambda)
 {
-    const double larger = 1.0 / fmax(upwards, 1.0 / STRETCH_MOST);
-    const double wide = is_border(map, column, row) ? BORDER_RADIUS * larger / lambda
-                                                    : fmax(sqrt(larger), LEAST_SPACING);
-    return map->frame.spacing * exp2(nearbyint(STRETCH_STEPS * log2(wide)) / STRETCH_STEPS);
+    const double upwards = stp_dvec3_dot(stp_dvec3_from_float(normal), map->frame.axes[2]);
+    int steps = 0;
+    for (double ratio = M_SQRT2; steps < STRETCH_STEPS && ratio * upwards * upwards <= 1.0;
+         ratio *= 2.0)
+        steps++;
+    const double larger = exp2(0.5 * steps);
+    return map->frame.spacing *
+           (is_border(map, column, row) ? BORDER_RADIUS * larger / lambda : sqrt(larger));
 }
 
 /* What a leaf is made of. */
@@ -153,14 +157,8 @@ typedef struct making {
 typedef struct window {
     stp_dvec3 at[WINDOW_SIDE][WINDOW_SIDE];  /* by row: where the samples are stored */
     double height[WINDOW_SIDE][WINDOW_SIDE]; /* along the raster's axis; NaN: no sample */
+    int exponent[WINDOW_SIDE][WINDOW_SIDE];  /* of their lattices */
 } window;
-
-static double spacing_at(const making *m, uint32_t column, uint32_t row)
-{
-    const vec3s normal = stp_normal_decode(stp_map_at(m->map, column, row)->normal);
-    const double upwards = stp_dvec3_dot(stp_dvec3_from_float(normal), m->map->frame.axes[2]);
-    return spacing_of(m->map, column, row, upwards, m->params->lambda);
-}
 
 static void load(const making *m, const stp_map_square *square, window *w)
 {
@@ -174,11 +172,14 @@ static void load(const making *m, const stp_map_square *square, window *w)
             if (column >= map->columns || row >= map->rows ||
                 !(stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED))
                 continue;
-            const double step =
-                ldexp(1.0, stp_point_exponent(stp_map_world(map, column, row),
-                                              spacing_at(m, column, row), m->params));
-            const stp_dvec3 at = stp_map_snapped(map, &m->raster, column, row, step);
+            const vec3s normal = stp_normal_decode(stp_map_at(map, column, row)->normal);
+            const double spacing = spacing_of(map, column, row, normal, m->params->lambda);
+            const int exponent =
+                stp_point_exponent(stp_map_world(map, column, row), spacing, m->params);
+            const stp_dvec3 at =
+                stp_map_snapped(map, &m->raster, column, row, ldexp(1.0, exponent));
             w->at[j][i] = at;
+            w->exponent[j][i] = exponent;
             w->height[j][i] = (const double[3]){at.x, at.y, at.z}[m->raster.axis];
         }
 }
@@ -192,11 +193,12 @@ static stp_item make_item(making *m, const stp_map_square *square, const window 
     double heights[STP_MAP_WINDOW * STP_MAP_WINDOW];
     for (uint32_t k = 0; k < STP_MAP_WINDOW * STP_MAP_WINDOW; k++)
         heights[k] = w->height[j + k / STP_MAP_WINDOW][i + k % STP_MAP_WINDOW];
+    const vec3s normal = stp_map_normal(&m->raster, heights, stp_normal_decode(sample->normal),
+                                        m->params->normal_bits);
     stp_point_facts facts = {
         .position = w->at[j + STP_MAP_NORMAL_REACH][i + STP_MAP_NORMAL_REACH],
-        .spacing = spacing_at(m, column, row),
-        .normal = stp_map_normal(&m->raster, heights, stp_normal_decode(sample->normal),
-                                 m->params->normal_bits),
+        .spacing = spacing_of(m->map, column, row, normal, m->params->lambda),
+        .normal = normal,
         .normal_bits = m->params->normal_bits,
         .sheet = m->map->sheet,
         .source = STP_SOURCE_NONE,
@@ -211,7 +213,9 @@ static stp_item make_item(making *m, const stp_map_square *square, const window 
         stp_dvec3_length(stp_dvec3_sub(facts.position, stp_map_world(m->map, column, row)));
     m->moved += moved;
     m->moved_most = stp_max(m->moved_most, moved);
-    return stp_point_item_make(&facts, m->params);
+    stp_item item = stp_point_item_make(&facts, m->params);
+    item.exponent = w->exponent[j + STP_MAP_NORMAL_REACH][i + STP_MAP_NORMAL_REACH];
+    return item;
 }
 
 /* Appends a square's samples in Morton order. */

@@ -31,8 +31,10 @@ typedef struct making {
     double cone_rad;
     stp_map map;
     stp_map_points points;
-    uint8_t *covered; /* by place of the grid: sparse points support it */
+    stp_map_faces faces;
+    uint8_t *covered; /* by place of the grid: sparse points or triangles support it */
     float *heights;   /* in spacings of the grid; NaN: no support */
+    float *slopes;    /* of the surface through the points, squared */
 } making;
 
 /* Turns the axes in the plane so that the first follows the points' longer side. */
@@ -158,9 +160,24 @@ static void sample_all(making *m)
                 !stp_map_points_spot(&m->points, m->cloud, column, row, &spot))
                 continue;
             m->heights[at] = spot.height;
+            m->slopes[at] = spot.gx * spot.gx + spot.gy * spot.gy;
             take_spot(m, &map->samples[at], &spot);
             map->count++;
         }
+}
+
+/* Moves the samples onto the mesh, if there is one. */
+static stp_status lift(making *m, stp_error *err)
+{
+    stp_status status = STP_OK;
+    float *lifted = NULL;
+    if (m->faces.count == 0)
+        return STP_OK;
+    STP_TRY(stp_alloc(&lifted, (size_t)m->map.columns * m->map.rows, sizeof *lifted, "maps", err));
+    stp_map_faces_lift(&m->faces, m->map.columns, m->map.rows, m->slopes, m->heights, lifted);
+done:
+    free(lifted);
+    return status;
 }
 
 /* Whether heights of neighbours, in rows, columns and diagonals, differ by more than the cone
@@ -226,8 +243,13 @@ stp_status stp_map_make(stp_map *out, bool *fits, const stp_cloud *cloud,
     STP_TRY(stp_alloc(&m.map.samples, all, sizeof *m.map.samples, "maps", err));
     STP_TRY(stp_alloc(&m.heights, all, sizeof *m.heights, "maps", err));
     STP_TRY(stp_alloc(&m.covered, all, sizeof *m.covered, "maps", err));
+    STP_TRY(stp_alloc(&m.slopes, all, sizeof *m.slopes, "maps", err));
+    STP_TRY(
+        stp_map_faces_create(&m.faces, places->faces, &m.points, &m.map.frame, &places->box, err));
     cover_all(&m);
+    stp_map_faces_cover(&m.faces, m.map.columns, m.map.rows, m.covered);
     sample_all(&m);
+    STP_TRY(lift(&m, err));
     if (jumps(&m))
         goto done;
     round_heights(&m);
@@ -236,7 +258,9 @@ stp_status stp_map_make(stp_map *out, bool *fits, const stp_cloud *cloud,
     m.map.samples = NULL;
 done:
     stp_map_points_clear(&m.points);
+    stp_map_faces_clear(&m.faces);
     free(m.map.samples);
+    free(m.slopes);
     free(m.heights);
     free(m.covered);
     return status;

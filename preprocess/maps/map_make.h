@@ -15,13 +15,16 @@
  *         .  |  x
  *         x  .  .
  *
+ * Heights are those of the surface through the points (map_points.h), or of a mesh's triangles
+ * (map_faces.h).
+ *
  * Threads: any, a map each. */
 #ifndef STP_PREPROCESS_MAPS_MAP_MAKE_H
 #define STP_PREPROCESS_MAPS_MAP_MAKE_H
 
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/maps/map.h"
-#include "preprocess/maps/map_points.h"
+#include "preprocess/maps/map_faces.h"
 #include "preprocess/maps/normal_cone.h"
 
 /* Samples the surface of own points of the cloud, at least 1, whose normals have the cone, with the

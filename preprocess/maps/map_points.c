@@ -126,6 +126,25 @@ static run run_of(const stp_map_points *p, int64_t column, int64_t row, int64_t 
     return (run){p->begins[at + (size_t)first], p->begins[at + (size_t)end]};
 }
 
+bool stp_map_points_has(const stp_map_points *p, stp_dvec3 local, const stp_map_frame *frame)
+{
+    const float x = (float)(local.x / frame->spacing), y = (float)(local.y / frame->spacing);
+    const float z = (float)(local.z / frame->spacing);
+    if (!(fabsf(x) < (float)INT32_MAX && fabsf(y) < (float)INT32_MAX))
+        return false;
+    const int64_t column = (int64_t)floorf(x), row = (int64_t)floorf(y);
+    if (stp_map_points_in(p, column, row) == 0)
+        return false;
+    const size_t square =
+        (size_t)(row + STP_MAP_MARGIN) * p->columns + (size_t)(column + STP_MAP_MARGIN);
+    for (uint32_t i = p->begins[square]; i < p->begins[square + 1]; i++) {
+        const stp_map_point *q = &p->points[i];
+        if (q->own && q->x == x && q->y == y && q->z == z)
+            return true;
+    }
+    return false;
+}
+
 /* The own point nearest to a grid place in the plane; ties by number. */
 static uint32_t nearest_to(const stp_map_points *p, uint32_t column, uint32_t row)
 {

@@ -29,10 +29,14 @@ typedef struct stp_map_point {
     bool own;         /* of the map */
 } stp_map_point;
 
+struct stp_face_tree;
+
 /* Points of a map and around it: places in the cloud. */
 typedef struct stp_map_places {
     const uint32_t *own, *around;
     uint32_t own_count, around_count;
+    stp_dbox box;                      /* of the points around */
+    const struct stp_face_tree *faces; /* of meshes; NULL: there are none */
 } stp_map_places;
 
 /* Squares beyond the map's grid in which points are taken. */
@@ -73,6 +77,9 @@ static inline uint32_t stp_map_points_in(const stp_map_points *p, int64_t column
         return 0;
     return p->own[(size_t)r * p->columns + (size_t)c];
 }
+
+/* Whether an own point lies at this very place of the frame. */
+bool stp_map_points_has(const stp_map_points *p, stp_dvec3 local, const stp_map_frame *frame);
 
 /* Finds the surface over a grid place. Returns false if no own point is within STP_MAP_RINGS
  * squares, or if no point is within the reach of weights, in space: where a surface is steep or

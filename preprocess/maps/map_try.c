@@ -21,6 +21,7 @@
 typedef struct trial {
     const stp_cloud *cloud;
     const stp_maps_params *params;
+    const stp_face_tree *faces;
     const uint32_t *parts;
     bool *mapped;
     uint32_t *scratch;
@@ -110,13 +111,17 @@ done:
     return status;
 }
 
-/* How far around a part points matter: as far as weights reach, and a square more. */
-static double reach_of(const trial *t, const uint32_t *places, uint32_t count)
+/* The box around a part in which points matter: as far as weights reach, and a square more. */
+static stp_dbox box_of(const trial *t, const uint32_t *places, uint32_t count)
 {
+    stp_dbox box = stp_dbox_empty();
     double sum = 0.0;
-    for (uint32_t i = 0; i < count; i++)
-        sum += (double)t->cloud->points[places[i]].spacing;
-    return STP_MAP_MARGIN * sum / count;
+    for (uint32_t i = 0; i < count; i++) {
+        const stp_cloud_point *p = &t->cloud->points[places[i]];
+        sum += (double)p->spacing;
+        stp_dbox_add(&box, p->position);
+    }
+    return stp_dbox_grown(&box, STP_MAP_MARGIN * sum / count);
 }
 
 static stp_status try_places(trial *t, uint32_t *own, uint32_t count, stp_error *err)
@@ -124,15 +129,16 @@ static stp_status try_places(trial *t, uint32_t *own, uint32_t count, stp_error 
     stp_status status = STP_OK;
     stp_map map = {0};
     uint32_t *around = NULL;
-    stp_map_places places = {.own = own, .own_count = count};
+    stp_map_places places = {.own = own, .own_count = count, .faces = t->faces};
     bool fits = false;
     if (count < STP_MAP_POINTS_LEAST)
         return STP_OK;
     for (uint32_t i = 0; i < count; i++)
         t->normals[i] = stp_cloud_normal(t->cloud, own[i]);
     const stp_normal_cone cone = stp_normal_cone_of(t->normals, count);
-    STP_TRY(stp_places_around(t->cloud, own, count, reach_of(t, own, count), &around,
-                              &places.around_count, err));
+    places.box = box_of(t, own, count);
+    STP_TRY(
+        stp_places_around(t->cloud, own, count, &places.box, &around, &places.around_count, err));
     places.around = around;
     STP_TRY(stp_map_make(&map, &fits, t->cloud, &places, &cone, t->params->cone_deg * M_PI / 180.0,
                          err));
@@ -150,12 +156,13 @@ done:
 }
 
 stp_status stp_map_list_make(stp_map_list *out, const stp_cloud *cloud,
-                             const stp_maps_params *params, const uint32_t *parts, bool *mapped,
-                             uint32_t *places, uint32_t count, stp_error *err)
+                             const stp_maps_params *params, const stp_face_tree *faces,
+                             const uint32_t *parts, bool *mapped, uint32_t *places, uint32_t count,
+                             stp_error *err)
 {
     stp_status status = STP_OK;
     stp_map_list made = {.box = stp_dbox_empty()};
-    trial t = {.cloud = cloud, .params = params, .parts = parts, .list = &made};
+    trial t = {.cloud = cloud, .params = params, .faces = faces, .parts = parts, .list = &made};
     t.mapped = mapped;
     STP_TRY(stp_alloc(&t.scratch, count, sizeof *t.scratch, "points", err));
     STP_TRY(stp_alloc(&t.normals, count, sizeof *t.normals, "normals", err));

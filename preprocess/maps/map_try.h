@@ -3,6 +3,7 @@
 #ifndef STP_PREPROCESS_MAPS_MAP_TRY_H
 #define STP_PREPROCESS_MAPS_MAP_TRY_H
 
+#include "preprocess/maps/face_tree.h"
 #include "preprocess/maps/maps.h"
 #include "preprocess/maps/part.h"
 
@@ -24,11 +25,13 @@ typedef struct stp_map_list {
 } stp_map_list;
 
 /* Makes the maps of the points at `count` places, ascending; reorders them. Sets `mapped` of those
- * that the maps stand for. parts, mapped: by place in the cloud; a point of no part has
- * STP_PART_NONE. Errors: OUT_OF_MEMORY, IO. Free with stp_map_list_clear. */
+ * that the maps stand for. faces: of meshes; NULL: there are none. parts, mapped: by place in the
+ * cloud; a point of no part has STP_PART_NONE. Errors: OUT_OF_MEMORY, IO. Free with
+ * stp_map_list_clear. */
 stp_status stp_map_list_make(stp_map_list *out, const stp_cloud *cloud,
-                             const stp_maps_params *params, const uint32_t *parts, bool *mapped,
-                             uint32_t *places, uint32_t count, stp_error *err);
+                             const stp_maps_params *params, const stp_face_tree *faces,
+                             const uint32_t *parts, bool *mapped, uint32_t *places, uint32_t count,
+                             stp_error *err);
 void stp_map_list_clear(stp_map_list *list, stp_spill *spill);
 
 #endif

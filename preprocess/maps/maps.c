@@ -13,6 +13,7 @@ typedef struct work {
     stp_cloud *cloud;
     const stp_maps_params *params;
     const stp_progress *progress;
+    stp_face_tree faces;
     double cosine;
     stp_cell_parts *cells;
     uint32_t cell_count;  /* before points leave the cloud, and cells with them */
@@ -152,7 +153,8 @@ static stp_status sample_one(void *context, size_t index, unsigned worker, stp_e
     work *w = context;
     const uint32_t begin = w->begins[index], count = w->begins[index + 1] - begin;
     (void)worker;
-    STP_TRY(stp_map_list_make(&w->lists[index], w->cloud, w->params, w->numbers, w->mapped,
+    STP_TRY(stp_map_list_make(&w->lists[index], w->cloud, w->params,
+                              w->params->mesh ? &w->faces : NULL, w->numbers, w->mapped,
                               w->order + begin, count, err));
     STP_TRY(advance(w, count, err));
 done:
@@ -267,6 +269,7 @@ static void clear_work(work *w)
     stp_spill_free(w->cloud->spill, w->numbers);
     stp_spill_free(w->cloud->spill, w->order);
     stp_spill_free(w->cloud->spill, w->mapped);
+    stp_face_tree_clear(&w->faces);
 }
 
 stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params *params,
@@ -286,6 +289,8 @@ stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params 
     STP_TRY(number_parts(&w, err));
     STP_TRY(merge_parts(&w, err));
     STP_TRY(stp_alloc(&w.lists, w.merged_count, sizeof *w.lists, "maps", err));
+    if (params->mesh)
+        STP_TRY(stp_face_tree_create(&w.faces, params->mesh, err));
     STP_TRY(stp_cloud_run(cloud, pool, w.merged_count, sample_one, &w, err));
     STP_TRY(settle_guests(&w, err));
     STP_TRY(gather(&w, out, err));

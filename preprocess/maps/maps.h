@@ -21,6 +21,7 @@
 #define STP_PREPROCESS_MAPS_MAPS_H
 
 #include "base/progress.h"
+#include "formats/scan/mesh/mesh.h"
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/maps/map.h"
 
@@ -30,6 +31,8 @@
 typedef struct stp_maps_params {
     double cone_deg; /* greatest angle between a map's axis and a normal, 10 to 80 */
     double error;    /* farthest that a point may be from its map, world units; 0: by the spacing */
+    const stp_mesh *mesh; /* whose triangles are the surface where they are near; borrowed; NULL:
+                             the points alone tell the surface */
 } stp_maps_params;
 
 typedef struct stp_maps_counts {

@@ -259,6 +259,8 @@ static void test_version_2_0(void **state)
     check_codecs("maps_2_0");
     check_codecs("tight/points_2_0");
     check_codecs("tight/maps_2_0");
+    check_codecs("tight/squares_2_0");
+    check_codecs("tight/tilted_2_0");
     check_codecs("depth/2_0");
 }
 

@@ -22,9 +22,9 @@
 /* Squares of the test's block; they begin at square (3, 5). */
 enum { ACROSS = 4, DOWN = 3, SQUARES = ACROSS * DOWN, FIRST_COLUMN = 24, FIRST_ROW = 40 };
 /* Of the index of a segment of one block: segment 0, and the others. */
-enum { INDEX_FIRST = 16, INDEX = 8, TABLE_SIZE = 4 };
-/* Tilted rasters follow a count. */
-enum { COUNT_BYTES = 2, TILTED_BYTES = 49 };
+enum { INDEX_FIRST = 16, INDEX = 8 };
+/* A tight part of squares begins with a u32; tilted rasters follow a count. */
+enum { HEAD_BYTES = 4, LEVEL_BYTES = 40, COUNT_BYTES = 2, TILTED_BYTES = 49 };
 
 stp_status __real_stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err);
 stp_status __wrap_stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err);
@@ -382,8 +382,7 @@ static void test_hostile(void **state)
 /* Where the raster begins in segment 0. */
 static uint8_t *raster_of(coded *c)
 {
-    uint8_t *table = c->segment[0].data + INDEX_FIRST;
-    return table + TABLE_SIZE + stp_get_u32(table);
+    return c->segment[0].data + INDEX_FIRST + HEAD_BYTES;
 }
 
 static void assert_refused(coded *c, const stp_chunk *like, uint8_t *at, const void *bytes,
@@ -404,8 +403,8 @@ static void test_numbers(void **state)
     coded bytes = encode(chunk);
     const double numbers[] = {NAN, INFINITY, -1e16};
     const double zero = 0.0;
-    const uint8_t far[4] = {0, 0, 0, 0x10}; /* 2^28 */
-    const uint8_t choices[] = {6, 16, 255};
+    const uint8_t far[4] = {0, 0, 0, 0x10};                /* 2^28 */
+    const uint8_t choices[] = {128 + 6, 128 + 16, 255, 1}; /* 128: tight */
     for (unsigned i = 0; i < 4; i++)
         for (unsigned k = 0; k < 3; k++)
             assert_refused(&bytes, chunk, raster_of(&bytes) + 8 * i, &numbers[k], 8);
@@ -413,9 +412,11 @@ static void test_numbers(void **state)
     assert_refused(&bytes, chunk, raster_of(&bytes) + 24, &zero, 8);
     assert_refused(&bytes, chunk, raster_of(&bytes) + 32, far, 4);
     assert_refused(&bytes, chunk, raster_of(&bytes) + 36, far, 4);
-    for (int s = 1; s < STP_SEGMENT_COUNT; s++)
-        for (unsigned k = 0; k < 3; k++)
-            assert_refused(&bytes, chunk, bytes.segment[s].data + INDEX, &choices[k], 1);
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+        for (unsigned k = 0; k < 4; k++)
+            assert_refused(&bytes, chunk,
+                           s > 0 ? bytes.segment[s].data + INDEX : raster_of(&bytes) + LEVEL_BYTES,
+                           &choices[k], 1);
     clear(&bytes);
     stp_chunk_destroy(&chunk);
 }
@@ -540,7 +541,8 @@ static void test_squares(void **state)
     stp_square squares[SQUARES], decoded[SQUARES];
     stp_square_map map = {0};
     stp_bytes bytes = {0};
-    size_t used = 0;
+    stp_table table = {0};
+    stp_square first = {.column = FIRST_COLUMN / 8, .row = FIRST_ROW / 8};
     assert_true(stp_squares_find(chunk, squares));
     assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_OK);
     stp_square_map_clear(&map);
@@ -550,11 +552,11 @@ static void test_squares(void **state)
     assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_CORRUPT);
     squares[2].column++;
     squares[2].samples &= squares[2].samples - 1;
-    assert_int_equal(stp_squares_encode(chunk, squares, &bytes, NULL), STP_OK);
-    free(chunk->rasters);
-    assert_int_equal(stp_squares_decode(bytes.data, bytes.size, false, chunk, decoded, &used, NULL),
-                     STP_CORRUPT);
+    assert_int_equal(stp_squares_encode(chunk, squares, &bytes, &table, NULL), STP_OK);
+    assert_int_equal(stp_squares_decode(&table, chunk, &first, decoded, NULL), STP_CORRUPT);
+    assert_memory_equal(decoded, squares, 2 * sizeof *squares);
     free(bytes.data);
+    free(table.values);
     stp_chunk_destroy(&chunk);
 }
 

@@ -6,7 +6,7 @@ import struct
 import codec_squares
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
                    grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
-from odds import TIGHT_PATCHES, TIGHT_SAMPLES, Symbols, read_columns, tight_columns
+from odds import TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Symbols, read_columns, tight_columns
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
@@ -131,11 +131,11 @@ def read_table(cursor, rows, columns, joined=False, level=None):
 class TightTables:
     """The tables of a tight part."""
 
-    def __init__(self, cursor):
-        self.symbols, self.name, self.scale = Symbols(cursor, True), cursor.name, None
+    def __init__(self, cursor, squares=False):
+        self.symbols, self.name, self.scale, self.squares = Symbols(cursor, True), cursor.name, None, squares
 
     def read(self, rows, columns, level=None, last=False):
-        """The next table: of patches, or of samples; level: None for level 3."""
+        """The next table: of patches, of their squares, or of samples; level: None for level 3."""
         symbols, shift, same, coded = self.symbols, 0, {}, []
         if rows == 0:
             return Table()
@@ -154,9 +154,14 @@ class TightTables:
                 coded.append(c)
             else:
                 same[c] = [signed(symbols.bits(0, 16), 16) if how == 2 else 0] * rows
-        firsts = TIGHT_PATCHES if columns != SAMPLE_COLUMNS else TIGHT_SAMPLES[0 if level is None else 1 + last]
+        patches = columns >= patch_columns(False)
+        if columns == SAMPLE_COLUMNS and self.squares and level is not None:
+            firsts = TIGHT_SQUARES[level > 0][last]
+        elif columns == SAMPLE_COLUMNS:
+            firsts = TIGHT_SAMPLES[0 if level is None else 1 + last]
+        else:
+            firsts = TIGHT_PATCHES if patches else TIGHT_OWN
         table = tight_columns(symbols, rows, columns, coded, firsts) | same
-        patches = columns != SAMPLE_COLUMNS
         return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches)
 
     def end(self):
@@ -176,9 +181,16 @@ class LooseTables:
         self.cursor.end()
 
 
-def tables_of(cursor, joined, squares=None):
-    tight = joined and not squares and len(cursor.data) >= 8 and cursor.data[3] & 128
+def tables_of(cursor, joined):
+    tight = joined and len(cursor.data) >= 8 and cursor.data[3] & 128
     return TightTables(cursor) if tight else LooseTables(cursor, joined)
+
+
+def squares_begin(cursor, tight):
+    """The tables of a level of squares, and what it begins with."""
+    how = cursor.number(1)
+    require(tight is None or how >> 7 == tight, f"{cursor.name}: a level of squares begins with {how}")
+    return TightTables(cursor, True) if how >> 7 else LooseTables(cursor, True), how & 127
 
 
 def quarters(cells, patch, before, tight):
@@ -409,29 +421,39 @@ def finer_level(elder, last, patches, level, coarser):
     return out
 
 
-def read_squares(cursor, patches, tilted):
-    """The block of squares that follows a table of patches."""
-    rasters = codec_squares.tilted_rasters(cursor, len(patches)) if tilted else codec_squares.level_raster(cursor)
-    rows = read_table(cursor, len(patches), SQUARE_COLUMNS + tilted, True).rows
-    return codec_squares.Block(rasters, codec_squares.squares_of(rasters, rows, patches, cursor.name), patches,
-                               cursor.name)
+def read_rasters(cursor, count, tilted):
+    return codec_squares.tilted_rasters(cursor, count) if tilted else codec_squares.level_raster(cursor)
+
+
+def read_squares(tables, rasters, patches, name):
+    """The block of squares whose table comes next."""
+    rows = tables.read(len(patches), SQUARE_COLUMNS + (not rasters[0].level)).rows
+    return codec_squares.Block(rasters, codec_squares.squares_of(rasters, rows, patches, name), patches, name)
 
 
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    tables = tables_of(cursor, joined)
+    rasters, how = None, 0
+    if joined and len(cursor.data) >= 4 and cursor.data[3] == 64:
+        rasters = read_rasters(cursor, patch_count, cursor.number(4) & 1)
+        tables, how = squares_begin(cursor, 1)
+    else:
+        tables = tables_of(cursor, joined)
     table = tables.read(patch_count, patch_columns(linked))
     patches = patches_of(table.rows, linked, table.middles, table.tight)
-    squares = read_squares(cursor, patches, table.squares >> 1) if table.squares & 1 else None
+    if table.squares & 1:
+        rasters = read_rasters(cursor, patch_count, table.squares >> 1)
+    squares = read_squares(tables, rasters, patches, cursor.name) if rasters else None
     coarsest = tables.read(patch_count, SAMPLE_COLUMNS)
     levels = [None, None, None, coarsest_level(coarsest.rows, patches, coarsest.shift)]
     for level in (2, 1, 0):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")
-            tables = tables_of(cursor, joined, squares)
+            tables, how = squares_begin(cursor, None) if squares else (tables_of(cursor, joined), 0)
+        elif isinstance(tables, LooseTables) and squares:
+            how = squares_begin(cursor, 0)[1]
         parents = len(levels[level + 1])
-        how = cursor.number(1) if squares else 0
         elder = sum(p.counts[level] for p in patches) - parents
         both = [tables.read(rows, SAMPLE_COLUMNS, level, last) for last, rows in enumerate((elder, parents))]
         levels[level] = (codec_squares.decode_level(squares, level, how, levels[level + 1], both) if squares else

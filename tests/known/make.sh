@@ -134,6 +134,16 @@ for codec in raw draco zstd; do
 done
 python3 "$known/read.py" maps_2_0_raw.stipple >maps_2_0.samples
 
+# From here on parts of squares are tight, too: of the grid, and of maps.
+"$program" gen statue -n 600 --seed 6 -o maps.ply --quiet --force
+for codec in raw draco zstd; do
+    "$program" prep grid.asc -o "tight/squares_2_0_$codec.stipple" --codec $codec --quiet
+    "$program" prep maps.ply --maps -o "tight/tilted_2_0_$codec.stipple" --codec $codec --quiet
+done
+for name in squares tilted; do
+    python3 "$known/read.py" "tight/${name}_2_0_raw.stipple" >"tight/${name}_2_0.samples"
+done
+
 # A depth camera's image: squares that spread, cut at the outline of a ball; a hole, and single pixels that are missing.
 awk 'BEGIN {
     print "P2\n72 40\n65535"

@@ -21,6 +21,10 @@ TIGHT_PATCHES = (4, 14, 8, 15, 8, 10, 8, 0, 0, 12, 12, 9, 10, 8, 13, 11, 11, 11,
                  10, 10, 10, 10, 10, 13, 11, 9, 9, 12, 9, 3, 3, 9, 12, 17, 17, 16)
 TIGHT_SAMPLES = ((3, 0, 0, 4, 4, 13, 10, 10, 13, 3, 3, 3), (8, 0, 0, 11, 11, 9, 8, 8, 11, 13, 13, 10),
                  (8, 0, 0, 8, 8, 8, 8, 8, 8, 9, 9, 9))
+# The same of squares: their own table, and samples, by whether they are merged, then by whether last children.
+TIGHT_OWN = (8, 8, 0, 0, 0, 0, 0, 0, 0, 0, 5)
+TIGHT_SQUARES = (((7, 0, 0, 7, 7, 9, 8, 8, 8, 3, 3, 11), (7, 0, 0, 7, 7, 8, 8, 8, 8, 3, 3, 9)),
+                 ((10, 0, 0, 12, 12, 9, 8, 8, 8, 6, 6, 12), (10, 0, 0, 12, 12, 8, 8, 8, 8, 6, 6, 9)))
 # Columns of patches whose cells are not positive, and not negative, as a rule.
 FALLING, RISING = (9, *range(15, 23), *range(25, 33), 35, 36), (2, 4, 6, 38, 41)
 

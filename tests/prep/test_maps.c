@@ -1,6 +1,7 @@
 /* Tests elevation maps: parts and merged parts keep the cone; each point is within the stated
  * distance of a map, or stays a point; planes, spheres, noise, ramps that turn above each other,
- * volumes, and hardly any points; the same bytes for any threads and memory. */
+ * volumes, and hardly any points; meshes; the same bytes for any threads and memory. */
+#include "preprocess/maps/face_tree.h"
 #include "preprocess/maps/map_distance.h"
 #include "preprocess/maps/part_cut.h"
 #include "preprocess/maps/part_merge.h"
@@ -235,6 +236,191 @@ static void test_ramp(void **state)
     surface_clear(&s);
 }
 
+/* Vertices of a rough mesh: a grid of which every fourth vertex stands up. */
+#define MESH_SIDE 60u
+static double rough(uint32_t column, uint32_t row)
+{
+    return 0.1 * column + (column % 2 == 0 && row % 2 == 0 ? 0.4 : 0.0);
+}
+
+static stp_dvec3 on_mesh(uint32_t i)
+{
+    const uint32_t column = i % MESH_SIDE, row = i / MESH_SIDE;
+    return (stp_dvec3){column, row, rough(column, row)};
+}
+
+/* A sheet of the mesh, with a second one `below`, or turned over. */
+static void add_sheet(stp_mesh *mesh, double below, bool turned)
+{
+    const uint32_t first = (uint32_t)mesh->vertex_count;
+    for (uint32_t i = 0; i < MESH_SIDE * MESH_SIDE; i++) {
+        mesh->positions[first + i] = on_mesh(i);
+        mesh->positions[first + i].z -= below;
+    }
+    mesh->vertex_count += MESH_SIDE * MESH_SIDE;
+    for (uint32_t row = 0; row + 1 < MESH_SIDE; row++)
+        for (uint32_t column = 0; column + 1 < MESH_SIDE; column++)
+            for (uint32_t k = 0; k < 2; k++) {
+                const uint32_t a = first + row * MESH_SIDE + column, d = a + MESH_SIDE + 1;
+                const uint32_t across = k == 0 ? a + 1 : d - 1;
+                uint32_t *t = mesh->triangles[mesh->triangle_count++];
+                t[0] = a;
+                t[1] = (k == 0) != turned ? across : d;
+                t[2] = (k == 0) != turned ? d : across;
+            }
+}
+
+/* The height of the mesh. Squares are cut from (0, 0) to (1, 1). */
+static double mesh_height(double x, double y)
+{
+    const uint32_t column = (uint32_t)floor(x), row = (uint32_t)floor(y);
+    const double u = x - column, v = y - row, a = rough(column, row);
+    const double d = rough(column + 1, row + 1);
+    const double across = u > v ? rough(column + 1, row) : rough(column, row + 1);
+    return u > v ? a + u * (across - a) + v * (d - across)
+                 : a + v * (across - a) + u * (d - across);
+}
+
+/* How far samples are from the mesh, along its heights. */
+static double off_mesh(const stp_maps *maps, uint32_t *count)
+{
+    double most = 0.0;
+    *count = 0;
+    for (uint32_t m = 0; m < maps->count; m++)
+        for (uint32_t r = 0; r < maps->maps[m].rows; r++)
+            for (uint32_t c = 0; c < maps->maps[m].columns; c++) {
+                const stp_dvec3 p = stp_map_world(&maps->maps[m], c, r);
+                if (!(stp_map_at(&maps->maps[m], c, r)->flags & STP_MAP_SUPPORTED) ||
+                    !(fmin(p.x, p.y) >= 0.0 && fmax(p.x, p.y) < MESH_SIDE - 1.001))
+                    continue;
+                most = fmax(most, fabs(p.z - mesh_height(p.x, p.y)));
+                ++*count;
+            }
+    return most;
+}
+
+/* Samples lie on the triangles of a mesh, whichever way these are turned, and on no sheet beneath
+ * that faces the other way. Without the mesh they lie off it. */
+static void test_mesh(void **state)
+{
+    static const uint32_t all = MESH_SIDE * MESH_SIDE;
+    stp_mesh mesh = {.positions = calloc(2u * all, sizeof *mesh.positions),
+                     .triangles = calloc(4u * all, sizeof *mesh.triangles)};
+    (void)state;
+    assert_true(mesh.positions && mesh.triangles);
+    for (int k = 0; k < 4; k++) {
+        stp_maps_params params = {.cone_deg = 60.0, .mesh = k < 3 ? &mesh : NULL};
+        stp_error err = {0};
+        stp_maps maps = {0};
+        uint32_t count = 0;
+        mesh.vertex_count = mesh.triangle_count = 0;
+        add_sheet(&mesh, 0.0, k == 1);
+        if (k == 2)
+            add_sheet(&mesh, 0.05, true);
+        surface_cloud s = cloud_of(all, on_mesh);
+        assert_int_equal(stp_maps_make(&maps, &s.cloud, &params, s.pool, NULL, &err), STP_OK);
+        const double off = off_mesh(&maps, &count);
+        assert_true(count > 0.9 * all);
+        if (k < 3)
+            assert_true(off < 0.01); /* heights have 256 steps in a spacing, or more */
+        else
+            assert_true(off > 0.1);
+        stp_maps_clear(&maps);
+        surface_clear(&s);
+    }
+    free(mesh.positions);
+    free(mesh.triangles);
+}
+
+/* A plane whose mesh has wide triangles in the middle: there every vertex of three columns is that
+ * of the next column. */
+static uint32_t beside_gap(uint32_t i)
+{
+    const uint32_t column = i % MESH_SIDE, row = i / MESH_SIDE;
+    return column >= 30 && column < 33 && row >= 20 && row < 40 ? i + 33 - column : i;
+}
+
+static stp_dvec3 with_gap(uint32_t i)
+{
+    const uint32_t at = beside_gap(i), column = at % MESH_SIDE;
+    return (stp_dvec3){column, at / MESH_SIDE, 0.1 * column};
+}
+
+/* Triangles support what lies under them, where points alone leave a gap. */
+static void test_wide_triangles(void **state)
+{
+    static const uint32_t all = MESH_SIDE * MESH_SIDE;
+    stp_mesh mesh = {.positions = calloc(all, sizeof *mesh.positions),
+                     .triangles = calloc(2u * all, sizeof *mesh.triangles)};
+    (void)state;
+    assert_true(mesh.positions && mesh.triangles);
+    add_sheet(&mesh, 0.0, false);
+    for (uint32_t i = 0; i < all; i++)
+        mesh.positions[i] = with_gap(i);
+    for (int k = 0; k < 2; k++) {
+        const stp_maps_params params = {.cone_deg = 60.0, .mesh = k == 0 ? &mesh : NULL};
+        stp_error err = {0};
+        stp_maps maps = {0};
+        uint32_t near = 0;
+        surface_cloud s = cloud_of(all, with_gap);
+        assert_int_equal(stp_maps_make(&maps, &s.cloud, &params, s.pool, NULL, &err), STP_OK);
+        for (uint32_t row = 22; row < 38; row++)
+            near += nearest_map(&maps, (stp_dvec3){31.0, row, 3.1}) < 0.2;
+        assert_int_equal(near, k == 0 ? 16 : 0);
+        stp_maps_clear(&maps);
+        surface_clear(&s);
+    }
+    free(mesh.positions);
+    free(mesh.triangles);
+}
+
+/* Any box finds the triangles that meet it, each once, but for those without area or place. */
+static void test_face_tree(void **state)
+{
+    enum { TRIANGLES = 700 };
+    stp_dvec3 positions[3 * TRIANGLES];
+    uint32_t triangles[TRIANGLES][3];
+    const stp_mesh mesh = {.vertex_count = 3u * TRIANGLES,
+                           .positions = positions,
+                           .triangle_count = TRIANGLES,
+                           .triangles = triangles};
+    stp_face_tree tree = {0};
+    stp_error err = {0};
+    (void)state;
+    for (uint32_t i = 0; i < 3 * TRIANGLES; i++) {
+        const double size = i < 30 ? 1.0 : 0.05; /* the first ones are large */
+        const stp_dvec3 at = {stp_random_unit(1, i / 3), stp_random_unit(2, i / 3),
+                              stp_random_unit(3, i / 3)};
+        const stp_dvec3 by = {stp_random_unit(4, i), stp_random_unit(5, i), stp_random_unit(6, i)};
+        positions[i] = stp_dvec3_add(at, stp_dvec3_scale(by, size));
+        triangles[i / 3][i % 3] = i;
+    }
+    positions[3 * 40].y = NAN;
+    positions[3 * 41] = positions[3 * 41 + 1];
+    assert_int_equal(stp_face_tree_create(&tree, &mesh, &err), STP_OK);
+    assert_int_equal(tree.count, TRIANGLES - 2);
+    for (uint32_t b = 0; b < 200; b++) {
+        const stp_dvec3 low = {stp_random_unit(7, b), stp_random_unit(8, b), stp_random_unit(9, b)};
+        const double size = b == 0 ? 3.0 : 0.2 * stp_random_unit(10, b);
+        const stp_dbox box = {low, stp_dvec3_add(low, (stp_dvec3){size, size, size})};
+        uint8_t times[TRIANGLES] = {0};
+        uint32_t *found = NULL;
+        size_t count = 0;
+        assert_int_equal(stp_face_tree_find(&tree, &box, &found, &count, &err), STP_OK);
+        for (size_t i = 0; i < count; i++)
+            times[found[i]]++;
+        for (uint32_t t = 0; t < TRIANGLES; t++) {
+            stp_dbox own = stp_dbox_empty();
+            for (int k = 0; k < 3; k++)
+                stp_dbox_add(&own, positions[triangles[t][k]]);
+            assert_int_equal(times[t], t != 40 && t != 41 && stp_dbox_meet(&own, &box));
+        }
+        free(found);
+    }
+    stp_face_tree_clear(&tree);
+    stp_face_tree_clear(&tree); /* a second time does nothing */
+}
+
 /* Runs prep with maps and checks the file and the account. */
 static stp_prep_stats run(prep_cloud *cloud, unsigned threads, uint64_t memory, const char *path)
 {
@@ -326,6 +512,9 @@ int main(void)
         cmocka_unit_test(test_noise),
         cmocka_unit_test(test_plane),
         cmocka_unit_test(test_ramp),
+        cmocka_unit_test(test_mesh),
+        cmocka_unit_test(test_wide_triangles),
+        cmocka_unit_test(test_face_tree),
         cmocka_unit_test(test_same_bytes),
         cmocka_unit_test(test_no_surface),
         cmocka_unit_test(test_empty),

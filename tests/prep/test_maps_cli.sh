@@ -76,6 +76,26 @@ normals = [dict(zip((name for _, name in names), row))["nz"] for row in rows.ite
 sys.exit(len(normals) < 2048 or max(normals) > -0.99)
 END
 
+# A mesh in folds: samples of maps lie on its faces, and so are nearer to its vertices than those of the vertices
+# alone, which lie between the folds.
+folds() { # faces, and the file
+    awk -v faces="$1" 'BEGIN {
+        for (i = 0; i < 4096; i++) print "v", i % 64, int(i / 64), i % 64 % 2 * 0.3
+        for (i = 0; faces && i < 4032; i++) if (i % 64 < 63) print "f", i + 1, i + 2, i + 66, i + 65
+    }' >"$2"
+}
+folds 1 "$FOLDER/folds.obj"
+folds 0 "$FOLDER/vertices.obj"
+for name in folds vertices; do
+    run "$STIPPLE" prep "$FOLDER/$name.obj" --maps --sample none -o "$FOLDER/$name.stipple" --stats "$FOLDER/$name.json"
+    expect_code 0
+    expect_text err "stand for 4096 points"
+    "$STIPPLE" verify "$FOLDER/$name.stipple" --quiet || fail "verify $name"
+done
+mean() { grep -o '"mean":[^,}]*' "$FOLDER/$1.json" | tail -1 | cut -d: -f2; }
+awk -v faces="$(mean folds)" -v vertices="$(mean vertices)" 'BEGIN { exit !(faces < 0.9 * vertices) }' ||
+    fail "the faces of a mesh do not count: $(mean folds) and $(mean vertices)"
+
 # The same picture as of points, but for what resampling changes.
 if "$STIPPLE" --help | found '^  render '; then
     for name in m points; do

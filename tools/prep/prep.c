@@ -7,6 +7,7 @@
 #include "tools/prep/prep_append.h"
 #include "tools/prep/prep_inputs.h"
 #include "tools/prep/prep_maps.h"
+#include "tools/prep/prep_meshes.h"
 #include "tools/prep/prep_paths.h"
 #include "tools/prep/prep_report.h"
 #include "tools/prep/prep_run.h"
@@ -46,8 +47,12 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     stp_prep_source source = {0};
     stp_prep_stats stats = {0};
     stp_append_result appended = {0};
+    stp_mesh *mesh = NULL;
     bool is_added = false;
     STP_TRY(prep_inputs_survey(in, &source, err));
+    if (params->maps)
+        STP_TRY(prep_meshes_read(in, &mesh, err));
+    source.mesh = mesh;
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
     in->params.pool = pool;
     if (o->rejects)
@@ -71,6 +76,7 @@ done:
         const stp_error reason = *err;
         status = stp_error_set(err, status, "the points were added, but %s", reason.message);
     }
+    stp_mesh_destroy(&mesh);
     stp_pool_destroy(&pool);
     return status;
 }

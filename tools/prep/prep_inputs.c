@@ -385,6 +385,7 @@ static void note_intensity(stp_prep_source *source, const stp_scan_info *info, b
 /* Notes what the report says of meshes. */
 static void note_mesh(prep_inputs *in, size_t i, const stp_scan_info *info)
 {
+    in->facts[i].mesh = info->face_count > 0;
     if (info->colours_missing && in->colours_missing[0] == '\0')
         snprintf(in->colours_missing, sizeof in->colours_missing, "%s", info->colours_missing);
     if (info->coarse_samples > 0 && !in->coarse)

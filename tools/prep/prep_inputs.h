@@ -21,6 +21,7 @@ typedef struct prep_input {
     off_t size;
     struct timespec changed;
     bool plant;         /* its mesh became lines and triangles: it has no points */
+    bool mesh;          /* it has faces, and they became points */
     prep_way way;       /* how positions are moved */
     stp_mirror *mirror; /* of an address; NULL: none is needed */
     char *name;         /* for the metadata */

@@ -2,6 +2,7 @@
 #include "formats/chunk/codec/part.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/part_tables.h"
 #include "formats/chunk/codec/predict.h"
 #include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/square_level.h"
@@ -90,99 +91,10 @@ static stp_status raw_decode(const uint8_t *bytes, size_t size, int segment, uin
 
 /* ---- tables ---- */
 
-static unsigned patch_columns(const stp_chunk *chunk)
-{
-    return chunk->linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
-}
-
-/* Columns of blocks that are of one kind (formats/SPEC.md, "Blocks"). Of patches 1-3, 4-6, 7-9,
- * 10-13, 14-18, 19-23, 24-28, 29-33, 34-37, 38-40, 41-42, 43-44. */
-#define JOINED_PATCH_COLUMNS                                                                       \
-    (UINT64_C(0x6) << 1 | UINT64_C(0x6) << 4 | UINT64_C(0x6) << 7 | UINT64_C(0xe) << 10 |          \
-     UINT64_C(0x1e) << 14 | UINT64_C(0x1e) << 19 | UINT64_C(0x1e) << 24 | UINT64_C(0x1e) << 29 |   \
-     UINT64_C(0xe) << 34 | UINT64_C(0x6) << 38 | UINT64_C(0x2) << 41 | UINT64_C(0x2) << 43)
-/* Columns of samples 1-2, 3-4, 6-7, 9-11. */
-#define JOINED_SAMPLE_COLUMNS                                                                      \
-    (UINT64_C(0x2) << 1 | UINT64_C(0x2) << 3 | UINT64_C(0x2) << 6 | UINT64_C(0x6) << 9)
-
-/* Tables of blocks with fewer rows are coded by odds. Long ones gain less by it, and Draco decodes
- * them faster. */
-#define ODDS_ROWS 1500u
-/* Of each column, the column beside it (formats/SPEC.md, "Odds"). */
-#define NONE STP_BESIDE_NONE
-#define KINDS STP_BESIDE_KINDS
-static const int16_t sample_beside[STP_SAMPLE_COLUMN_COUNT] = {
-    [STP_COLUMN_RADIUS] = NONE,
-    [STP_COLUMN_FLAGS] = KINDS,
-    [STP_COLUMN_CLASS] = KINDS,
-    [STP_COLUMN_NORMAL_U] = NONE,
-    [STP_COLUMN_NORMAL_V] = STP_COLUMN_NORMAL_U,
-    [STP_COLUMN_GREEN] = NONE,
-    [STP_COLUMN_RED] = STP_COLUMN_GREEN,
-    [STP_COLUMN_BLUE] = STP_COLUMN_RED,
-    [STP_COLUMN_INTENSITY] = NONE,
-    [STP_COLUMN_POSITION_A] = NONE,
-    [STP_COLUMN_POSITION_B] = STP_COLUMN_POSITION_A,
-    [STP_COLUMN_POSITION_C] = STP_COLUMN_POSITION_B,
-};
-/* Each patch column from 2 on has the one before beside it; child and flags are kinds. */
-static const int16_t patch_beside[STP_LINKED_PATCH_COLUMN_COUNT] = {
-    NONE, NONE, 1,  2,  3,  4,  5,  KINDS, KINDS, NONE, 9,  10, 11, 12, 13, 14,
-    15,   16,   17, 18, 19, 20, 21, 22,    23,    24,   25, 26, 27, 28, 29, 30,
-    31,   32,   33, 34, 35, 36, 37, 38,    39,    40,   41, 42, 43, 44,
-};
-#undef NONE
-#undef KINDS
-
-/* What the means of patch columns are like in blocks of scans (formats/SPEC.md, "Middles"). */
-static const uint8_t patch_first[STP_LINKED_PATCH_COLUMN_COUNT] = {
-    4,  13, 7,  13, 7,  11, 7,  0,  0,  11, 11, 12, 12, 12, 12, 11, 11, 11, 11, 9,  9,  9,  9,
-    13, 12, 11, 11, 11, 11, 10, 10, 10, 10, 14, 11, 8,  9,  11, 19, 19, 19, 8,  12, 16, 16, 16,
-};
-
-static stp_status table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
-                               uint32_t row_count, stp_error *err)
-{
-    stp_status status = stp_alloc(&table->values, (size_t)column_count * row_count,
-                                  sizeof *table->values, "a payload's table", err);
-    table->stride = row_count;
-    table->column_count = column_count;
-    table->row_count = row_count;
-    table->smallest = chunk->is_block;
-    table->by_odds = chunk->is_block && row_count < ODDS_ROWS;
-    if (chunk->is_block)
-        table->beside = column_count == STP_SAMPLE_COLUMN_COUNT ? sample_beside : patch_beside;
-    table->may_shift = chunk->is_block && column_count == STP_SAMPLE_COLUMN_COUNT;
-    table->is_patches = chunk->is_block && column_count != STP_SAMPLE_COLUMN_COUNT;
-    table->first = patch_first;
-    table->tight_first = table->is_patches ? stp_tight_patches : stp_tight_vertices;
-    table->side = table->is_patches ? stp_tight_sides : NULL;
-    if (chunk->is_block)
-        table->joined =
-            column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
-    return status;
-}
-
-static stp_status level_tables_create(const stp_chunk *chunk, int level, stp_level_tables *tables,
-                                      stp_error *err)
-{
-    uint32_t elder;
-    uint32_t last;
-    stp_predict_row_counts(chunk, level, &elder, &last);
-    stp_status status = table_create(chunk, &tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
-    if (status == STP_OK)
-        status = table_create(chunk, &tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
-    tables->elder.tight_first = stp_tight_elder;
-    tables->last.tight_first = stp_tight_last;
-    tables->elder.may_scale = tables->last.may_scale = chunk->is_block && level == 0;
-    return status;
-}
-
-static void level_tables_destroy(stp_level_tables *tables)
-{
-    free(tables->elder.values);
-    free(tables->last.values);
-}
+/* A tight part of squares begins with this number, plus 1 if they are tilted. No other part does.
+ */
+#define TIGHT_SQUARES (UINT32_C(1) << 30)
+#define TIGHT_SQUARES_BYTES 4u
 
 /* The squares of a block to be written, and their map. */
 typedef struct block_squares {
@@ -246,18 +158,23 @@ static stp_status table_write(table_sink *to, const stp_table *table, stp_error 
 static stp_status patches_encode(const stp_chunk *chunk, const block_squares *squares,
                                  table_sink *to, stp_error *err)
 {
-    stp_table table = {0};
+    stp_table table = {0}, own = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
+    STP_TRY(
+        stp_part_table_create(chunk, &table, stp_patch_columns(chunk), chunk->patch_count, err));
     table.middles = table.tight = table.is_patches && are_surface(chunk);
     table.squares = squares->found;
     table.tilted = squares->found && stp_squares_are_tilted(chunk, squares->of);
     stp_patches_encode(chunk->patches, &table);
     STP_TRY(table_write(to, &table, err));
-    if (squares->found)
-        STP_TRY(stp_squares_encode(chunk, squares->of, to->out, err));
+    if (squares->found) {
+        STP_TRY(stp_squares_encode(chunk, squares->of, to->out, &own, err));
+        own.tight = to->is_tight;
+        STP_TRY(table_write(to, &own, err));
+    }
 done:
     free(table.values);
+    free(own.values);
     return status;
 }
 
@@ -265,7 +182,7 @@ static stp_status vertices_encode(const stp_chunk *chunk, table_sink *to, stp_er
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
+    STP_TRY(stp_part_table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
     table.normal_shift = stp_level_normal_shift(chunk, VERTEX_LEVEL);
     stp_predict_vertices_encode(chunk, &table);
     table.tight = to->is_tight;
@@ -277,13 +194,13 @@ done:
 
 /* Fills the tables of a level of squares, and writes the choice that goes before them. */
 static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_map *map,
-                                  stp_level_tables *tables, stp_bytes *out, stp_error *err)
+                                  stp_level_tables *tables, table_sink *to, stp_error *err)
 {
-    stp_square_choice choice = {.reach = level == 0 ? chunk->reach : 1};
+    stp_square_choice choice = {.reach = level == 0 ? chunk->reach : 1, .tight = to->is_tight};
     tables->elder.by_odds = tables->last.by_odds = true;
     stp_square_level_encode(chunk, level, map, &choice, tables);
     const uint8_t byte = stp_square_choice_write(&choice);
-    return stp_bytes_append(out, &byte, sizeof byte, err);
+    return stp_bytes_append(to->out, &byte, sizeof byte, err);
 }
 
 static stp_status level_encode(const stp_chunk *chunk, int level, block_squares *squares,
@@ -291,31 +208,40 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
 {
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
-    STP_TRY(level_tables_create(chunk, level, &tables, err));
+    STP_TRY(stp_level_tables_create(chunk, level, squares->found, &tables, err));
     tables.elder.normal_shift = tables.last.normal_shift = stp_level_normal_shift(chunk, level);
     if (tables.elder.may_scale)
         stp_scale_find(chunk, &tables.elder.scale);
     tables.last.scale = tables.elder.scale;
     if (squares->found)
-        STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to->out, err));
+        STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to, err));
     else
         stp_predict_level_encode(chunk, level, &tables);
     tables.elder.tight = tables.last.tight = to->is_tight;
     STP_TRY(table_write(to, &tables.elder, err));
     STP_TRY(table_write(to, &tables.last, err));
 done:
-    level_tables_destroy(&tables);
+    stp_level_tables_destroy(&tables);
     return status;
 }
 
-/* Whether a part is tight: it is of a block, all of its tables are coded by odds, patches are of
- * surfaces, and no squares stand between the tables. */
+/* Whether a part is tight: it is of a block, patches are of surfaces, and all tables are coded by
+ * odds, as those of squares always are. */
 static bool may_be_tight(const stp_chunk *chunk, int segment, const block_squares *squares)
 {
     uint32_t elder, last;
     stp_predict_row_counts(chunk, finest_level[segment], &elder, &last);
-    return chunk->is_block && !squares->found && elder < ODDS_ROWS && last < ODDS_ROWS &&
+    return chunk->is_block && (squares->found || (elder < STP_ODDS_ROWS && last < STP_ODDS_ROWS)) &&
            (segment > 0 || are_surface(chunk));
+}
+
+/* Begins a tight part of squares: says so, and of which kind they are. */
+static stp_status squares_begin(const stp_chunk *chunk, const block_squares *squares,
+                                stp_bytes *out, stp_error *err)
+{
+    uint8_t head[TIGHT_SQUARES_BYTES];
+    stp_put_u32(head, TIGHT_SQUARES | stp_squares_are_tilted(chunk, squares->of));
+    return stp_bytes_append(out, head, sizeof head, err);
 }
 
 static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
@@ -327,6 +253,8 @@ static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *o
     to.is_tight = may_be_tight(chunk, segment, &squares);
     stp_tight_begin(&to.tight);
     if (segment == 0) {
+        if (to.is_tight && squares.found)
+            STP_TRY(squares_begin(chunk, &squares, out, err));
         STP_TRY(patches_encode(chunk, &squares, &to, err));
         STP_TRY(vertices_encode(chunk, &to, err));
     }
@@ -345,6 +273,9 @@ typedef struct table_source {
     stp_tight_reader tight;
     bool is_tight;
     stp_shares *shares; /* NULL: nobody asks */
+    /* Of squares: */
+    stp_square_choice choice; /* of the level, read before a tight part's tables */
+    stp_square *first;        /* by raster (square.h) */
 } table_source;
 
 /* Reads a table; *used: its bytes. */
@@ -378,17 +309,25 @@ static stp_status table_read(table_source *from, stp_table *table, stp_error *er
     return STP_OK;
 }
 
+static stp_status rasters_read(table_source *from, bool tilted, stp_chunk *chunk, stp_error *err)
+{
+    const size_t left = from->c.left;
+    const stp_status status = stp_rasters_decode(&from->c, tilted, chunk, &from->first, err);
+    if (status == STP_OK && from->shares)
+        from->shares->bytes[STP_SHARE_PATCHES] += left - from->c.left;
+    return status;
+}
+
 static stp_status squares_decode(table_source *from, bool tilted, stp_chunk *chunk, stp_error *err)
 {
-    stp_cursor *c = &from->c;
     stp_status status = STP_OK;
-    size_t used = 0;
+    stp_table table = {0};
     STP_TRY(stp_alloc(&chunk->squares, chunk->patch_count, sizeof *chunk->squares, "squares", err));
-    STP_TRY(stp_squares_decode(c->bytes, c->left, tilted, chunk, chunk->squares, &used, err));
-    stp_cursor_skip(c, used);
-    if (from->shares)
-        from->shares->bytes[STP_SHARE_PATCHES] += used;
+    STP_TRY(stp_squares_table(chunk->patch_count, tilted, &table, err));
+    STP_TRY(table_read(from, &table, err));
+    STP_TRY(stp_squares_decode(&table, chunk, from->first, chunk->squares, err));
 done:
+    free(table.values);
     return status;
 }
 
@@ -397,12 +336,15 @@ static stp_status patches_decode(table_source *from, uint32_t child_count, stp_c
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(chunk, &table, patch_columns(chunk), chunk->patch_count, err));
+    STP_TRY(
+        stp_part_table_create(chunk, &table, stp_patch_columns(chunk), chunk->patch_count, err));
     STP_TRY(table_read(from, &table, err));
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(check_and_place(chunk, child_count, err));
     if (table.squares)
-        STP_TRY(squares_decode(from, table.tilted, chunk, err));
+        STP_TRY(rasters_read(from, table.tilted, chunk, err));
+    if (from->first)
+        STP_TRY(squares_decode(from, !chunk->rasters[0].level, chunk, err));
 done:
     free(table.values);
     return status;
@@ -412,7 +354,7 @@ static stp_status vertices_decode(table_source *from, stp_chunk *chunk, stp_erro
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
+    STP_TRY(stp_part_table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
     STP_TRY(table_read(from, &table, err));
     stp_predict_vertices_decode(chunk, &table);
 done:
@@ -434,7 +376,7 @@ static stp_status squares_level_decode(const stp_square_choice *choice, int leve
     return status;
 }
 
-static stp_status choice_read(table_source *from, stp_square_choice *out, stp_error *err)
+static stp_status choice_read(table_source *from, stp_error *err)
 {
     stp_cursor *c = &from->c;
     if (c->left < STP_SQUARE_CHOICE_BYTES)
@@ -443,26 +385,71 @@ static stp_status choice_read(table_source *from, stp_square_choice *out, stp_er
     stp_cursor_skip(c, STP_SQUARE_CHOICE_BYTES);
     if (from->shares)
         from->shares->bytes[STP_SHARE_FRAME] += STP_SQUARE_CHOICE_BYTES;
-    return stp_square_choice_read(byte, out, err);
+    const stp_status status = stp_square_choice_read(byte, &from->choice, err);
+    if (status == STP_OK && from->choice.tight != from->is_tight)
+        return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
+    return status;
 }
 
 static stp_status level_decode(table_source *from, int level, stp_chunk *chunk, stp_error *err)
 {
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
-    stp_square_choice choice = {0};
     const bool squares = stp_chunk_is_squares(chunk);
-    STP_TRY(level_tables_create(chunk, level, &tables, err));
-    if (squares)
-        STP_TRY(choice_read(from, &choice, err));
+    STP_TRY(stp_level_tables_create(chunk, level, squares, &tables, err));
+    if (squares && !from->is_tight)
+        STP_TRY(choice_read(from, err));
     STP_TRY(table_read(from, &tables.elder, err));
     STP_TRY(table_read(from, &tables.last, err));
     if (squares)
-        STP_TRY(squares_level_decode(&choice, level, chunk, &tables, err));
+        STP_TRY(squares_level_decode(&from->choice, level, chunk, &tables, err));
     else
         stp_predict_level_decode(chunk, level, &tables);
 done:
-    level_tables_destroy(&tables);
+    stp_level_tables_destroy(&tables);
+    return status;
+}
+
+/* Reads what is before the tables of squares, if the part is tight: the kind of squares and their
+ * rasters in segment 0, and the choice. */
+static stp_status tight_squares_begin(table_source *from, int segment, stp_chunk *chunk,
+                                      stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cursor *c = &from->c;
+    if (!chunk->is_block)
+        return STP_OK;
+    if (segment > 0) {
+        from->is_tight =
+            stp_chunk_is_squares(chunk) && c->left > 0 && stp_square_choice_is_tight(*c->bytes);
+    } else if (c->left >= TIGHT_SQUARES_BYTES && stp_get_u32(c->bytes) >> 1 == TIGHT_SQUARES >> 1) {
+        const bool tilted = stp_get_u32(c->bytes) & 1u;
+        stp_cursor_skip(c, TIGHT_SQUARES_BYTES);
+        if (from->shares)
+            from->shares->bytes[STP_SHARE_FRAME] += TIGHT_SQUARES_BYTES;
+        STP_TRY(rasters_read(from, tilted, chunk, err));
+        from->is_tight = true;
+    }
+    if (from->is_tight)
+        STP_TRY(choice_read(from, err));
+done:
+    return status;
+}
+
+static stp_status tables_begin(table_source *from, int segment, stp_chunk *chunk, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cursor *c = &from->c;
+    STP_TRY(tight_squares_begin(from, segment, chunk, err));
+    from->is_tight = from->is_tight || (chunk->is_block && !stp_chunk_is_squares(chunk) &&
+                                        stp_is_tight(c->bytes, c->left));
+    if (!from->is_tight)
+        return STP_OK;
+    STP_TRY(stp_tight_read(&from->tight, c->bytes, c->left, err));
+    if (from->shares)
+        from->shares->bytes[STP_SHARE_FRAME] += (size_t)(from->tight.symbols.next - c->bytes);
+    c->left = 0;
+done:
     return status;
 }
 
@@ -471,13 +458,7 @@ static stp_status draco_decode(const uint8_t *bytes, size_t size, int segment, u
 {
     stp_status status = STP_OK;
     table_source from = {.c = {bytes, size}, .shares = shares};
-    from.is_tight = chunk->is_block && !stp_chunk_is_squares(chunk) && stp_is_tight(bytes, size);
-    if (from.is_tight) {
-        STP_TRY(stp_tight_read(&from.tight, bytes, size, err));
-        from.c.left = 0;
-        if (shares)
-            shares->bytes[STP_SHARE_FRAME] += (size_t)(from.tight.symbols.next - bytes);
-    }
+    STP_TRY(tables_begin(&from, segment, chunk, err));
     if (segment == 0) {
         STP_TRY(patches_decode(&from, child_count, chunk, err));
         STP_TRY(vertices_decode(&from, chunk, err));
@@ -488,6 +469,7 @@ static stp_status draco_decode(const uint8_t *bytes, size_t size, int segment, u
     if (from.c.left != 0)
         status = stp_error_set(err, STP_CORRUPT, "%zu bytes are left over at its end", from.c.left);
 done:
+    free(from.first);
     return status;
 }
 

@@ -37,6 +37,9 @@ static const int16_t square_beside[TILTED_COLUMNS] = {STP_BESIDE_NONE,  0,
                                                       STP_BESIDE_KINDS, STP_BESIDE_KINDS,
                                                       STP_BESIDE_NONE};
 
+/* Of tight tables: the bits of the means that odds begin with. */
+static const uint8_t square_first[TILTED_COLUMNS] = {8, 8, [RASTER_COLUMN] = 5};
+
 /* ---- finding ---- */
 
 /* The column and row nearest to a position. */
@@ -141,14 +144,15 @@ bool stp_squares_find(const stp_chunk *block, stp_square *out)
 
 /* ---- coding ---- */
 
-static stp_status table_create(uint32_t rows, bool tilted, stp_table *table, stp_error *err)
+stp_status stp_squares_table(uint32_t rows, bool tilted, stp_table *table, stp_error *err)
 {
     const unsigned columns = tilted ? TILTED_COLUMNS : LEVEL_COLUMNS;
     *table = (stp_table){.stride = rows,
                          .column_count = columns,
                          .row_count = rows,
                          .beside = square_beside,
-                         .by_odds = true};
+                         .by_odds = true,
+                         .tight_first = square_first};
     return stp_alloc(&table->values, (size_t)columns * rows, sizeof *table->values,
                      "a payload's table", err);
 }
@@ -244,23 +248,20 @@ static void fill_table(const stp_square *squares, uint32_t count, used_rasters *
     }
 }
 
-stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares, stp_bytes *out,
-                              stp_error *err)
+stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares, stp_bytes *rasters,
+                              stp_table *table, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_table table = {0};
     used_rasters used = {0};
     const bool tilted = stp_squares_are_tilted(block, squares);
     STP_TRY(stp_alloc(&used.places, block->raster_count, sizeof *used.places, "rasters", err));
     STP_TRY(stp_alloc(&used.before, block->raster_count, sizeof *used.before, "rasters", err));
     for (uint32_t p = 0; p < block->patch_count; p++)
         use_raster(&used, &squares[p]);
-    STP_TRY(put_rasters(block, squares, &used, tilted, out, err));
-    STP_TRY(table_create(block->patch_count, tilted, &table, err));
-    fill_table(squares, block->patch_count, &used, tilted, &table);
-    STP_TRY(stp_table_encode(&table, out, err));
+    STP_TRY(put_rasters(block, squares, &used, tilted, rasters, err));
+    STP_TRY(stp_squares_table(block->patch_count, tilted, table, err));
+    fill_table(squares, block->patch_count, &used, tilted, table);
 done:
-    free(table.values);
     free(used.places);
     free(used.before);
     return status;
@@ -332,9 +333,8 @@ static size_t raster_bytes(const stp_cursor *c, bool tilted)
     return size <= c->left ? size : 0;
 }
 
-/* Reads the rasters. before: allocated, the first square of each. */
-static stp_status take_rasters(stp_cursor *c, bool tilted, stp_chunk *block, stp_square **before,
-                               stp_error *err)
+stp_status stp_rasters_decode(stp_cursor *c, bool tilted, stp_chunk *block, stp_square **first,
+                              stp_error *err)
 {
     stp_status status = STP_OK;
     const uint32_t count = !tilted ? 1 : c->left < COUNT_BYTES ? 0 : stp_get_u16(c->bytes) + 1u;
@@ -343,7 +343,7 @@ static stp_status take_rasters(stp_cursor *c, bool tilted, stp_chunk *block, stp
     if (count > block->patch_count)
         return stp_error_set(err, STP_CORRUPT, "its squares have more rasters than patches");
     STP_TRY(stp_alloc(&block->rasters, count, sizeof *block->rasters, "rasters", err));
-    STP_TRY(stp_alloc(before, count, sizeof **before, "rasters", err));
+    STP_TRY(stp_alloc(first, count, sizeof **first, "rasters", err));
     block->raster_count = count;
     stp_cursor_skip(c, tilted ? COUNT_BYTES : 0);
     for (uint32_t i = 0; i < count; i++) {
@@ -358,40 +358,28 @@ static stp_status take_rasters(stp_cursor *c, bool tilted, stp_chunk *block, stp
             status = stp_error_set(err, STP_CORRUPT, "%s", fault);
             goto done;
         }
-        (*before)[i] = (stp_square){.column = stp_get_u32(c->bytes + size - 8),
-                                    .row = stp_get_u32(c->bytes + size - 4),
-                                    .raster = i};
+        (*first)[i] = (stp_square){.column = stp_get_u32(c->bytes + size - 8),
+                                   .row = stp_get_u32(c->bytes + size - 4),
+                                   .raster = i};
         stp_cursor_skip(c, size);
     }
 done:
     return status;
 }
 
-stp_status stp_squares_decode(const uint8_t *bytes, size_t size, bool tilted, stp_chunk *block,
-                              stp_square *squares, size_t *used, stp_error *err)
+stp_status stp_squares_decode(const stp_table *table, const stp_chunk *block, stp_square *first,
+                              stp_square *squares, stp_error *err)
 {
-    stp_status status = STP_OK;
-    stp_table table = {0};
-    stp_square *before = NULL;
-    stp_cursor c = {bytes, size};
     const char *fault = NULL;
+    const bool tilted = table->column_count == TILTED_COLUMNS;
     int64_t raster = 0;
-    STP_TRY(take_rasters(&c, tilted, block, &before, err));
-    STP_TRY(table_create(block->patch_count, tilted, &table, err));
-    STP_TRY(stp_table_decode(c.bytes, c.left, &table, used, err));
-    *used += size - c.left;
     for (uint32_t p = 0; !fault && p < block->patch_count; p++) {
-        raster += tilted ? stp_table_column(&table, RASTER_COLUMN)[p] : 0;
+        raster += tilted ? stp_table_column(table, RASTER_COLUMN)[p] : 0;
         fault = raster < 0 || raster >= block->raster_count
                     ? "a square is of no raster"
-                    : take_square(&table, p, block->patches[p].counts[0], &before[raster]);
+                    : take_square(table, p, block->patches[p].counts[0], &first[raster]);
         if (!fault)
-            squares[p] = before[raster];
+            squares[p] = first[raster];
     }
-    if (fault)
-        status = stp_error_set(err, STP_CORRUPT, "%s", fault);
-done:
-    free(table.values);
-    free(before);
-    return status;
+    return fault ? stp_error_set(err, STP_CORRUPT, "%s", fault) : STP_OK;
 }

@@ -70,12 +70,19 @@ static inline bool stp_squares_are_tilted(const stp_chunk *block, const stp_squa
     return !block->rasters[squares[0].raster].level;
 }
 
-/* Appends rasters and squares. Errors: OUT_OF_MEMORY. */
-stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares, stp_bytes *out,
+/* Appends the rasters and makes the table of the squares; free table->values. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_squares_encode(const stp_chunk *block, const stp_square *squares, stp_bytes *rasters,
+                              stp_table *table, stp_error *err);
+/* Reads rasters into block->rasters, which are allocated. first: by raster, the square that the
+ * first one counts from; free with free(). Errors: CORRUPT, OUT_OF_MEMORY. */
+stp_status stp_rasters_decode(stp_cursor *c, bool tilted, stp_chunk *block, stp_square **first,
                               stp_error *err);
-/* Reads them into block->rasters, which are allocated, and squares[patch_count]. The block's counts
- * are known. *used: bytes. Errors: CORRUPT, OUT_OF_MEMORY. */
-stp_status stp_squares_decode(const uint8_t *bytes, size_t size, bool tilted, stp_chunk *block,
-                              stp_square *squares, size_t *used, stp_error *err);
+/* An empty table of squares, a row for each; free table->values. Errors: OUT_OF_MEMORY. */
+stp_status stp_squares_table(uint32_t rows, bool tilted, stp_table *table, stp_error *err);
+/* Reads the table into squares[patch_count]. The block's counts are known. first: is used up.
+ * Errors: CORRUPT. */
+stp_status stp_squares_decode(const stp_table *table, const stp_chunk *block, stp_square *first,
+                              stp_square *squares, stp_error *err);
 
 #endif

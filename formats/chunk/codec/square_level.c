@@ -16,16 +16,24 @@ enum { HEIGHT, GREEN, RED, BLUE, VALUE_COUNT };
 
 #define CHOICE_FOLLOW 8u
 #define CHOICE_REACH 7u
+#define CHOICE_TIGHT 128u
 
 uint8_t stp_square_choice_write(const stp_square_choice *choice)
 {
-    return (uint8_t)(choice->reach | (choice->follow ? CHOICE_FOLLOW : 0));
+    return (uint8_t)(choice->reach | (choice->follow ? CHOICE_FOLLOW : 0) |
+                     (choice->tight ? CHOICE_TIGHT : 0));
+}
+
+bool stp_square_choice_is_tight(uint8_t byte)
+{
+    return byte & CHOICE_TIGHT;
 }
 
 stp_status stp_square_choice_read(uint8_t byte, stp_square_choice *out, stp_error *err)
 {
-    *out = (stp_square_choice){byte & CHOICE_REACH, byte & CHOICE_FOLLOW};
-    if (byte > (CHOICE_FOLLOW | CHOICE_REACH) || out->reach > STP_SQUARE_REACH_PARENTS)
+    *out = (stp_square_choice){byte & CHOICE_REACH, byte & CHOICE_FOLLOW, byte & CHOICE_TIGHT};
+    if (byte & ~(CHOICE_TIGHT | CHOICE_FOLLOW | CHOICE_REACH) ||
+        out->reach > STP_SQUARE_REACH_PARENTS)
         return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
     return STP_OK;
 }

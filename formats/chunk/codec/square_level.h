@@ -13,11 +13,13 @@
 typedef struct stp_square_choice {
     unsigned reach; /* of the windows of normals, 1 to 4; 0: none, normals follow from slopes */
     bool follow;    /* red and blue change as green does */
+    bool tight;     /* the tables that follow are one run (tight.h) */
 } stp_square_choice;
 
 #define STP_SQUARE_CHOICE_BYTES 1u
 
 uint8_t stp_square_choice_write(const stp_square_choice *choice);
+bool stp_square_choice_is_tight(uint8_t byte);
 /* Errors: CORRUPT. */
 stp_status stp_square_choice_read(uint8_t byte, stp_square_choice *out, stp_error *err);
 

@@ -35,6 +35,13 @@ const uint8_t stp_tight_vertices[STP_SAMPLE_COLUMN_COUNT] = {3,  0,  0,  4, 4, 1
                                                              10, 10, 13, 3, 3, 3};
 const uint8_t stp_tight_elder[STP_SAMPLE_COLUMN_COUNT] = {8, 0, 0, 11, 11, 9, 8, 8, 11, 13, 13, 10};
 const uint8_t stp_tight_last[STP_SAMPLE_COLUMN_COUNT] = {8, 0, 0, 8, 8, 8, 8, 8, 8, 9, 9, 9};
+static const uint8_t finest_elder[STP_SAMPLE_COLUMN_COUNT] = {7, 0, 0, 7, 7, 9, 8, 8, 8, 3, 3, 11};
+static const uint8_t finest_last[STP_SAMPLE_COLUMN_COUNT] = {7, 0, 0, 7, 7, 8, 8, 8, 8, 3, 3, 9};
+static const uint8_t merged_elder[STP_SAMPLE_COLUMN_COUNT] = {10, 0, 0, 12, 12, 9,
+                                                              8,  8, 8, 6,  6,  12};
+static const uint8_t merged_last[STP_SAMPLE_COLUMN_COUNT] = {10, 0, 0, 12, 12, 8, 8, 8, 8, 6, 6, 9};
+const uint8_t *const stp_tight_squares[2][2] = {{finest_elder, finest_last},
+                                                {merged_elder, merged_last}};
 
 /* 3/4, 3/16 and what is left but a little. */
 static void how_begin(stp_odds *how)

@@ -11,6 +11,8 @@
  * By column of samples: bits of means of level 3, of elder and of last children. They are what
  * blocks of scans have. */
 extern const uint8_t stp_tight_patches[], stp_tight_vertices[], stp_tight_elder[], stp_tight_last[];
+/* The same of elder and last children of squares: of level 0, and of merged samples. */
+extern const uint8_t *const stp_tight_squares[2][2];
 extern const int8_t stp_tight_sides[];
 
 /* Tables that are written. Begin as zeros. */

@@ -1,0 +1,100 @@
+/* The tables of a part, empty: how the columns of each are coded. */
+#include "formats/chunk/codec/part_tables.h"
+
+#include "base/memory.h"
+#include "formats/chunk/codec/tight.h"
+#include "formats/chunk/patch.h"
+
+#include <stdlib.h>
+
+unsigned stp_patch_columns(const stp_chunk *chunk)
+{
+    return chunk->linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
+}
+
+/* Columns of blocks that are of one kind (formats/SPEC.md, "Blocks"). Of patches 1-3, 4-6, 7-9,
+ * 10-13, 14-18, 19-23, 24-28, 29-33, 34-37, 38-40, 41-42, 43-44. */
+#define JOINED_PATCH_COLUMNS                                                                       \
+    (UINT64_C(0x6) << 1 | UINT64_C(0x6) << 4 | UINT64_C(0x6) << 7 | UINT64_C(0xe) << 10 |          \
+     UINT64_C(0x1e) << 14 | UINT64_C(0x1e) << 19 | UINT64_C(0x1e) << 24 | UINT64_C(0x1e) << 29 |   \
+     UINT64_C(0xe) << 34 | UINT64_C(0x6) << 38 | UINT64_C(0x2) << 41 | UINT64_C(0x2) << 43)
+/* Columns of samples 1-2, 3-4, 6-7, 9-11. */
+#define JOINED_SAMPLE_COLUMNS                                                                      \
+    (UINT64_C(0x2) << 1 | UINT64_C(0x2) << 3 | UINT64_C(0x2) << 6 | UINT64_C(0x6) << 9)
+
+/* Of each column, the column beside it (formats/SPEC.md, "Odds"). */
+#define NONE STP_BESIDE_NONE
+#define KINDS STP_BESIDE_KINDS
+static const int16_t sample_beside[STP_SAMPLE_COLUMN_COUNT] = {
+    [STP_COLUMN_RADIUS] = NONE,
+    [STP_COLUMN_FLAGS] = KINDS,
+    [STP_COLUMN_CLASS] = KINDS,
+    [STP_COLUMN_NORMAL_U] = NONE,
+    [STP_COLUMN_NORMAL_V] = STP_COLUMN_NORMAL_U,
+    [STP_COLUMN_GREEN] = NONE,
+    [STP_COLUMN_RED] = STP_COLUMN_GREEN,
+    [STP_COLUMN_BLUE] = STP_COLUMN_RED,
+    [STP_COLUMN_INTENSITY] = NONE,
+    [STP_COLUMN_POSITION_A] = NONE,
+    [STP_COLUMN_POSITION_B] = STP_COLUMN_POSITION_A,
+    [STP_COLUMN_POSITION_C] = STP_COLUMN_POSITION_B,
+};
+/* Each patch column from 2 on has the one before beside it; child and flags are kinds. */
+static const int16_t patch_beside[STP_LINKED_PATCH_COLUMN_COUNT] = {
+    NONE, NONE, 1,  2,  3,  4,  5,  KINDS, KINDS, NONE, 9,  10, 11, 12, 13, 14,
+    15,   16,   17, 18, 19, 20, 21, 22,    23,    24,   25, 26, 27, 28, 29, 30,
+    31,   32,   33, 34, 35, 36, 37, 38,    39,    40,   41, 42, 43, 44,
+};
+#undef NONE
+#undef KINDS
+
+/* What the means of patch columns are like in blocks of scans (formats/SPEC.md, "Middles"). */
+static const uint8_t patch_first[STP_LINKED_PATCH_COLUMN_COUNT] = {
+    4,  13, 7,  13, 7,  11, 7,  0,  0,  11, 11, 12, 12, 12, 12, 11, 11, 11, 11, 9,  9,  9,  9,
+    13, 12, 11, 11, 11, 11, 10, 10, 10, 10, 14, 11, 8,  9,  11, 19, 19, 19, 8,  12, 16, 16, 16,
+};
+
+stp_status stp_part_table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
+                                 uint32_t row_count, stp_error *err)
+{
+    stp_status status = stp_alloc(&table->values, (size_t)column_count * row_count,
+                                  sizeof *table->values, "a payload's table", err);
+    table->stride = row_count;
+    table->column_count = column_count;
+    table->row_count = row_count;
+    table->smallest = chunk->is_block;
+    table->by_odds = chunk->is_block && row_count < STP_ODDS_ROWS;
+    if (chunk->is_block)
+        table->beside = column_count == STP_SAMPLE_COLUMN_COUNT ? sample_beside : patch_beside;
+    table->may_shift = chunk->is_block && column_count == STP_SAMPLE_COLUMN_COUNT;
+    table->is_patches = chunk->is_block && column_count != STP_SAMPLE_COLUMN_COUNT;
+    table->first = patch_first;
+    table->tight_first = table->is_patches ? stp_tight_patches : stp_tight_vertices;
+    table->side = table->is_patches ? stp_tight_sides : NULL;
+    if (chunk->is_block)
+        table->joined =
+            column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
+    return status;
+}
+
+stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squares,
+                                   stp_level_tables *tables, stp_error *err)
+{
+    uint32_t elder;
+    uint32_t last;
+    stp_predict_row_counts(chunk, level, &elder, &last);
+    stp_status status =
+        stp_part_table_create(chunk, &tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
+    if (status == STP_OK)
+        status = stp_part_table_create(chunk, &tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
+    tables->elder.tight_first = squares ? stp_tight_squares[level > 0][0] : stp_tight_elder;
+    tables->last.tight_first = squares ? stp_tight_squares[level > 0][1] : stp_tight_last;
+    tables->elder.may_scale = tables->last.may_scale = chunk->is_block && level == 0;
+    return status;
+}
+
+void stp_level_tables_destroy(stp_level_tables *tables)
+{
+    free(tables->elder.values);
+    free(tables->last.values);
+}

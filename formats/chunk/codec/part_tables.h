@@ -1,0 +1,22 @@
+/* The tables of a part, empty: how the columns of each are coded. Threads: any. */
+#ifndef STP_FORMATS_CHUNK_CODEC_PART_TABLES_H
+#define STP_FORMATS_CHUNK_CODEC_PART_TABLES_H
+
+#include "formats/chunk/codec/predict.h"
+
+/* Tables of blocks with fewer rows are coded by odds. Long ones gain less by it, and Draco decodes
+ * them faster. */
+#define STP_ODDS_ROWS 1500u
+
+/* Columns of a table of patches. */
+unsigned stp_patch_columns(const stp_chunk *chunk);
+/* A table of patches or of samples; free table->values. Errors: OUT_OF_MEMORY. */
+stp_status stp_part_table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
+                                 uint32_t row_count, stp_error *err);
+/* The tables of level 0 to 2; to be destroyed even if it fails. squares: the block is one of
+ * squares. Errors: OUT_OF_MEMORY. */
+stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squares,
+                                   stp_level_tables *tables, stp_error *err);
+void stp_level_tables_destroy(stp_level_tables *tables);
+
+#endif
