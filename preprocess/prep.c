@@ -344,7 +344,7 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     stp_status status = STP_OK;
     stp_prep_stats *stats = job->stats;
     const double cell = least_cell(job->source);
-    if (cell > 0.0) /* grids that become points, since they are several or are treated */
+    if (cell > 0.0) /* grids that become points, since their cells differ or they are treated */
         choose_height_precision(job, 0.0, cell / POINTS_CELL_PARTS);
     STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
     STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
@@ -402,8 +402,8 @@ static stp_resolution resolution_of(const stp_prep_source *source, const stp_pre
  * one. */
 static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *params)
 {
-    return source->file_count == 1 && source->files[0].raster.columns > 0 &&
-           (source->attributes & STP_POINT_HAS_NORMAL || source->files[0].raster_nodes) &&
+    return source->raster.columns > 0 &&
+           (source->attributes & STP_POINT_HAS_NORMAL || source->raster_nodes) &&
            !params->join_layers && !params->maps && params->outliers == STP_OUTLIERS_KEEP &&
            params->orient == STP_ORIENT_AUTO;
 }
@@ -479,11 +479,12 @@ static stp_status run(stp_prep_job *job, stp_error *err)
     stp_status status = STP_OK;
     const stp_prep_source *source = job->source;
     stp_prep_stats *stats = job->stats;
-    const stp_prep_size size = {.points = source->point_count,
+    const uint64_t places = (uint64_t)source->raster.columns * source->raster.rows;
+    const stp_prep_size size = {.points = stats->keeps_grid ? places : source->point_count,
                                 .number_bytes =
                                     source->kept ? stp_attribute_list_bytes(source->kept) : 0,
                                 .grid = stats->keeps_grid,
-                                .bent = stats->keeps_grid && source->files[0].raster_nodes,
+                                .bent = stats->keeps_grid && source->raster_nodes,
                                 .maps = stats->makes_maps};
     STP_TRY(stp_prep_plan_room(job, &size, err));
     if (job->params->planned)
@@ -529,6 +530,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stp_maps_clear(&job.maps);
     stp_cloud_clear(&job.cloud);
     stp_height_grid_clear(&job.grid);
+    stp_grid_part_clear(&job.part);
     stp_spill_destroy(&job.spill);
     stp_prep_plan_clear(&job.plan);
     return status;

@@ -67,9 +67,11 @@ typedef struct stp_prep_source {
     uint32_t station_count;
     const stp_line_set *lines;         /* beside the points, borrowed; NULL for none */
     const stp_triangle_set *triangles; /* likewise */
-    const stp_mesh *mesh;       /* the faces under the points, for maps, borrowed; NULL: none */
-    const stp_prep_file *files; /* borrowed, valid to the end */
-    size_t file_count;          /* at least 1 */
+    const stp_mesh *mesh;          /* the faces under the points, for maps, borrowed; NULL: none */
+    stp_scan_raster raster;        /* if the records are one grid of heights */
+    const stp_dvec3 *raster_nodes; /* of it, if it was moved; borrowed */
+    const stp_prep_file *files;    /* borrowed, valid to the end */
+    size_t file_count;             /* at least 1 */
 } stp_prep_source;
 
 /* How much is to be prepared. */

@@ -3,6 +3,7 @@
 #define STP_PREPROCESS_PREP_JOB_H
 
 #include "formats/chunk/outside.h"
+#include "preprocess/grid/grid_parts.h"
 #include "preprocess/prep.h"
 
 /* The leaves of lines, of triangles, of maps and of depth images; they are never in temporary
@@ -31,6 +32,7 @@ typedef struct stp_prep_job {
     stp_spill *spill;
     stp_cloud cloud;         /* empty if the scan is a grid of heights */
     stp_height_grid grid;    /* else without columns */
+    stp_grid_part part;      /* the file at hand, if several files make the grid */
     stp_maps maps;           /* none unless they are wanted */
     uint8_t *numbers;        /* attributes by source, packed, in the spill; NULL: none are kept */
     stp_attribute_list kept; /* the source's, with what is known when all points are read */

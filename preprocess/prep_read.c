@@ -16,6 +16,28 @@ void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *p)
         stats->intensity_max = p->intensity;
 }
 
+/* Whether several files make one grid. */
+static bool has_parts(const stp_prep_job *job)
+{
+    return job->stats->keeps_grid && job->source->file_count > 1;
+}
+
+/* Puts a record into the grid of heights. */
+static void add_sample(stp_prep_job *job, const stp_point *point, uint64_t record,
+                       stp_reject *reject)
+{
+    stp_height_grid *grid = &job->grid;
+    const bool parts = has_parts(job);
+    const uint64_t place =
+        parts ? stp_grid_part_place(&job->part, grid, record - job->part.first) : record;
+    if (parts && *reject == STP_REJECT_NONE && !isnan(grid->z[place]))
+        *reject = STP_REJECT_TWICE;
+    if (*reject == STP_REJECT_NONE)
+        stp_height_grid_set(grid, place, point);
+    else if (!parts) /* else there is none unless a file gives it */
+        stp_height_grid_leave_out(grid, place);
+}
+
 static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error *err)
 {
     stp_cloud *cloud = &job->cloud;
@@ -25,23 +47,22 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
     stp_reject reject = (stp_reject)point->reject;
     if (reject == STP_REJECT_NONE && !stp_dvec3_finite(point->position))
         reject = STP_REJECT_NOT_FINITE;
-    if (stats->keeps_grid ? place >= source->point_count
+    const uint64_t end = has_parts(job) ? job->part.first + job->part.count : source->point_count;
+    if (stats->keeps_grid ? place >= end
                           : reject == STP_REJECT_NONE && cloud->count == cloud->capacity)
         return stp_error_set(err, STP_CORRUPT,
                              "%s gives more points than the %llu it counts: it changed while it "
                              "was read, run again",
                              source->files[0].name, (unsigned long long)source->point_count);
+    if (stats->keeps_grid)
+        add_sample(job, point, place, &reject);
     if (reject != STP_REJECT_NONE) {
         stats->rejected[reject]++;
-        if (stats->keeps_grid)
-            stp_height_grid_leave_out(&job->grid, place);
         return source->rejected ? source->rejected(source->context, place, reject, err) : STP_OK;
     }
     stp_dbox_add(&stats->box, point->position);
-    if (stats->keeps_grid) {
-        stp_height_grid_set(&job->grid, place, point);
+    if (stats->keeps_grid)
         return STP_OK;
-    }
     stp_cloud_point *out = &cloud->points[cloud->count++];
     *out = (stp_cloud_point){.position = point->position,
                              .source = (uint32_t)place,
@@ -116,7 +137,10 @@ static bool leave_out(stp_prep_job *job, const stp_error *why, const read_mark *
         return false;
     if (mark->file == file) {
         job->cloud.count = mark->count;
-        job->grid.count = 0; /* a grid is a single file */
+        if (has_parts(job))
+            stp_grid_part_forget(&job->part, &job->grid);
+        else
+            job->grid.count = 0;
         *job->stats = mark->stats;
     }
     return true;
@@ -140,9 +164,11 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
     stp_error own = {0}, *why = err ? err : &own;
     read_mark mark = {.file = SIZE_MAX};
     if (stats->keeps_grid)
-        STP_TRY(stp_height_grid_create(&job->grid, &source->files[0].raster,
-                                       source->files[0].raster_nodes,
+        STP_TRY(stp_height_grid_create(&job->grid, &source->raster, source->raster_nodes,
                                        source->attributes & STP_POINT_HAS_COLOUR, job->spill, err));
+    if (has_parts(job))
+        for (uint64_t i = 0; i < (uint64_t)source->raster.columns * source->raster.rows; i++)
+            stp_height_grid_leave_out(&job->grid, i);
     STP_TRY(stp_cloud_create(cloud, stats->keeps_grid ? 0 : (uint32_t)source->point_count,
                              job->spill, err));
     if (source->kept && source->kept->count > 0)
@@ -156,8 +182,13 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
             continue;
         if (status != STP_OK || count == 0)
             break;
-        if (source->file && *source->file != mark.file)
+        if (source->file && *source->file != mark.file) {
             mark = (read_mark){*source->file, cloud->count, *stats};
+            if (has_parts(job))
+                STP_TRY(stp_grid_part_begin(&job->part, &job->grid,
+                                            &source->files[mark.file].raster, stats->points_in,
+                                            err));
+        }
         keep_numbers(job, points, stats->points_in, count);
         for (size_t i = 0; i < count; i++) {
             if (points[i].station > source->station_count)

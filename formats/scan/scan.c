@@ -1,5 +1,4 @@
-/* Reads scans as one stream of points: from a streamed file, a mesh's vertices or samples of its
- * faces. */
+/* Reads scans as one stream of points: of a file, a mesh's vertices or samples of its faces. */
 #include "formats/scan/scan.h"
 
 #include "base/memory.h"
@@ -57,6 +56,7 @@ const char *stp_reject_name(stp_reject reject)
         [STP_REJECT_NO_RETURN] = "no_return", [STP_REJECT_INVALID] = "invalid",
         [STP_REJECT_OUTLIER] = "outlier",     [STP_REJECT_OUTSIDE] = "outside",
         [STP_REJECT_WHERE] = "where",         [STP_REJECT_LOST] = "lost",
+        [STP_REJECT_TWICE] = "twice",
     };
     return names[reject];
 }

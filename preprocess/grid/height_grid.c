@@ -43,10 +43,15 @@ done:
     return status;
 }
 
-void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point *point)
+static uint32_t *tile_samples_at(stp_height_grid *grid, uint64_t place)
 {
     const uint32_t row = (uint32_t)(place / grid->raster.columns);
     const uint32_t column = (uint32_t)(place % grid->raster.columns);
+    return &grid->tile_samples[row / STP_TILE_SIDE * grid->tile_columns + column / STP_TILE_SIDE];
+}
+
+void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point *point)
+{
     grid->z[place] = point->position.z;
     if (grid->xy) {
         grid->xy[place][0] = point->position.x;
@@ -55,13 +60,20 @@ void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point 
     for (int c = 0; grid->rgb && c < 3; c++)
         grid->rgb[place][c] = point->rgb[c];
     stp_dbox_add(&grid->box, point->position);
-    grid->tile_samples[row / STP_TILE_SIDE * grid->tile_columns + column / STP_TILE_SIDE]++;
+    ++*tile_samples_at(grid, place);
     grid->count++;
 }
 
 void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place)
 {
     grid->z[place] = NAN;
+}
+
+void stp_height_grid_unset(stp_height_grid *grid, uint64_t place)
+{
+    grid->z[place] = NAN;
+    --*tile_samples_at(grid, place);
+    grid->count--;
 }
 
 /* The standard deviation of noise: a fourth difference along a row is noise, since the surface's

@@ -44,10 +44,13 @@ typedef struct stp_height_grid {
 stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *raster,
                                   const stp_dvec3 *nodes, bool coloured, stp_spill *spill,
                                   stp_error *err);
-/* Sets sample `place`, counted row by row. Each is set or left out once. */
+/* Sets sample `place`, counted row by row, which must not be set. In the end each place must be set
+ * or left out. */
 void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point *point);
 /* There is no sample at `place`. */
 void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place);
+/* Removes the sample at `place`. */
+void stp_height_grid_unset(stp_height_grid *grid, uint64_t place);
 /* Measures the noise and chooses the reach of normals. step: of the heights; 0: they have none. */
 void stp_height_grid_finish(stp_height_grid *grid, double step);
 void stp_height_grid_clear(stp_height_grid *grid);

@@ -1,16 +1,21 @@
-/* Tests the search among rows of discs against a plain search of all discs, and that tangential
- * errors are the same without rows. */
+/* Tests the search among rows of discs against a plain search of all discs, that tangential errors
+ * are as without rows but for the order of the search, and that they tell of holes under discs. */
 #include "formats/chunk/measure/disc_rows.h"
 #include "formats/chunk/measure/overhang.h"
 #include "tests/fixtures/prep_fixture.h"
 
 #define OUT "test_disc_rows.stipple"
 
-enum { COLUMNS = 90, ROWS = 70, COUNT = COLUMNS * ROWS, POINTS = 4000 };
+enum { COLUMNS = 90, ROWS = 70, COUNT = COLUMNS * ROWS, POINTS = 4000, STRIPES = 31, HOLE = 7 };
 
 static const stp_scan_raster raster = {COLUMNS, ROWS, -30.0, 800.0, 2.0, 2.0};
 
 typedef double surface(double column, double row);
+
+static double flat(double column, double row)
+{
+    return 0.01 * (column + row);
+}
 
 static double waves(double column, double row)
 {
@@ -33,8 +38,8 @@ static double random_at(uint64_t seed, uint64_t i)
 }
 
 /* The chunk of a grid whose heights have noise up to `noise`, and of whose samples so many are
- * missing. */
-static stp_chunk *make_chunk(surface *height, double noise, double missing)
+ * missing, and HOLE of STRIPES rows if it has holes. */
+static stp_chunk *make_chunk(surface *height, double noise, double missing, bool holes)
 {
     const stp_prep_params params = {.codec = STP_CODEC_DRACO, .precision = raster.dx / 32.0};
     stp_prep_stats stats;
@@ -47,7 +52,7 @@ static stp_chunk *make_chunk(surface *height, double noise, double missing)
         cloud.points[i].position =
             (stp_dvec3){raster.x + column * raster.dx, raster.y - row * raster.dy, z};
         cloud.points[i].normal = (vec3s){{0.0f, 0.0f, 1.0f}};
-        if (random_at(2, (uint64_t)i) < missing)
+        if (random_at(2, (uint64_t)i) < missing || (holes && (row + column / 8) % STRIPES < HOLE))
             cloud.points[i].reject = STP_REJECT_INVALID;
     }
     assert_int_equal(prep_cloud_run(&cloud, OUT, 1, &params, &stats, NULL), STP_OK);
@@ -107,7 +112,7 @@ static int count_found(const stp_disc_grid *g, const stp_disc_rows *rows)
 
 static void check(surface *height, double noise, double missing, int found_least)
 {
-    stp_chunk *chunk = make_chunk(height, noise, missing);
+    stp_chunk *chunk = make_chunk(height, noise, missing, false);
     stp_flat_disc beside[ROWS + 1];
     const stp_surroundings around = make_around(chunk, beside);
     stp_overhang *own = calloc(2 * (size_t)chunk->patch_count, sizeof *own);
@@ -126,7 +131,9 @@ static void check(surface *height, double noise, double missing, int found_least
     chunk->raster_count = 0;
     assert_int_equal(stp_overhang_measure(own + chunk->patch_count, chunk, NULL, &around, NULL),
                      STP_OK);
-    assert_memory_equal(own, own + chunk->patch_count, chunk->patch_count * sizeof *own);
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            assert_true(own[p].level[l] >= 0.8 * own[chunk->patch_count + p].level[l]);
     free(own);
     stp_chunk_destroy(&chunk);
 }
@@ -139,6 +146,56 @@ static void rows_find_the_nearest(void **state)
     check(waves, 2.0, 0.3, POINTS / 4);
     check(steep, 0.5, 0.1, POINTS / 8);
     check(steps, 0.1, 0.5, 0);
+}
+
+/* Checks all places of the grid under a merged disc. Returns how many are far from all discs. */
+static int check_places(const stp_disc_grid *g, const stp_raster *r, const stp_flat_disc *disc,
+                        double error, double tangential_error)
+{
+    const double most = hypot(error, tangential_error) * STP_STORED_SLACK;
+    int far = 0;
+    for (int i = 0; i < COUNT; i++) {
+        const double x = r->across[0][0] + i % COLUMNS * r->across[0][1] - disc->centre.x;
+        const double y = r->across[1][0] + (double)(i / COLUMNS) * r->across[1][2] - disc->centre.y;
+        const double z = -(x * disc->normal.x + y * disc->normal.y) / disc->normal.z;
+        double least;
+        if (x * x + y * y + z * z > disc->radius * disc->radius)
+            continue;
+        const stp_dvec3 at = stp_dvec3_add(disc->centre, (stp_dvec3){x, y, z});
+        stp_disc_grid_nearest(g, 0, g->count, stp_dvec3_scale(at, g->scale), &least);
+        assert_true(sqrt(least) / g->scale <= most + 0.5 * raster.dx);
+        far += sqrt(least) / g->scale > raster.dx;
+    }
+    return far;
+}
+
+/* Between a disc's centre and its rim there is a hole: no place of it lies farther from all discs
+ * than the errors say, and half a cell. */
+static void holes_under_discs_are_measured(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(flat, 0.0, 0.0, true);
+    stp_overhang *own = calloc(chunk->patch_count, sizeof *own);
+    stp_disc_grid grid;
+    int far = 0;
+    assert_int_equal(stp_overhang_measure(own, chunk, NULL, NULL, NULL), STP_OK);
+    assert_int_equal(stp_disc_grid_create(&grid, chunk, NULL, NULL, NULL), STP_OK);
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_patch *patch = &chunk->patches[p];
+        for (int l = 1; l < STP_LEVEL_COUNT; l++)
+            for (uint32_t i = 0; i < patch->counts[l]; i++) {
+                const stp_flat_disc disc = stp_flat_disc_from_sample(
+                    &chunk->samples[l][chunk->level_begin[l][p] + i], patch);
+                far += check_places(&grid, &chunk->rasters[0], &disc,
+                                    stp_error_decode(patch->error[l], patch->exponent),
+                                    own[p].level[l]);
+            }
+    }
+    print_message("%d places in holes\n", far);
+    assert_true(far > 1000);
+    stp_disc_grid_clear(&grid);
+    free(own);
+    stp_chunk_destroy(&chunk);
 }
 
 static bool has_rows(const stp_chunk *chunk)
@@ -156,7 +213,7 @@ static bool has_rows(const stp_chunk *chunk)
 static void other_discs_are_in_no_rows(void **state)
 {
     (void)state;
-    stp_chunk *chunk = make_chunk(waves, 0.1, 0.0);
+    stp_chunk *chunk = make_chunk(waves, 0.1, 0.0, false);
     stp_sample *s = &chunk->samples[0][70], was = *s;
     assert_true(has_rows(chunk));
     s->radius = 255; /* wider than the rows that are tried */
@@ -179,6 +236,7 @@ static void other_discs_are_in_no_rows(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(rows_find_the_nearest),
+                                       cmocka_unit_test(holes_under_discs_are_measured),
                                        cmocka_unit_test(other_discs_are_in_no_rows)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

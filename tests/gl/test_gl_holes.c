@@ -22,9 +22,9 @@ static const double thresholds[THRESHOLDS] = {0.5, 1.0, 2.0, 4.0, 8.0};
 #define LEAST_ELLIPSE_PX 2.0
 /* The radius of discs at a hole's border, in cells (grid_leaf.c). */
 #define BORDER_RADIUS 0.75
-/* The share of pixels that may lie farther: the mean of two discs is no part of their union. None
- * may lie farther than so many limits. */
-#define FAR_SHARE 1e-4
+/* The share of pixels that must be drawn and may lie farther, no farther than so many limits. Of
+ * what is drawn, none may. */
+#define FAR_SHARE 1e-5
 #define FARTHEST 1.5
 /* Near the picture's edge the nearest place may lie beyond it. */
 #define EDGE_PX 16
@@ -135,9 +135,9 @@ static bool is_kept(const char *name, int nearer, bool box, tally sums[THRESHOLD
                       "filled, up to %.2f px\n",
                       name, nearer, box ? "box" : "gauss", thresholds[k], lost->far, lost->pixels,
                       lost->greatest_px, filled->far, filled->pixels, filled->greatest_px);
-        for (int side = 0; side < 2; side++)
-            kept &= sums[k][side].pixels > 10000 && sums[k][side].greatest <= FARTHEST &&
-                    (double)sums[k][side].far <= FAR_SHARE * (double)sums[k][side].pixels;
+        kept &= lost->pixels > 10000 && lost->greatest <= FARTHEST &&
+                (double)lost->far <= FAR_SHARE * (double)lost->pixels;
+        kept &= filled->pixels > 10000 && filled->far == 0;
     }
     return kept;
 }

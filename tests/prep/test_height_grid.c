@@ -450,6 +450,83 @@ static void bytes_are_the_same(void **state)
     free(cloud.points);
 }
 
+/* Files that are read one after the other; file k breaks off after most[k] records. */
+typedef struct broken_files {
+    const prep_cloud *files[2];
+    size_t most[2], file, given;
+} broken_files;
+
+static stp_status read_files(void *context, stp_point *points, size_t capacity, size_t *count,
+                             stp_error *err)
+{
+    broken_files *b = context;
+    if (b->file < 2 && b->given == b->files[b->file]->count) {
+        b->file++;
+        b->given = 0;
+    }
+    if (b->file < 2 && b->given == b->most[b->file])
+        return stp_error_set(err, STP_CORRUPT, "breaks off");
+    for (*count = 0; b->file < 2 && *count < capacity && b->given < b->most[b->file]; ++*count)
+        points[*count] = b->files[b->file]->points[b->given++];
+    return STP_OK;
+}
+
+static bool leave_file_out(void *context, const stp_error *why, size_t *file)
+{
+    broken_files *b = context;
+    (void)why;
+    *file = b->file++;
+    b->given = 0;
+    return true;
+}
+
+/* Makes a model of two files that lie over each other. */
+static uint8_t *model_of(const prep_cloud *first, const prep_cloud *second, size_t most_first,
+                         size_t most_second, size_t *size)
+{
+    const stp_prep_file files[2] = {{.name = "first", .raster = raster},
+                                    {.name = "second", .raster = raster}};
+    const stp_prep_params params = {.force = true};
+    broken_files context = {{first, second}, {most_first, most_second}, 0, 0};
+    const stp_prep_source source = {.context = &context,
+                                    .read = read_files,
+                                    .leaves_out = leave_file_out,
+                                    .file = &context.file,
+                                    .point_count = 2 * (uint64_t)COUNT,
+                                    .attributes = STP_POINT_HAS_COLOUR | STP_POINT_HAS_NORMAL,
+                                    .raster = raster,
+                                    .files = files,
+                                    .file_count = 2};
+    stp_pool *pool = NULL;
+    stp_prep_stats stats;
+    assert_int_equal(stp_pool_create(&pool, 2, NULL), STP_OK);
+    assert_int_equal(stp_prep_run(OUT, &source, &params, pool, NULL, &stats, NULL), STP_OK);
+    stp_pool_destroy(&pool);
+    return prep_file_bytes(OUT, size);
+}
+
+/* Neither a file before it nor one behind it notices a file that breaks off. */
+static void files_that_break_off_leave_nothing(void **state)
+{
+    prep_cloud holes = make_grid(waves, scattered, 0.0), whole = make_grid(peaks, nothing, 0.0);
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        const prep_cloud *first = k == 0 ? &holes : &whole, *second = k == 0 ? &whole : &holes;
+        const size_t part = COUNT - 1000;
+        size_t size = 0, expected_size = 0;
+        uint8_t *expected =
+            model_of(first, second, k == 0 ? COUNT : 0, k == 0 ? 0 : COUNT, &expected_size);
+        uint8_t *bytes =
+            model_of(first, second, k == 0 ? COUNT : part, k == 0 ? part : COUNT, &size);
+        assert_int_equal(size, expected_size);
+        assert_memory_equal(bytes, expected, size);
+        free(expected);
+        free(bytes);
+    }
+    free(holes.points);
+    free(whole.points);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -461,6 +538,7 @@ int main(void)
         cmocka_unit_test(a_single_sample_is_a_model),
         cmocka_unit_test(no_sample_is_refused),
         cmocka_unit_test(bytes_are_the_same),
+        cmocka_unit_test(files_that_break_off_leave_nothing),
         cmocka_unit_test(leaves_tell_columns_and_rows),
         cmocka_unit_test(bent_grids_stay_grids),
         cmocka_unit_test(floats_keep_what_they_tell),

@@ -238,7 +238,7 @@ static stp_status read_all(draft *d, prep_inputs *in, uint64_t total, stp_pool *
             continue;
         STP_TRY(read_scan(d, in, f, total, pool, err));
         in->files[f].point_count = d->count - before;
-        in->files[f].raster.columns = 0; /* what is taken is no grid any more */
+        in->files[f].raster.columns = 0;
         in->files[f].grid.columns = in->files[f].grid.rows = in->files[f].grid.cell_count = 0;
     }
 done:
@@ -287,6 +287,7 @@ static stp_status take_points(draft *d, prep_inputs *in, stp_prep_source *source
     source->context = d;
     source->read = read_draft;
     source->point_count = d->count;
+    source->raster = (stp_scan_raster){0}; /* what is taken is no grid any more */
     source->leaves_out = NULL;
     source->rejected = NULL;
     return status;

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/scan/coordinate_step.h"
+#include "tools/prep/prep_grids.h"
 #include "tools/prep/prep_plants.h"
 #include "tools/prep/prep_web.h"
 
@@ -66,8 +67,7 @@ static bool may_leave_out(const prep_inputs *in, stp_status status)
     return own && in->count > 1 && !in->strict;
 }
 
-/* Leaves a file out. Nothing of it is stored, not even the part that could be read, because half a
- * scan looks like a whole one. */
+/* Leaves a file out. Nothing of it is stored, because half a scan looks like a whole one. */
 static bool leave_out(prep_inputs *in, size_t i, const stp_error *why)
 {
     if (!may_leave_out(in, why->status) ||
@@ -402,8 +402,7 @@ static stp_status note_step(const prep_inputs *in, size_t i, stp_scan *scan,
     const stp_scan_info *info = stp_scan_get_info(scan);
     const stp_projection *way = in->facts[i].way.projection;
     double step = 0.0;
-    if (info->edges.read ==
-        0) /* the points that remain in a file of lines say nothing about its digits */
+    if (info->edges.read == 0) /* points that remain beside lines say nothing about the digits */
         STP_TRY(stp_scan_find_step(scan, in->exact, &step, err));
     if (way)
         step *=
@@ -569,6 +568,7 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     source->station_count = (uint32_t)in->station_count;
     /* Normals orient the model only if every scan has them. */
     source->attributes = (any & ~(uint32_t)STP_POINT_HAS_NORMAL) | (all & STP_POINT_HAS_NORMAL);
+    STP_TRY(prep_grids_find(in, source, err));
 done:
     return status;
 }
@@ -590,6 +590,7 @@ void prep_inputs_clear(prep_inputs *in)
     }
     prep_system_clear(&in->system);
     prep_numbers_clear(&in->numbers);
+    free(in->raster_nodes);
     free(in->files);
     free(in->facts);
     free(in->stations);

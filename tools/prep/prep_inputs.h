@@ -38,6 +38,7 @@ typedef struct prep_inputs {
     prep_numbers numbers;              /* attributes; set wanted before */
     prep_where where;                  /* parsed before, if only some points are stored */
     prep_input *facts;                 /* per file */
+    stp_dvec3 *raster_nodes;           /* of the grid that several inputs make; NULL: none */
     stp_prep_file *files;              /* per file, for the metadata; names are the paths */
     stp_dvec3 *stations, *station_ups; /* of all inputs, one after the other */
     size_t station_count, station_capacity, up_capacity;

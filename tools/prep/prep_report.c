@@ -165,6 +165,7 @@ static void print_rejects(const stp_prep_stats *s)
         [STP_REJECT_OUTSIDE] = "outside of --bounds",
         [STP_REJECT_WHERE] = "not as --where says",
         [STP_REJECT_LOST] = "lost",
+        [STP_REJECT_TWICE] = "at a place of another file",
     };
     const char *separator = " (";
     for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++) {

@@ -29,6 +29,13 @@
 /* Places for each disc, at most, and so many more. */
 #define PLACES_PER_DISC 4u
 #define PLACES_FREE 16384u
+/* Places beside the chunk's own that discs reach, and that may be a hole. */
+#define BESIDE 12
+/* A narrower hole, in columns or rows from the nearest disc, is no hole: the discs around fill it.
+ */
+#define HOLE_LEAST 2u
+/* The cosine of the steepest disc under which holes are looked for. */
+#define LEVEL_LEAST 0.1
 /* The factor of squared distances for errors of floats. */
 #define ROOM_SLACK 0.9999f
 
@@ -111,6 +118,52 @@ static bool put_discs(stp_disc_rows *r, const stp_disc_grid *g)
     return true;
 }
 
+/* Whether all places of the chunk, and beside it, have discs. */
+static bool is_whole(const stp_disc_rows *r)
+{
+    for (int row = MARGIN - BESIDE; row < r->rows - MARGIN + BESIDE; row++)
+        for (int column = MARGIN - BESIDE; column < r->columns - MARGIN + BESIDE; column++)
+            if (*numbers_at(r, column, row) == FAR)
+                return false;
+    return true;
+}
+
+/* The least of four places beside one, those before it or (by = -1) behind it, and 1 more. */
+static uint8_t next_away(const stp_disc_rows *r, int column, int row, int by)
+{
+    static const int beside[4][2] = {{-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
+    unsigned least = MARGIN;
+    for (int k = 0; k < 4; k++) {
+        const int i = column + by * beside[k][0], j = row + by * beside[k][1];
+        const bool inside = i >= 0 && i < r->columns && j >= 0 && j < r->rows;
+        const unsigned away = inside ? r->away[(size_t)j * (size_t)r->columns + (size_t)i] : MARGIN;
+        least = away < least ? away : least;
+    }
+    return (uint8_t)(least + 1);
+}
+
+static stp_status find_holes(stp_disc_rows *r, stp_error *err)
+{
+    const size_t count = (size_t)r->columns * (size_t)r->rows;
+    if (is_whole(r))
+        return STP_OK;
+    const stp_status status = stp_alloc(&r->away, count, sizeof *r->away, "holes", err);
+    if (status != STP_OK)
+        return status;
+    for (int by = 1; by >= -1; by -= 2)
+        for (size_t n = 0; n < count; n++) {
+            const size_t place = by > 0 ? n : count - 1 - n;
+            const int column = (int)(place % (size_t)r->columns),
+                      row = (int)(place / (size_t)r->columns);
+            const uint8_t next = next_away(r, column, row, by);
+            if (*numbers_at(r, column, row) != FAR)
+                r->away[place] = 0;
+            else if (by > 0 || next < r->away[place])
+                r->away[place] = next;
+        }
+    return STP_OK;
+}
+
 stp_status stp_disc_rows_create(stp_disc_rows *out, const stp_disc_grid *grid, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -136,6 +189,7 @@ stp_status stp_disc_rows_create(stp_disc_rows *out, const stp_disc_grid *grid, s
     STP_TRY(stp_alloc(&r.disc, places, sizeof *r.disc, "discs", err));
     STP_TRY(stp_alloc(&r.widest, squares, sizeof *r.widest, "discs", err));
     if (put_discs(&r, grid)) {
+        STP_TRY(find_holes(&r, err));
         *out = r;
         r = (stp_disc_rows){0};
     }
@@ -149,6 +203,7 @@ void stp_disc_rows_clear(stp_disc_rows *r)
     free(r->numbers);
     free(r->disc);
     free(r->widest);
+    free(r->away);
     *r = (stp_disc_rows){0};
 }
 
@@ -236,5 +291,45 @@ bool stp_disc_rows_nearest(const stp_disc_rows *r, stp_dvec3 x, const stp_near_e
     }
     const bool found = search(r, point, at, enough, &least, disc);
     *squared = (double)least;
+    return found;
+}
+
+/* The disc's point over or under a place; false if that is beyond its rim. */
+static bool point_at(const stp_disc_rows *r, const stp_disc *disc, int column, int row,
+                     stp_dvec3 *out)
+{
+    const stp_dvec3 n = disc->normal;
+    const double x = (double)((float)column / r->inverse[0] + r->first[0]) - disc->centre.x;
+    const double y = (double)((float)row / r->inverse[1] + r->first[1]) - disc->centre.y;
+    const double z = -(x * n.x + y * n.y) / n.z;
+    *out = stp_dvec3_add(disc->centre, (stp_dvec3){x, y, z});
+    return x * x + y * y + z * z <= disc->radius * disc->radius;
+}
+
+bool stp_disc_rows_hole(const stp_disc_rows *r, const stp_disc *disc, stp_dvec3 *out)
+{
+    const double centre[2] = {disc->centre.x, disc->centre.y};
+    const int count[2] = {r->columns, r->rows};
+    int from[2], to[2];
+    unsigned most = HOLE_LEAST - 1;
+    bool found = false;
+    if (!r->away || fabs(disc->normal.z) < LEVEL_LEAST)
+        return false;
+    for (int a = 0; a < 2; a++) {
+        const double middle = (centre[a] - (double)r->first[a]) * (double)r->inverse[a];
+        const double reach = disc->radius * fabs((double)r->inverse[a]);
+        from[a] = (int)fmax(0.0, ceil(middle - reach));
+        to[a] = (int)fmin((double)count[a] - 1.0, floor(middle + reach));
+    }
+    for (int row = from[1]; row <= to[1]; row++)
+        for (int column = from[0]; column <= to[0]; column++) {
+            const unsigned away = r->away[(size_t)row * (size_t)r->columns + (size_t)column];
+            stp_dvec3 point;
+            if (away <= most || !point_at(r, disc, column, row, &point))
+                continue;
+            most = away;
+            *out = point;
+            found = true;
+        }
     return found;
 }

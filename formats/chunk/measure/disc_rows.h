@@ -7,6 +7,7 @@
 #define STP_FORMATS_CHUNK_MEASURE_DISC_ROWS_H
 
 #include "formats/chunk/measure/disc_grid.h"
+#include "formats/chunk/measure/patch_bounds.h"
 
 /* Lengths are in grid units. */
 typedef struct stp_disc_rows {
@@ -17,6 +18,7 @@ typedef struct stp_disc_rows {
     float *numbers;             /* by row STP_LANE_CARRIED times the columns; no disc: far away */
     uint32_t *disc;             /* by place */
     float *widest;              /* by square of places: greatest radius in it and beside it */
+    uint8_t *away; /* by place: columns or rows from the nearest disc; NULL: there are no holes */
 } stp_disc_rows;
 
 /* Puts the discs of the grid into rows if its chunk has one level raster, each disc near it has a
@@ -36,5 +38,9 @@ typedef struct stp_near_enough {
  * *disc. Returns false if a disc farther off than the rows that it tries may be nearer. */
 bool stp_disc_rows_nearest(const stp_disc_rows *rows, stp_dvec3 x, const stp_near_enough *enough,
                            double *squared, uint32_t *disc);
+
+/* Finds the place under a disc that is farthest from all discs of the rows, if a hole of three
+ * columns and rows or more is there. Sets *out, the disc's point over or under it. */
+bool stp_disc_rows_hole(const stp_disc_rows *rows, const stp_disc *disc, stp_dvec3 *out);
 
 #endif

@@ -44,7 +44,7 @@ typedef struct measure {
     bool exceeded; /* a check: some point's least cost exceeds the stored error */
     unsigned whole_searches;
     unsigned suspect_count;
-    suspect suspects[QUARTER_DISCS * STP_DISC_POINTS];
+    suspect suspects[QUARTER_DISCS * (STP_DISC_POINTS + 1)]; /* and one in a hole */
 } measure;
 
 /* Raises the greatest error to one that can be stored. Every point whose cost is no greater is
@@ -246,7 +246,7 @@ static uint32_t unanswered(const measure *m, const stp_disc *disc, double slack,
 }
 
 /* Adds to the suspects those points of a merged disc over the level-0 discs [first, last) that
- * their hints do not answer. */
+ * their hints do not answer, and its point in the middle of a hole, between all the others. */
 static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uint32_t last)
 {
     stp_paired_lanes lanes;
@@ -258,6 +258,14 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
         measure_far(m, disc, first, last);
         return;
     }
+    suspect hole = {.normal = disc->normal,
+                    .slack = slack,
+                    .cost = TOO_FAR,
+                    .disc = first,
+                    .first = first,
+                    .last = last};
+    if (stp_disc_rows_hole(m->rows, disc, &hole.x))
+        m->suspects[m->suspect_count++] = hole;
     uint32_t above = unanswered(m, disc, slack, &lanes, told);
     if (above)
         stp_disc_points(disc, points);

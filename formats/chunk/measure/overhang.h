@@ -39,6 +39,9 @@
  * How a stored t is checked (SPEC.md, stp_overhang_check): t >= min over d of cost(p, d), for each
  * p, without what discs carry.
  *
+ * A grid of heights (disc_rows.h) may have a hole between centre and rim. There p is also the
+ * disc's point in the middle of the hole.
+ *
  * What is stored (stp_overhang_measure) may be more, so that p is also drawn near what is nearest
  * to it in space. Let gamma be the patch's cone angle, at most a right angle. Then d must be the
  * disc nearest to p, or lie within t + e sin(gamma) of p. Whatever is nearer than d is then near
