@@ -132,6 +132,7 @@ static stp_project_params params_of(stp_renderer *r, stp_drawing *d, const stp_d
                                 .sight = &r->sight,
                                 .lod = road_of(&r->variant, d->params->lod),
                                 .pyramid = &r->pyramid,
+                                .tiles = &r->tiles,
                                 .first = d->stats.passes == 0,
                                 .waits = d->waits,
                                 .clock = clock_of(r, d)};
@@ -145,7 +146,7 @@ static stp_status draw_samples(stp_renderer *r, const stp_project_params *params
                             : stp_project_draw(&r->project, params, points, err);
 }
 
-/* Whether some of the draws looked at are squares of grids to be drawn as triangles. */
+/* Whether some of the draws looked at are squares of grids or maps to be drawn as such. */
 static bool has_squares(const stp_renderer *r, size_t draw_count)
 {
     return r->sight.lists[STP_SIGHT_SQUARES].begin[draw_count] > 0;
@@ -215,13 +216,19 @@ static void clear_sums(const stp_renderer *r)
         glClearNamedFramebufferfv(r->pyramid.sum_frame, GL_COLOR, i, none);
 }
 
-/* Samples of a grid that are seen with a greater radius than this are joined by triangles. The cap
- * of coarser levels says up to where pull and push reconstruct well. */
-static float squares_px(const stp_renderer *r, const stp_draw_params *params)
+/* Squares whose samples are seen with a greater radius than this are drawn as such. The cap of
+ * coarser levels says up to where pull and push reconstruct well. */
+static void set_squares_px(const stp_renderer *r, const stp_draw_params *params,
+                           stp_sight_params *sight)
 {
-    if (params->grid_draw == STP_GRID_POINTS || params->reconstruct >= STP_RECONSTRUCT_SPLAT)
-        return INFINITY;
-    return params->grid_draw == STP_GRID_TRIANGLES ? 0.0f : r->frame.quality[1];
+    const bool none = params->reconstruct >= STP_RECONSTRUCT_SPLAT;
+    const float cap = r->frame.quality[1];
+    sight->grids_px = none || params->grid_draw == STP_GRID_POINTS ? INFINITY
+                      : params->grid_draw == STP_GRID_TRIANGLES    ? 0.0f
+                                                                   : cap;
+    sight->maps_px = none || params->maps_as == STP_MAPS_POINTS ? INFINITY
+                     : params->maps_as == STP_MAPS_AUTO         ? cap
+                                                                : 0.0f;
 }
 
 stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
@@ -233,7 +240,7 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
     stp_sight_params sight = stp_frame_sight(r);
     sight.tiles = &r->tiles;
     sight.vertices = d->params->lod != STP_LOD_FULL;
-    sight.squares_px = squares_px(r, d->params);
+    set_squares_px(r, d->params, &sight);
     STP_TRY(stp_sight_look(&r->sight, &sight, draws, count, err));
     if (has_squares(r, count))
         STP_TRY(stp_project_prepare_squares(&r->project, &r->variant, r->shader_folder, err));

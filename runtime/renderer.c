@@ -69,6 +69,10 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .splat = params->reconstruct == STP_RECONSTRUCT_SPLAT,
         .lines = (stp_scene_shapes(&r->scene) & STP_PATCH_STRIP) != 0,
         .triangles = (stp_scene_shapes(&r->scene) & STP_PATCH_TRIANGLES) != 0,
+        .maps = params->maps_as == STP_MAPS_SPLATS || params->maps_as == STP_MAPS_BLEND ||
+                        params->maps_as == STP_MAPS_PLAIN
+                    ? (int)params->maps_as
+                    : 0,
         .openings = stp_scene_has_openings(&r->scene),
         .clip = params->clip.enabled,
         .planes = (int)params->plane_count,

@@ -174,12 +174,22 @@ typedef enum stp_cull {
     STP_CULL_BACK = 2  /* every back of known orientation, whether the surface is closed or not */
 } stp_cull;
 
-/* How the finest samples of a grid are drawn: of heights, of an elevation map. */
+/* How the finest samples of a grid of heights or a depth image are drawn. */
 typedef enum stp_grid_draw {
     STP_GRID_AUTO = 0,   /* as triangles where they lie some pixels apart, else as points */
     STP_GRID_POINTS = 1, /* as any other samples */
     STP_GRID_TRIANGLES = 2
 } stp_grid_draw;
+
+/* How the finest samples of an elevation map are drawn. */
+typedef enum stp_maps_as {
+    STP_MAPS_AUTO = 0, /* as a mesh where they lie some pixels apart, else as points */
+    STP_MAPS_MESH = 1,
+    STP_MAPS_SPLATS = 2, /* discs that show the plane through the three samples around each place */
+    STP_MAPS_BLEND = 3,  /* discs, blended where they overlap: to compare with */
+    STP_MAPS_PLAIN = 4,  /* discs, each in the colour of its sample: to compare with */
+    STP_MAPS_POINTS = 5  /* as any other samples */
+} stp_maps_as;
 
 /* A box outside which nothing is drawn: a sample is drawn if its centre lies in the box or on a
  * face. World coordinates; a side may be infinite. */
@@ -259,12 +269,14 @@ typedef struct stp_draw_params {
      * set it if you blend the picture over another by its alpha. */
     bool smooth_edges;
     stp_cull cull;
-    stp_grid_draw grid_draw; /* with SPLAT and POINTS there are no triangles of grids */
-    bool every_sample;       /* as threshold zero: all level-0 samples, with any lod */
-    bool stream;      /* never waits for blocks: draws what is above a missing block meanwhile */
-    bool refine;      /* streaming, nothing changes: goes on past the threshold to every sample */
-    bool keep_pixels; /* also finishes level 0 of the pyramid: normals are read from it */
-    bool timed;       /* waits for the GPU between stages, so that their times are true */
+    stp_grid_draw
+        grid_draw; /* with SPLAT and POINTS grids and maps are drawn as any other samples */
+    stp_maps_as maps_as;
+    bool every_sample; /* as threshold zero: all level-0 samples, with any lod */
+    bool stream;       /* never waits for blocks: draws what is above a missing block meanwhile */
+    bool refine;       /* streaming, nothing changes: goes on past the threshold to every sample */
+    bool keep_pixels;  /* also finishes level 0 of the pyramid: normals are read from it */
+    bool timed;        /* waits for the GPU between stages, so that their times are true */
 } stp_draw_params;
 
 #define STP_RADIUS_CAP_PX 6.0

@@ -88,6 +88,9 @@ void stp_frame_hold()
 #define STP_COLOUR_ELEVATION 4
 #define STP_COLOUR_OUTLIERS 5
 #define STP_COLOUR_FIT 6
+#define STP_MAPS_SPLATS 2
+#define STP_MAPS_BLEND 3
+#define STP_MAPS_PLAIN 4
 #define STP_PALETTE_GREY 1
 #define STP_PALETTE_VIRIDIS 2
 #define STP_PALETTE_HEAT 3
@@ -101,12 +104,12 @@ layout(binding = 2) uniform usamplerBuffer chunk_texture;
 
 // The patch of each sample.
 layout(binding = 3) uniform usamplerBuffer patch_of_sample;
-// Six texels a square of a grid that is drawn as triangles, STP_SQUARE_TEXELS: see square.glsl.
+// Eight texels a square that is drawn as triangles or as splats, STP_SQUARE_TEXELS: see square.glsl.
 layout(binding = 12) uniform usamplerBuffer square_texture;
 
 #define STP_PATCH_TEXELS 11
 #define STP_CHUNK_TEXELS 3
-#define STP_SQUARE_TEXELS 6
+#define STP_SQUARE_TEXELS 8
 #define STP_LEVELS 4
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu
@@ -119,12 +122,15 @@ layout(binding = 12) uniform usamplerBuffer square_texture;
 #define STP_NAME_RIBBON 0xc0000000u
 #define STP_NAME_SAMPLE 0x1fffffffu
 // A triangle of a grid's cell (square.glsl). 19 bits: the number of the square among those drawn; 6 bits:
-// a sample's place in the square; 2 bits: which sample of the cell that is. STP_SQUARE_WHOLE: the triangle
-// is of the whole cell, not of the sample's quarter. STP_SQUARE_SECOND: it is the second triangle.
+// a sample's place in the square. STP_SQUARE_WHOLE: the triangle is of the whole cell, not of the sample's
+// quarter. STP_SQUARE_SECOND: it is the second triangle. STP_SQUARE_SPLAT: it is the sample's splat instead.
+// STP_SQUARE_BORDER: some neighbour of the sample is missing.
 #define STP_NAME_SQUARE 0x60000000u
 #define STP_NAME_SQUARE_SHIFT 10
 #define STP_NAME_PLACE_SHIFT 4
 #define STP_SQUARE_WHOLE 4u
+#define STP_SQUARE_SPLAT 1u
+#define STP_SQUARE_BORDER 2u
 #define STP_SQUARE_SECOND 8u
 
 // Flags of a patch (formats/chunk/sample.h).

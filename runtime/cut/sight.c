@@ -98,14 +98,23 @@ static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *s
     return greatest * sight->scale;
 }
 
-/* Whether a patch in sight is a square of a grid, and its samples are so wide that triangles join
- * them. */
-static bool is_wide_square(const look *l, const stp_draw *draw, const stp_resident *r,
-                           const stp_gpu_patch *patch, const stp_rule_sight *sight)
+static const stp_raster *raster_of(const stp_resident *r, uint32_t patch)
 {
-    /* From within its bound as wide as any, but not as squares_px if no square is wide. */
+    return &r->mirror.rasters[r->mirror.squares[patch].raster];
+}
+
+/* Whether a patch in sight is a square of a grid or a map, and its samples are so wide that they
+ * are drawn as a square. */
+static bool is_wide_square(const look *l, const stp_draw *draw, const stp_resident *r, uint32_t at,
+                           const stp_rule_sight *sight)
+{
+    if (!r->mirror.squares || draw->finest != 0)
+        return false;
+    /* From within its bound as wide as any, but not as infinity, if no square is wide. */
+    const stp_gpu_patch *patch = &r->mirror.patches[at];
     const float radius_px = sight->scale < 0.0f ? FLT_MAX : sight->scale * patch->radius[0];
-    if (!r->mirror.squares || draw->finest != 0 || !(radius_px > l->params->squares_px))
+    if (!(radius_px >
+          (stp_raster_is_map(raster_of(r, at)) ? l->params->maps_px : l->params->grids_px)))
         return false;
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(l->params->scene, draw, l->params->eye);
     stp_levels levels = stp_levels_choose(l->params->frame, &chunk, patch);
@@ -115,10 +124,10 @@ static bool is_wide_square(const look *l, const stp_draw *draw, const stp_reside
     return finest;
 }
 
-/* The greatest projected radius of the pixels of a square drawn as triangles (shape.glsl). */
+/* The greatest projected radius of the pixels of a square (shape.glsl, map.glsl). */
 static float square_radius_px(const stp_resident *r, uint32_t patch, const stp_rule_sight *sight)
 {
-    if (stp_raster_is_upright(&r->mirror.rasters[r->mirror.squares[patch].raster]))
+    if (stp_raster_is_upright(raster_of(r, patch)))
         return 0.0f;
     return sight->scale < 0.0f ? INFINITY : sight->scale * r->mirror.patches[patch].radius[0];
 }
@@ -190,7 +199,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
             continue;
         if (vertex) {
             add(l, STP_SIGHT_VERTICES, index, r->placement.level_begin[STP_LEVEL_COUNT - 1] + i);
-        } else if (is_wide_square(l, draw, r, &r->mirror.patches[i], &sight)) {
+        } else if (is_wide_square(l, draw, r, i, &sight)) {
             add(l, STP_SIGHT_SQUARES, index, r->placement.patches.begin + i);
             radius_px = square_radius_px(r, i, &sight);
         } else {
@@ -272,7 +281,7 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
     unsigned shapes = stp_scene_shapes(params->scene);
     const bool used[STP_SIGHT_COUNT] = {true, params->vertices, (shapes & STP_PATCH_STRIP) != 0,
                                         (shapes & STP_PATCH_TRIANGLES) != 0,
-                                        params->squares_px < INFINITY};
+                                        fminf(params->grids_px, params->maps_px) < INFINITY};
     STP_TRY(stp_alloc(&found, STP_SIGHT_COUNT * count + 1, sizeof *found, "lists of patches", err));
     for (int i = 0; i < STP_SIGHT_COUNT; i++) {
         l.found[i] = found + (size_t)i * count;

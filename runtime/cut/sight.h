@@ -25,7 +25,7 @@ typedef enum stp_sight_kind {
     STP_SIGHT_VERTICES,
     STP_SIGHT_STRIPS,    /* those of STP_SIGHT_PATCHES that are strips */
     STP_SIGHT_TRIANGLES, /* those that are triangles */
-    STP_SIGHT_SQUARES, /* squares of grids that are drawn as triangles, not in STP_SIGHT_PATCHES */
+    STP_SIGHT_SQUARES, /* squares drawn as triangles or splats of maps, not in STP_SIGHT_PATCHES */
     STP_SIGHT_COUNT
 } stp_sight_kind;
 
@@ -50,8 +50,8 @@ typedef struct stp_sight_params {
     stp_tiles *tiles; /* gets marks where patches in sight may cover tiles */
     bool vertices;    /* fill STP_SIGHT_VERTICES */
     /* A square whose level 0 is drawn is listed under STP_SIGHT_SQUARES if its samples are seen
-     * with a greater radius than this. Infinity: none is. */
-    float squares_px;
+     * with a greater radius than this: of a grid, of a map. Infinity: none is. */
+    float grids_px, maps_px;
 } stp_sight_params;
 
 /* Begins the cut of a picture, with nothing looked at yet. The cut is borrowed until the next call.

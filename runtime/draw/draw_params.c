@@ -32,6 +32,7 @@
     VALUE(smooth_edges)                                                                            \
     VALUE(cull)                                                                                    \
     VALUE(grid_draw)                                                                               \
+    VALUE(maps_as)                                                                                 \
     VALUE(every_sample)                                                                            \
     VALUE(stream)                                                                                  \
     VALUE(refine)                                                                                  \

@@ -70,7 +70,7 @@ stp_status stp_project_prepare(stp_project *p, const stp_variant *variant, stp_l
     if (p->runs.program == 0)
         STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
     if (p->splat.list.runs == 0)
-        STP_TRY(stp_splat_create(&p->splat, folder, defines, err));
+        STP_TRY(stp_splat_create(&p->splat, false, folder, defines, err));
 done:
     return status;
 }
@@ -82,15 +82,20 @@ stp_status stp_project_prepare_squares(stp_project *p, const stp_variant *varian
     char defines[STP_VARIANT_DEFINES_BYTES];
     of_squares.squares = true;
     stp_variant_defines(&of_squares, defines);
-    stp_status status =
-        prepare_patches(&p->squares.program, "square.geom", "shape.frag", folder, defines, err);
-    if (status == STP_OK && p->squares.resolve == 0)
-        status = stp_program_create(&p->squares.resolve,
-                                    &(stp_program_params){.vertex = "screen.vert",
-                                                          .fragment = "resolve.frag",
-                                                          .defines = defines,
-                                                          .folder = folder},
-                                    err);
+    stp_status status = STP_OK;
+    STP_TRY(
+        prepare_patches(&p->squares.program, "square.geom", "shape.frag", folder, defines, err));
+    p->squares.maps = variant->maps;
+    if (variant->maps != 0 && p->squares.splat.fronts == 0)
+        STP_TRY(stp_splat_create(&p->squares.splat, true, folder, defines, err));
+    if (p->squares.resolve == 0)
+        STP_TRY(stp_program_create(&p->squares.resolve,
+                                   &(stp_program_params){.vertex = "screen.vert",
+                                                         .fragment = "resolve.frag",
+                                                         .defines = defines,
+                                                         .folder = folder},
+                                   err));
+done:
     return status;
 }
 
@@ -342,9 +347,21 @@ void stp_project_draw_shapes(stp_project *p, const stp_project_params *params)
 stp_status stp_project_draw_squares(stp_project *p, const stp_project_params *params,
                                     uint64_t *points, stp_error *err)
 {
+    stp_squares *s = &p->squares;
+    stp_status status = STP_OK;
+    STP_TRY(stp_squares_list(s, params, points, err));
     begin_shapes(params);
-    stp_status status = stp_squares_draw(&p->squares, params, points, err);
+    stp_squares_draw(s, params);
     end_shapes();
+    if (s->count > s->triangles) {
+        const stp_range maps = {(uint32_t)s->triangles, (uint32_t)(s->count - s->triangles)};
+        STP_TRY(stp_splat_list_squares(&s->splat, maps, params->pyramid, err));
+        glProgramUniform1i(s->splat.fronts, STP_UNIFORM_SCATTERED, params->lod == STP_LOD_COMPUTE);
+        stp_splat_draw_fronts(&s->splat, params->tiles);
+        if (s->maps == STP_MAPS_BLEND)
+            stp_splat_bind(&s->splat, s->resolve);
+    }
+done:
     return status;
 }
 

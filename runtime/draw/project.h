@@ -33,7 +33,7 @@ typedef struct stp_project {
  * its variant. folder: shader files here replace the embedded ones; may be NULL. Errors: GL. */
 stp_status stp_project_prepare(stp_project *project, const stp_variant *variant, stp_lod lod,
                                const char *folder, stp_error *err);
-/* Compiles the programs that draw squares of grids as triangles, in the same way. Errors: GL. */
+/* Compiles the programs that draw squares of grids and maps, in the same way. Errors: GL. */
 stp_status stp_project_prepare_squares(stp_project *project, const stp_variant *variant,
                                        const char *folder, stp_error *err);
 void stp_project_destroy(stp_project *project);
@@ -49,6 +49,7 @@ struct stp_project_params {
     const stp_sight *sight; /* of the draws */
     stp_lod lod;
     const stp_pyramid *pyramid; /* drawn into; its nearest_frame is bound */
+    const stp_tiles *tiles;     /* of the picture */
     bool first;                 /* the first pass of the picture */
     bool waits;                 /* may wait for the GPU, since the frame waits at its end anyway */
     stp_stage_clock *clock;     /* if the frame is timed, else NULL */
@@ -65,8 +66,8 @@ stp_status stp_project_draw(stp_project *project, const stp_project_params *para
 /* Draws strips and triangles, if the chosen level is drawn as such. Geometry shaders choose their
  * levels on every road. Call after drawing samples; with splats, after drawing their fronts. */
 void stp_project_draw_shapes(stp_project *project, const stp_project_params *params);
-/* Draws squares of grids as triangles; adds their samples to *points. Call after the shapes.
- * Errors: OUT_OF_MEMORY, LIMIT (more squares than names tell apart). */
+/* Draws squares of grids and maps; adds their samples to *points. Call after the shapes. Errors:
+ * OUT_OF_MEMORY, LIMIT (more squares than names tell apart), GL. */
 stp_status stp_project_draw_squares(stp_project *project, const stp_project_params *params,
                                     uint64_t *points, stp_error *err);
 /* As stp_project_draw for splats: lists the splats, and project->splat draws them later. With

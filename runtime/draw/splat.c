@@ -13,7 +13,10 @@
 #define BLOCKS_LIMIT 4096
 #define GROUP_BLOCKS 64
 enum { STORE_BINS = STP_STORAGE_FREE, STORE_LISTS, STORE_LOOKS };
-enum { UNIT_BINS = 9, UNIFORM_SPLAT = 5 };
+enum { UNIT_BINS = 9, UNIFORM_SPLAT = 5, UNIFORM_SQUARES = 4 };
+
+/* Groups of invocations in a row; a square is a group. */
+#define ROW_SQUARES 1024u
 
 /* Bytes of a word of the bins, of a splat in a list, of a splat's look. */
 #define WORD_BYTES 4
@@ -24,7 +27,8 @@ typedef struct bins_head {
     GLuint levels_used, total, unused[HEAD_WORDS - 2];
 } bins_head;
 
-stp_status stp_splat_create(stp_splat *out, const char *folder, const char *defines, stp_error *err)
+stp_status stp_splat_create(stp_splat *out, bool maps, const char *folder, const char *defines,
+                            stp_error *err)
 {
     stp_splat s = {.bins = {.format = GL_R32UI, .texel_bytes = 4},
                    .lists = {.format = GL_RGBA32F, .texel_bytes = 16},
@@ -34,9 +38,11 @@ stp_status stp_splat_create(stp_splat *out, const char *folder, const char *defi
         GLuint *program;
         const char *vertex, *fragment, *compute;
     } programs[3] = {{&s.scan, NULL, NULL, "splat_scan.comp"},
-                     {&s.fronts, "screen.vert", "splat_front.frag", NULL},
-                     {&s.blends, "screen.vert", "splat_blend.frag", NULL}};
-    STP_TRY(stp_each_create(&s.list, "splat.comp", folder, defines, err));
+                     {&s.fronts, "screen.vert", maps ? "map_front.frag" : "splat_front.frag", NULL},
+                     {maps ? &s.list_squares : &s.blends, maps ? NULL : "screen.vert",
+                      maps ? NULL : "splat_blend.frag", maps ? "map_list.comp" : NULL}};
+    if (!maps)
+        STP_TRY(stp_each_create(&s.list, "splat.comp", folder, defines, err));
     for (int i = 0; i < 3; i++)
         STP_TRY(stp_program_create(programs[i].program,
                                    &(stp_program_params){.vertex = programs[i].vertex,
@@ -64,6 +70,7 @@ static void empty_store(stp_splat_store *store)
 void stp_splat_destroy(stp_splat *s)
 {
     stp_each_destroy(&s->list);
+    glDeleteProgram(s->list_squares);
     glDeleteProgram(s->scan);
     glDeleteProgram(s->fronts);
     glDeleteProgram(s->blends);
@@ -122,42 +129,76 @@ static void scan_bins(const stp_splat *s, size_t bins)
     }
 }
 
-static void visit_samples(const stp_splat *s, const stp_runs *runs, bool listing)
+/* What is listed: the samples in runs, or squares of maps if these are NULL. */
+typedef struct listed {
+    const stp_runs *runs;
+    stp_range squares;
+} listed;
+
+static void visit_samples(const stp_splat *s, const listed *of, bool listing)
 {
-    stp_each_set(&s->list, STP_UNIFORM_SETTING, listing);
-    stp_runs_each(runs, &s->list, UNIFORM_SPLAT);
+    if (of->runs != NULL) {
+        stp_each_set(&s->list, STP_UNIFORM_SETTING, listing);
+        stp_runs_each(of->runs, &s->list, UNIFORM_SPLAT);
+    } else {
+        const GLuint rows = (of->squares.count + ROW_SQUARES - 1) / ROW_SQUARES;
+        glUseProgram(s->list_squares);
+        glUniform1i(STP_UNIFORM_SETTING, listing);
+        glUniform2ui(UNIFORM_SQUARES, of->squares.begin, of->squares.begin + of->squares.count);
+        glDispatchCompute(of->squares.count < ROW_SQUARES ? of->squares.count : ROW_SQUARES, rows,
+                          1);
+    }
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
 }
 
-stp_status stp_splat_list(stp_splat *s, const stp_runs *runs, const stp_pyramid *pyramid,
-                          stp_error *err)
+static stp_status list(stp_splat *s, const listed *of, const stp_pyramid *pyramid, stp_error *err)
 {
     stp_status status = STP_OK;
     size_t bins = count_bins(pyramid);
+    size_t places = of->runs != NULL
+                        ? stp_runs_places(of->runs)
+                        : ((size_t)of->squares.begin + of->squares.count) * STP_PATCH_SAMPLES;
     bins_head head;
     STP_TRY(reserve(&s->bins, (HEAD_WORDS + bins + BLOCKS_LIMIT) * WORD_BYTES, err));
-    STP_TRY(reserve(&s->looks, (stp_runs_places(runs) + 1) * LOOK_BYTES, err));
+    STP_TRY(reserve(&s->looks, (places + 1) * LOOK_BYTES, err));
     glClearNamedBufferData(s->bins.buffer, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, NULL);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STORE_BINS, s->bins.buffer);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STORE_LOOKS, s->looks.buffer);
-    visit_samples(s, runs, false);
+    visit_samples(s, of, false);
     scan_bins(s, bins);
     glGetNamedBufferSubData(s->bins.buffer, 0, sizeof head, &head);
     s->levels_used = head.levels_used;
     STP_TRY(reserve(&s->lists, (head.total + (size_t)1) * SPLAT_BYTES, err));
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STORE_LISTS, s->lists.buffer);
-    visit_samples(s, runs, true);
+    visit_samples(s, of, true);
     STP_TRY(stp_gl_check("listing splats", err));
 done:
     return status;
 }
 
-static void draw(const stp_splat *s, GLuint program, const stp_tiles *tiles)
+stp_status stp_splat_list(stp_splat *s, const stp_runs *runs, const stp_pyramid *pyramid,
+                          stp_error *err)
+{
+    return list(s, &(listed){.runs = runs}, pyramid, err);
+}
+
+stp_status stp_splat_list_squares(stp_splat *s, stp_range squares, const stp_pyramid *pyramid,
+                                  stp_error *err)
+{
+    return list(s, &(listed){.squares = squares}, pyramid, err);
+}
+
+void stp_splat_bind(const stp_splat *s, GLuint program)
 {
     const GLuint textures[3] = {s->bins.texture, s->lists.texture, s->looks.texture};
-    glUseProgram(program);
-    glUniform1ui(STP_UNIFORM_SETTING, s->levels_used);
+    glProgramUniform1ui(program, STP_UNIFORM_SETTING, s->levels_used);
     glBindTextures(UNIT_BINS, 3, textures);
+}
+
+static void draw(const stp_splat *s, GLuint program, const stp_tiles *tiles)
+{
+    stp_splat_bind(s, program);
+    glUseProgram(program);
     stp_tiles_draw(tiles, 0);
 }
 

@@ -1,4 +1,4 @@
-/* Lists squares of grids with those beside them, and draws them. */
+/* Lists squares of grids and maps with those beside them, and draws triangles of them. */
 #include "runtime/draw/squares.h"
 
 #include "base/memory.h"
@@ -28,6 +28,7 @@ void stp_squares_destroy(stp_squares *s)
 {
     glDeleteProgram(s->program);
     glDeleteProgram(s->resolve);
+    stp_splat_destroy(&s->splat);
     if (s->buffer != 0) {
         glDeleteTextures(1, &s->texture);
         glDeleteBuffers(1, &s->buffer);
@@ -75,6 +76,24 @@ static stp_square_key key_of(const stp_project_params *params, uint32_t block,
     return key;
 }
 
+/* Sets how differences of places in eye space tell those of columns and rows: the inverse of the
+ * square's steps, as normals come to eye space (shaders/README.md, "Exaggerated heights"). */
+static void set_grid(stp_gpu_square *out, const stp_gpu_frame *frame)
+{
+    const float *const axes[3] = {frame->axis_right, frame->axis_up, frame->axis_back};
+    const float *c = out->column, *r = out->row, turn = c[0] * r[1] - c[1] * r[0];
+    const float across[2][2] = {{r[1] / turn, -r[0] / turn}, {-c[1] / turn, c[0] / turn}};
+    for (int i = 0; i < 2; i++) {
+        float world[3] = {0.0f, 0.0f, 0.0f}, *to = i == 0 ? out->to_column : out->to_row;
+        world[out->axis] = -(across[i][0] * out->up[0] + across[i][1] * out->up[1]);
+        world[(out->axis + 1) % 3] = across[i][0];
+        world[(out->axis + 2) % 3] = across[i][1];
+        world[2] *= frame->centre[3];
+        for (int k = 0; k < 3; k++)
+            to[k] = axes[k][0] * world[0] + axes[k][1] * world[1] + axes[k][2] * world[2];
+    }
+}
+
 static stp_gpu_square record_of(const stp_square *square, const stp_raster *raster,
                                 const stp_gpu_patch *patch, const stp_gpu_chunk *chunk)
 {
@@ -98,8 +117,8 @@ static stp_gpu_square record_of(const stp_square *square, const stp_raster *rast
     return out;
 }
 
-/* Lists the squares of one draw. */
-static void list_draw(stp_squares *s, const stp_project_params *params, size_t draw,
+/* Lists the squares of one draw: those drawn as triangles, or those drawn as splats. */
+static void list_draw(stp_squares *s, const stp_project_params *params, size_t draw, bool splats,
                       uint64_t *points)
 {
     const stp_sight_list *list = &params->sight->lists[STP_SIGHT_SQUARES];
@@ -112,8 +131,13 @@ static void list_draw(stp_squares *s, const stp_project_params *params, size_t d
         const uint32_t of = list->items[i] - r->placement.patches.begin;
         const stp_square *square = &r->mirror.squares[of];
         const stp_raster *raster = &r->mirror.rasters[square->raster];
-        s->records[s->count] = record_of(square, raster, &r->mirror.patches[of], &chunk);
-        s->records[s->count].patch = list->items[i];
+        stp_gpu_square *record = &s->records[s->count];
+        if ((s->maps != 0 && stp_raster_is_map(raster)) != splats)
+            continue;
+        *record = record_of(square, raster, &r->mirror.patches[of], &chunk);
+        record->patch = list->items[i];
+        if (splats)
+            set_grid(record, params->frame);
         s->keys[s->count] = key_of(params, block, square, raster);
         s->keys[s->count].number = (uint32_t)s->count;
         *points += r->mirror.patches[of].count[0];
@@ -215,7 +239,7 @@ static void upload(stp_squares *s)
     glBindTextureUnit(STP_UNIT_SQUARES, s->texture);
 }
 
-stp_status stp_squares_draw(stp_squares *s, const stp_project_params *params, uint64_t *points,
+stp_status stp_squares_list(stp_squares *s, const stp_project_params *params, uint64_t *points,
                             stp_error *err)
 {
     stp_status status = STP_OK;
@@ -223,25 +247,32 @@ stp_status stp_squares_draw(stp_squares *s, const stp_project_params *params, ui
     s->count = 0;
     if (count > STP_NAMED_SQUARES_LIMIT)
         return stp_error_set(err, STP_LIMIT,
-                             "%zu squares of a grid are too many to be drawn as triangles: draw "
-                             "grids as points",
+                             "%zu squares of grids or maps are too many to be drawn as such: draw "
+                             "grids and maps as points",
                              count);
     STP_TRY(stp_grow(&s->records, &s->capacity, count, sizeof *s->records, "squares", err));
     STP_TRY(stp_grow(&s->keys, &s->key_capacity, count, sizeof *s->keys, "squares", err));
     for (size_t i = 0; i < params->draw_count; i++)
-        list_draw(s, params, i, points);
+        list_draw(s, params, i, false, points);
+    s->triangles = s->count;
+    for (size_t i = 0; i < params->draw_count && s->maps != 0; i++)
+        list_draw(s, params, i, true, points);
     link_squares(s);
     upload(s);
+done:
+    return status;
+}
+
+void stp_squares_draw(const stp_squares *s, const stp_project_params *params)
+{
     glUseProgram(s->program);
     glUniform1i(STP_UNIFORM_SCATTERED, params->lod == STP_LOD_COMPUTE);
     glBindVertexArray(stp_block_cache_texture(params->cache)->empty_array);
-    for (size_t i = 0; i < count; i += PART_SQUARES) {
-        glDrawArrays(GL_POINTS, (GLint)i,
-                     (GLsizei)(count - i < PART_SQUARES ? count - i : PART_SQUARES));
+    for (size_t i = 0; i < s->triangles; i += PART_SQUARES) {
+        const size_t left = s->triangles - i;
+        glDrawArrays(GL_POINTS, (GLint)i, (GLsizei)(left < PART_SQUARES ? left : PART_SQUARES));
         glFlush();
     }
-done:
-    return status;
 }
 
 GLuint stp_squares_sample(const stp_squares *s, GLuint name)

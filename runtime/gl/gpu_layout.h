@@ -25,7 +25,7 @@ enum {
 /* The image of contour.glsl; compute shaders have others at its sides. */
 #define STP_IMAGE_STEPS 3
 enum {
-    STP_UNIFORM_SCATTERED = 1, /* shape.frag */
+    STP_UNIFORM_SCATTERED = 5, /* scattered.glsl */
     STP_UNIFORM_PYRAMID_LEVEL = 2,
     STP_UNIFORM_READ_SIZE = 3,
     STP_UNIFORM_VERTICES = 4,
@@ -44,8 +44,8 @@ enum {
 #define STP_NAME_TRIANGLE UINT32_C(0x40000000)
 #define STP_NAME_RIBBON UINT32_C(0xc0000000)
 #define STP_NAME_SAMPLE UINT32_C(0x1fffffff)
-/* A triangle of a grid's cell. 19 bits: the number of the square among those drawn; 6 bits: a
- * sample's place in the square, in Morton order; 4 bits: which triangle of the cell. */
+/* A triangle of a grid's cell, or a splat of a map. 19 bits: the number of the square among those
+ * drawn; 6 bits: a sample's place in the square, in Morton order; 4 bits: which triangle. */
 #define STP_NAME_SQUARE UINT32_C(0x60000000)
 #define STP_NAME_SQUARE_SHIFT 10
 #define STP_NAME_PLACE_SHIFT 4
@@ -114,7 +114,8 @@ typedef struct stp_gpu_chunk {
     uint32_t openings[STP_OPENING_WORDS]; /* through which its patches may be seen */
 } stp_gpu_chunk;
 
-/* A square of a grid that is drawn as triangles (shaders/project/square.glsl). Along axis (axis + 1
+/* A square that is drawn as triangles or as splats (shaders/project/square.glsl). Along axis (axis
+ * + 1
  * + k) % 3, the next column is column[k] further, the next row row[k], and a height of 1 up[k]. */
 typedef struct stp_gpu_square {
     float origin[3], step; /* of its patch, relative to the eye */
@@ -127,12 +128,15 @@ typedef struct stp_gpu_square {
     /* The squares around it, by rows, then by columns, as numbers among those drawn; UINT32_MAX:
      * none is drawn. */
     uint32_t beside[8];
+    /* Of a map: dot products with a difference of places in eye space tell by how many columns and
+     * rows they differ. */
+    float to_column[4], to_row[4];
 } stp_gpu_square;
 
 _Static_assert(sizeof(stp_gpu_frame) == 352 + 16 * STP_OPENINGS_LIMIT,
                "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 48, "STP_CHUNK_TEXELS texels");
-_Static_assert(sizeof(stp_gpu_square) == 96, "STP_SQUARE_TEXELS texels");
+_Static_assert(sizeof(stp_gpu_square) == 128, "STP_SQUARE_TEXELS texels");
 
 #endif

@@ -283,23 +283,23 @@ void stp_variant_defines(const stp_variant *v, char out[STP_VARIANT_DEFINES_BYTE
              "#define STP_EXAGGERATED %d\n#define STP_FADE %d\n"
              "#define STP_TEMPLATE %d\n#define STP_SPLAT %d\n"
              "#define STP_LINES %d\n#define STP_TRIANGLES %d\n#define STP_SQUARES %d\n"
-             "#define STP_OPENINGS %d\n",
+             "#define STP_MAPS %d\n#define STP_OPENINGS %d\n",
              v->orthographic, v->box, v->colour, v->palette, v->shade, v->geometry_invocations,
              STP_PATCH_SAMPLES / v->geometry_invocations, v->clip, v->planes, v->classes,
              v->overlay, v->chosen, v->grid, v->contours,
              v->contours || v->colour == STP_COLOUR_ELEVATION, v->exaggerated, v->fade,
-             v->template_px, v->splat, v->lines, v->triangles, v->squares, v->openings);
+             v->template_px, v->splat, v->lines, v->triangles, v->squares, v->maps, v->openings);
 }
 
 bool stp_variant_equal(const stp_variant *a, const stp_variant *b)
 {
     return a->orthographic == b->orthographic && a->box == b->box &&
            a->template_px == b->template_px && a->splat == b->splat && a->lines == b->lines &&
-           a->triangles == b->triangles && a->squares == b->squares && a->openings == b->openings &&
-           a->clip == b->clip && a->planes == b->planes && a->classes == b->classes &&
-           a->chosen == b->chosen && a->grid == b->grid && a->overlay == b->overlay &&
-           a->edl == b->edl && a->edges == b->edges && a->contours == b->contours &&
-           a->exaggerated == b->exaggerated && a->colour == b->colour && a->palette == b->palette &&
-           a->shade == b->shade && a->geometry_invocations == b->geometry_invocations &&
-           a->fade == b->fade;
+           a->triangles == b->triangles && a->squares == b->squares && a->maps == b->maps &&
+           a->openings == b->openings && a->clip == b->clip && a->planes == b->planes &&
+           a->classes == b->classes && a->chosen == b->chosen && a->grid == b->grid &&
+           a->overlay == b->overlay && a->edl == b->edl && a->edges == b->edges &&
+           a->contours == b->contours && a->exaggerated == b->exaggerated &&
+           a->colour == b->colour && a->palette == b->palette && a->shade == b->shade &&
+           a->geometry_invocations == b->geometry_invocations && a->fade == b->fade;
 }

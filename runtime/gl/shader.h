@@ -27,6 +27,7 @@ typedef struct stp_variant {
     bool lines;          /* the scene has ribbons or tubes */
     bool triangles;      /* the scene has triangles */
     bool squares;        /* for programs that draw squares of grids as triangles */
+    int maps;            /* if maps are drawn as splats: stp_maps_as, else 0 */
     bool openings;       /* closed surfaces have openings */
     bool clip, classes;  /* there is a clip box; there are hidden classes */
     bool chosen;         /* some samples are marked as not drawn */

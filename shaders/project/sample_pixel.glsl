@@ -151,6 +151,10 @@ stp_disc stp_disc_of(uint name, uvec2 id, vec4 lattice, vec2 window)
 {
     uint index = id.x;
 #if STP_SQUARES
+#if STP_MAPS
+    if ((name & STP_SQUARE_SPLAT) != 0u)
+        return stp_map_disc(name, window);
+#endif
     return stp_square_disc(name, window);
 #endif
 #if STP_LINES

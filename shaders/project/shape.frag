@@ -2,6 +2,7 @@
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
+#include "scattered.glsl"
 
 flat in uint id;
 #if STP_PLANES
@@ -10,10 +11,6 @@ in vec3 place;
 
 layout(location = 0) out uint nearest;
 
-// Compute shaders have drawn the samples, and left their depths here (scatter.glsl).
-layout(location = 1) uniform bool scattered;
-layout(r32ui, binding = 0) uniform uimage2D nearest_depth;
-
 void main()
 {
 #if STP_PLANES
@@ -21,8 +18,7 @@ void main()
         discard;
 #endif
     float z = stp_depth_apart(gl_FragCoord.z, STP_ORDER_SHAPE);
-    uint bits = floatBitsToUint(z);
-    if (scattered && imageAtomicMax(nearest_depth, ivec2(gl_FragCoord.xy), bits) > bits)
+    if (stp_scattered_before(z))
         discard;
     nearest = id;
     gl_FragDepth = z;

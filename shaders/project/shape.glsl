@@ -170,6 +170,24 @@ vec3 stp_disc_meet(stp_disc disc, vec2 window)
     return stp_window_place(window, depth + clamp(farther, -disc.radius, disc.radius));
 }
 
+// The disc of a cell's sample, with the mean colour, intensity and normal of all four.
+stp_disc stp_square_mean(stp_square_cell cell, vec4 weights, int own)
+{
+    stp_disc disc = stp_disc_decode(cell.samples[own].texel, cell.samples[own].lattice.xyz, cell.samples[own].lattice.w);
+    vec3 normal = vec3(0.0), colour = vec3(0.0);
+    float intensity = 0.0;
+    for (int i = 0; i < 4; i++) {
+        uvec4 texel = cell.samples[i].texel;
+        normal += weights[i] * stp_normal_direction(texel.z);
+        colour += weights[i] * unpackUnorm4x8(texel.w).rgb;
+        intensity += weights[i] * float(texel.w >> 24);
+    }
+    disc.colour = colour;
+    disc.intensity = intensity / 255.0;
+    disc.normal = stp_normal_to_eye(normal);
+    return disc;
+}
+
 // A triangle of a grid's cell, seen at a window position, as a disc. Between the cell's samples, values
 // change as places do: bilinear. A quarter has those of its sample. The disc grows nowhere, but at the
 // borders of elevation maps.
@@ -183,22 +201,11 @@ stp_disc stp_square_disc(uint name, vec2 window)
     vec3 b = stp_to_eye(cell.samples[second ? 2 : 1].place), c = stp_to_eye(cell.samples[second ? 1 : 2].place);
     vec2 parts = stp_triangle_hold(stp_triangle_meet(a, b, c, window));
     vec2 share = is_whole ? (second ? 1.0 - parts : parts) : vec2(0.0), nearer = step(0.5, share);
-    stp_square_sample own = cell.samples[int(nearer.x) + 2 * int(nearer.y)];
-    stp_disc disc = stp_disc_decode(own.texel, own.lattice.xyz, own.lattice.w);
-    vec3 normal = vec3(0.0), colour = vec3(0.0);
-    float intensity = 0.0;
-    for (int i = 0; i < 4; i++) {
-        uvec4 texel = cell.samples[i].texel;
-        vec2 way = mix(1.0 - share, share, bvec2(i & 1, i & 2));
-        normal += way.x * way.y * stp_normal_direction(texel.z);
-        colour += way.x * way.y * unpackUnorm4x8(texel.w).rgb;
-        intensity += way.x * way.y * float(texel.w >> 24);
-    }
-    disc.colour = colour;
-    disc.intensity = intensity / 255.0;
-    disc.normal = stp_normal_to_eye(normal);
+    vec4 weights = vec4(1.0 - share.x, share.x, 1.0 - share.x, share.x) * vec2(1.0 - share.y, share.y).xxyy;
+    stp_disc disc = stp_square_mean(cell, weights, int(nearer.x) + 2 * int(nearer.y));
     disc.position = is_whole ? a + parts.x * (b - a) + parts.y * (c - a) : stp_disc_meet(disc, window);
     disc.normal = stp_square_normal(disc.normal, is_whole ? cross(b - a, c - a) : disc.normal, disc.position);
-    disc.radius = is_whole || !stp_square_overlaps(listed) ? 0.0 : disc.radius;
+    bool grows = stp_square_overlaps(listed) && (!is_whole || stp_square_ends(listed, at));
+    disc.radius = grows ? disc.radius : 0.0;
     return disc;
 }

@@ -37,7 +37,7 @@ void stp_cell_emit(ivec2 first, stp_square_axes axes)
     for (int own = 0; own < quarters; own++) {
         ivec2 at = first + ivec2(own & 1, own >> 1);
         if (c.samples[own].there && at >> 3 == ivec2(0))
-            stp_piece_emit(stp_square_quarter(c, s, own), at, uint(own));
+            stp_piece_emit(stp_square_quarter(c, s, own), at, 0u);
     }
 }
 

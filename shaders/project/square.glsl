@@ -47,6 +47,15 @@ stp_square_axes stp_square_axes_fetch(uint listed)
                            stp_square_vector(up.z, 1.0, uintBitsToFloat(up.xy)));
 }
 
+// By how many columns and rows places of an elevation map differ, for a difference in eye space: the dot
+// products with the two columns of this matrix. Both are differences along the map's axis of heights.
+mat2x3 stp_square_grid_fetch(uint listed)
+{
+    int base = int(listed) * STP_SQUARE_TEXELS;
+    return mat2x3(uintBitsToFloat(texelFetch(square_texture, base + 6).xyz),
+                  uintBitsToFloat(texelFetch(square_texture, base + 7).xyz));
+}
+
 // Whether other surfaces go on at the borders of a square's grid.
 bool stp_square_overlaps(uint listed)
 {
@@ -87,6 +96,24 @@ uint stp_square_beside(uint listed, ivec2 side)
     int which = 3 * side.y + side.x + 4; // without 4, the square itself
     int word = which > 4 ? which - 1 : which;
     return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 4 + (word >> 2))[word & 3];
+}
+
+// Whether a whole cell is the last before a side at which no square is drawn: a map goes on there with coarser
+// samples, or in another chunk. first: of the cell.
+bool stp_square_ends(uint listed, ivec2 first)
+{
+    int base = int(listed) * STP_SQUARE_TEXELS + 4;
+    uvec4 before = texelFetch(square_texture, base), after = texelFetch(square_texture, base + 1);
+    return first.x == 0 && before.w == STP_NO_SAMPLE || first.y == 0 && before.y == STP_NO_SAMPLE ||
+           first.x == 6 && after.x == STP_NO_SAMPLE || first.y == 6 && after.z == STP_NO_SAMPLE;
+}
+
+// Whether a map has a sample at a column and row of a square, both from -1 to 8.
+bool stp_square_there(uint listed, ivec2 at)
+{
+    uint beside = at >> 3 == ivec2(0) ? listed : stp_square_beside(listed, at >> 3);
+    int base = int(beside == STP_NO_SAMPLE ? listed : beside) * STP_SQUARE_TEXELS;
+    return beside != STP_NO_SAMPLE && stp_square_has(texelFetch(square_texture, base + 1).xy, stp_square_place(uvec2(at & 7)));
 }
 
 // A sample of a grid.

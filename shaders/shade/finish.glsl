@@ -2,6 +2,7 @@
 // pixel.glsl, ellipse.glsl, blend.glsl.
 #include "push.glsl"
 #include "template.glsl"
+#include "splat_mean.glsl"
 #include "splat_sum.glsl"
 
 stp_pixel stp_finish(ivec2 here)

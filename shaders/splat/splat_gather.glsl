@@ -23,6 +23,7 @@ struct stp_splat_pixel {
 struct stp_splat_seen {
     float q, depth, extent;
     vec3 normal;
+    vec3 offset; // from the disc's centre to where the pixel's ray meets its plane, eye space
     uint splat;
     bool covers;
 };
@@ -44,7 +45,8 @@ stp_splat_seen stp_splat_see(stp_splat_pixel p, int at)
     vec2 across = delta - p.ray * along;
     float radius = (STP_ORTHOGRAPHIC != 0 ? 1.0 : place.w) / (place.z * viewport.z);
     float q = dot(across, across) + along * along, depth = place.w - radius * along;
-    return stp_splat_seen(q, depth, abs(plane.z), normal, floatBitsToUint(plane.w), q <= 1.0 && depth > viewport.w);
+    return stp_splat_seen(q, depth, abs(plane.z), normal, radius * vec3(across, along), floatBitsToUint(plane.w),
+                          q <= 1.0 && depth > viewport.w);
 }
 
 stp_splat_pixel stp_splat_begin(ivec2 here, float end)

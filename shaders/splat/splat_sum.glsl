@@ -1,5 +1,5 @@
 // Splatting, last step: divides sums by weights, which gives level 0 as finished. Needs pixel.glsl,
-// project.glsl.
+// project.glsl, splat_mean.glsl.
 
 layout(binding = 8) uniform sampler2D front_end;
 layout(binding = 9) uniform sampler2D normal_sum;
@@ -11,18 +11,7 @@ stp_pixel stp_splat_sum(ivec2 here)
 {
     stp_pixel p = stp_pixel_fine(here);
     vec4 normal = texelFetch(normal_sum, here, 0);
-    vec4 colour = texelFetch(colour_sum, here, 0) / max(normal.w, 1e-30);
-    float norm = dot(normal.xyz, normal.xyz);
-    float extent = p.z_max - p.z_min;
     if (p.tag == 0 || normal.w <= 0.0 || stp_tag_polygon(p.tag) || stp_tag_line(p.tag))
         return p;
-    p.normal = norm > 0.0 ? normal.xyz * inversesqrt(norm) : p.normal;
-    p.colour = colour.rgb;
-    float end = stp_depth_decode(texelFetch(front_end, here, 0).x);
-    p.z_min = end - colour.a / stp_pixels_per_unit(end);
-    p.z_max = p.z_min + extent;
-    p.middle = p.z_min;
-    p.d = vec2(0.0);
-    p.tag = stp_tag_from(p.tag, 1);
-    return p;
+    return stp_splat_mean(p, normal, texelFetch(colour_sum, here, 0), stp_depth_decode(texelFetch(front_end, here, 0).x));
 }

@@ -72,6 +72,7 @@ static const char decode[] =
     "    put3(a.column); put3(a.row); put3(a.up); put(stp_square_overlaps(1u) ? 1.0 : 0.0);\n"
     "    for (int i = 0; i < 9; i++)\n"
     "        if (i != 4) put(float(stp_square_beside(1u, ivec2(i % 3, i / 3) - 1)));\n"
+    "    mat2x3 g = stp_square_grid_fetch(1u); put3(g[0]); put3(g[1]);\n"
     "    stp_quarter_errors q = stp_quarter_errors_fetch(1u);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
     "    for (int i = 0; i < 3; i++) {\n"
@@ -169,7 +170,9 @@ static const stp_gpu_square square = {.origin = {121, 122, 123},
                                       .up = {133, 134},
                                       .axis = 1,
                                       .overlaps = 1,
-                                      .beside = {141, 142, 143, 144, 145, 146, 147, 148}};
+                                      .beside = {141, 142, 143, 144, 145, 146, 147, 148},
+                                      .to_column = {149, 150, 151},
+                                      .to_row = {152, 153, 154}};
 
 /* Heights go along y, and the axes that follow it are z and x. */
 static void want_across(expectation *e, const float across[2], double up)
@@ -193,6 +196,8 @@ static void want_square(expectation *e)
     want(e, square.overlaps);
     for (int i = 0; i < 8; i++)
         want(e, square.beside[i]);
+    want_floats(e, square.to_column, 3);
+    want_floats(e, square.to_row, 3);
 }
 
 static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,

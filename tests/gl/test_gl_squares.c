@@ -1,7 +1,7 @@
 /* Tests squares of grids drawn as triangles, against rays that the test casts at the heights: every
  * pixel shows the surface of two triangles a cell, by each road; holes stay as wide as they are,
- * cliffs stay open; no seam opens, within a grid that is bent or between elevation maps. Near views
- * of points and of triangles agree, and picks find the surface. */
+ * cliffs stay open; no seam opens within a grid that is bent. Near views of points and of triangles
+ * agree, and picks find the surface. test_gl_maps.c has elevation maps. */
 #include "runtime/camera/camera.h"
 #include "runtime/camera/orbit.h"
 #include "tests/fixtures/gl_model.h"
@@ -285,50 +285,6 @@ static void bent_grids_have_no_seams(void **state)
     gl_fixture_close(&f);
 }
 
-static void maps_have_no_seams(void **state)
-{
-    (void)state;
-    static uint8_t rgba[4 * PIXELS];
-    static stp_dvec3 places[PIXELS];
-    stp_prep_stats stats;
-    gl_fixture f = {0};
-    prep_cloud cloud = prep_cloud_make(40000);
-    for (size_t i = 0; i < cloud.count; i++) { /* a sphere, along a spiral */
-        const double z = 1.0 - 2.0 * ((double)i + 0.5) / (double)cloud.count;
-        const double a = 2.39996322972865332 * (double)i, across = sqrt(1.0 - z * z);
-        cloud.points[i].position = (stp_dvec3){across * cos(a), across * sin(a), z};
-    }
-    check_ok(prep_cloud_run(
-        &cloud, "maps.stipple", 2,
-        &(stp_prep_params){.codec = STP_CODEC_DRACO, .maps = &(stp_maps_params){.cone_deg = 45.0}},
-        &stats, err));
-    free(cloud.points);
-    gl_fixture_open(&f, "maps.stipple", NULL);
-    for (int k = 0; k < 4; k++) {
-        const stp_dvec3 eye = {1.6 * cos(k), 1.6 * sin(k), 0.5};
-        const stp_view view = look(&f, eye, (stp_dvec3){0.0, 0.0, 0.0}, false);
-        size_t open = 0, inside = 0;
-        double worst = 0.0;
-        gl_fixture_draw(&f, &view, &triangles, NULL, rgba);
-        read_places(&f, &view, places);
-        for (int i = 0; i < PIXELS; i++) {
-            const double u = i % SIZE + 0.5, v = i / SIZE + 0.5;
-            const stp_dvec3 way =
-                stp_dvec3_normalize(stp_dvec3_sub(stp_view_unproject(&view, u, v, 1.0), view.eye));
-            const double along = -stp_dvec3_dot(view.eye, way);
-            const double square = stp_dvec3_dot(view.eye, view.eye) - along * along;
-            if (!(square < 0.9))
-                continue;
-            inside++;
-            open += isnan(places[i].x) ? 1u : 0u;
-            worst = fmax(worst, fabs(stp_dvec3_length(places[i]) - 1.0));
-        }
-        print_message("maps: %zu of %zu pixels open, the worst off by %g\n", open, inside, worst);
-        assert_true(inside > PIXELS / 5 && open == 0 && worst < 0.02);
-    }
-    gl_fixture_close(&f);
-}
-
 /* ---- where triangles begin ---- */
 
 /* How many pixels are of triangles, and of points. */
@@ -427,7 +383,6 @@ int main(void)
         cmocka_unit_test(holes_keep_their_width),
         cmocka_unit_test(cliffs_stay_open),
         cmocka_unit_test(bent_grids_have_no_seams),
-        cmocka_unit_test(maps_have_no_seams),
         cmocka_unit_test(triangles_are_for_near_samples),
         cmocka_unit_test(points_and_triangles_agree),
         cmocka_unit_test(picks_find_the_surface),

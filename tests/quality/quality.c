@@ -25,16 +25,27 @@ static const cli_command bench = {
         "the\n"
         "silhouette's pixels to the mesh's mean over 4 x 4 places of each, coverage, holes and\n"
         "spill as parts of the mesh's pixels, the mean angle between normals, and the\n"
-        "milliseconds of a frame (medians, measured in turns). --threshold chooses levels.",
+        "milliseconds of a frame (medians, measured in turns). --threshold chooses levels;\n"
+        "--maps compares the ways to draw elevation maps instead of reconstructions.",
     .run = run,
 };
 
-#define MODE_COUNT (STP_RECONSTRUCT_LAST + 1)
+/* Reconstructions, then ways to draw maps: stp_maps_as from MESH on. */
+#define MAPS_BEGIN (STP_RECONSTRUCT_LAST + 1)
+#define MODE_COUNT (MAPS_BEGIN + STP_MAPS_POINTS)
 static const char *const mode_names[MODE_COUNT] = {
-    [STP_RECONSTRUCT_GAUSS] = "gauss",         [STP_RECONSTRUCT_BOX] = "box",
-    [STP_RECONSTRUCT_TEMPLATE3] = "template3", [STP_RECONSTRUCT_TEMPLATE5] = "template5",
-    [STP_RECONSTRUCT_TEMPLATE7] = "template7", [STP_RECONSTRUCT_SPLAT] = "splat",
+    [STP_RECONSTRUCT_GAUSS] = "gauss",
+    [STP_RECONSTRUCT_BOX] = "box",
+    [STP_RECONSTRUCT_TEMPLATE3] = "template3",
+    [STP_RECONSTRUCT_TEMPLATE5] = "template5",
+    [STP_RECONSTRUCT_TEMPLATE7] = "template7",
+    [STP_RECONSTRUCT_SPLAT] = "splat",
     [STP_RECONSTRUCT_POINTS] = "points",
+    [MAPS_BEGIN + STP_MAPS_MESH - 1] = "mesh",
+    [MAPS_BEGIN + STP_MAPS_SPLATS - 1] = "splats",
+    [MAPS_BEGIN + STP_MAPS_BLEND - 1] = "blend",
+    [MAPS_BEGIN + STP_MAPS_PLAIN - 1] = "plain",
+    [MAPS_BEGIN + STP_MAPS_POINTS - 1] = "pull-push",
 };
 /* Each view takes the direction this many further. */
 #define VIEW_STEP 7
@@ -46,6 +57,8 @@ typedef struct options {
     double threshold_px;
     int aa;
     int only; /* a reconstruction, or -1 for all */
+    bool maps;
+    double zoom;
     const char *shaders;
 } options;
 
@@ -62,22 +75,24 @@ typedef struct state {
 
 static int first_mode(const options *o)
 {
-    return o->only < 0 ? 0 : o->only;
+    return o->maps ? MAPS_BEGIN : o->only < 0 ? 0 : o->only;
 }
 
 static int mode_end(const options *o)
 {
-    return o->only < 0 ? MODE_COUNT : o->only + 1;
+    return o->maps ? MODE_COUNT : o->only < 0 ? MAPS_BEGIN : o->only + 1;
 }
 
 static stp_draw_params params_of(const state *s, int mode)
 {
-    return (stp_draw_params){.lod = s->options.threshold_px > 0.0 ? STP_LOD_GEOMETRY : STP_LOD_FULL,
-                             .reconstruct = (stp_reconstruct)mode,
-                             .shade = STP_SHADE_LAMBERT,
-                             .colour = STP_COLOUR_NONE,
-                             .threshold_px = s->options.threshold_px,
-                             .smooth_edges = s->options.aa == DRAW_AA_EDGES};
+    return (stp_draw_params){
+        .lod = s->options.threshold_px > 0.0 ? STP_LOD_GEOMETRY : STP_LOD_FULL,
+        .reconstruct = mode < MAPS_BEGIN ? (stp_reconstruct)mode : STP_RECONSTRUCT_GAUSS,
+        .maps_as = mode < MAPS_BEGIN ? STP_MAPS_AUTO : (stp_maps_as)(mode - MAPS_BEGIN + 1),
+        .shade = STP_SHADE_LAMBERT,
+        .colour = STP_COLOUR_NONE,
+        .threshold_px = s->options.threshold_px,
+        .smooth_edges = s->options.aa == DRAW_AA_EDGES};
 }
 
 /* Draws as --aa says; rgba may be NULL. */
@@ -170,6 +185,7 @@ static stp_status measure(state *s, const char *model, const char *mesh, stp_err
     for (uint64_t i = 0; i < o->views; i++) {
         int direction = (int)(i * VIEW_STEP % VIEWS_DIRECTIONS);
         stp_view view = views_get(direction, &ball, NULL, 0, o->size[0], o->size[1]);
+        view.f *= o->zoom;
         STP_TRY(judge_view(s, &view, err));
         STP_TRY(time_view(s, &view, i, err));
     }
@@ -194,11 +210,14 @@ static int run(int argc, char **argv)
     const char *files[2];
     size_t count = 0;
     stp_error err = {0};
-    state s = {.options = {.size = {1024, 1024}, .views = 6, .repeat = 3, .only = -1}};
+    state s = {.options = {.size = {1024, 1024}, .views = 6, .repeat = 3, .only = -1, .zoom = 1.0}};
     const cli_option list[] = {
         {"--aa", 0, CLI_CHOICE, &s.options.aa, DRAW_AA, "how edges are smoothed (none)", NULL},
         {"--reconstruct", 0, CLI_CHOICE, &s.options.only, DRAW_RECONSTRUCTIONS, "this one only",
          NULL},
+        {"--maps", 0, CLI_FLAG, &s.options.maps, NULL, "the ways to draw maps", NULL},
+        {"--zoom", 0, CLI_NUMBER, &s.options.zoom, "Z",
+         "show the middle of each view Z times as large (1)", NULL},
         {"--size", 0, CLI_EXTENT, s.options.size, "WxH", "of the pictures (1024x1024)", NULL},
         {"--views", 0, CLI_UINT, &s.options.views, "N", "1 to 26 (6)", NULL},
         {"--repeat", 0, CLI_UINT, &s.options.repeat, "N", "frames timed of each view (3)", NULL},
@@ -215,6 +234,8 @@ static int run(int argc, char **argv)
         return cli_usage(&bench, "--views: give 1 to %d", VIEWS_DIRECTIONS);
     if (s.options.repeat < 1 || s.options.repeat > REPEAT_LIMIT)
         return cli_usage(&bench, "--repeat: give 1 to %u", REPEAT_LIMIT);
+    if (!(s.options.zoom >= 1.0))
+        return cli_usage(&bench, "--zoom: give 1 or more");
     stp_status status = measure(&s, files[0], files[1], &err);
     clear(&s);
     return status == STP_OK ? CLI_DONE : cli_fail(&bench, &err);

@@ -99,9 +99,9 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--shade", 0, CLI_CHOICE, &o->shade, DRAW_SHADES,
          "shading; unlit: colours without light (the model's default, else phong)", &o->has_shade},
         {"--grid-draw", 0, CLI_CHOICE, &o->grid_draw, DRAW_GRIDS,
-         "finest samples of grids and maps; auto: triangles where they lie some pixels apart "
-         "(auto)",
-         NULL},
+         "finest samples of grids; auto: triangles where they lie some pixels apart (auto)", NULL},
+        {"--maps-as", 0, CLI_CHOICE, &o->maps_as, DRAW_MAPS,
+         "finest samples of maps; auto: a mesh where they lie some pixels apart (auto)", NULL},
         {"--colour", 0, CLI_STRING, &o->colour_name, DRAW_COLOURS,
          "colour of samples; or the name of an attribute that prep kept, like gps_time (rgb)",
          NULL},
@@ -395,6 +395,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .smooth_edges = o->aa == DRAW_AA_EDGES,
         .cull = (stp_cull)o->cull,
         .grid_draw = (stp_grid_draw)o->grid_draw,
+        .maps_as = (stp_maps_as)o->maps_as,
     };
     draw_exaggerate_set(&p, o->exaggerate, &model->info->box);
     STP_TRY(check_amounts(o, err));

@@ -248,13 +248,20 @@ void view_panel_surface(viewer *v)
     changed |= light_rows(p);
     changed |= contour_rows(v, p);
     height_rows(v);
-    int cull = (int)p->cull, grid_draw = (int)p->grid_draw;
-    if (stp_ui_choice("grids and maps", &grid_draw, DRAW_GRIDS, ALL)) {
+    int cull = (int)p->cull, grid_draw = (int)p->grid_draw, maps_as = (int)p->maps_as;
+    if (stp_ui_choice("grids", &grid_draw, DRAW_GRIDS, ALL)) {
         p->grid_draw = (stp_grid_draw)grid_draw;
         changed = true;
     }
     stp_ui_hint("their finest samples as points or triangles; auto: triangles where they are some "
                 "pixels apart");
+    if (stp_ui_choice("maps", &maps_as, DRAW_MAPS, ALL)) {
+        p->maps_as = (stp_maps_as)maps_as;
+        changed = true;
+    }
+    stp_ui_hint(
+        "their finest samples as a mesh, splats or points; auto: a mesh where they are some "
+        "pixels apart");
     if (stp_ui_choice("seen from behind", &cull, DRAW_CULLS, ALL)) {
         p->cull = (stp_cull)cull;
         changed = true;

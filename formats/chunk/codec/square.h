@@ -59,6 +59,12 @@ static inline bool stp_raster_is_upright(const stp_raster *raster)
            !stp_raster_spreads(raster);
 }
 
+/* Whether heights are those of an elevation map. */
+static inline bool stp_raster_is_map(const stp_raster *raster)
+{
+    return !stp_raster_is_upright(raster) && !stp_raster_spreads(raster);
+}
+
 /* Finds the squares of a block with all levels whose rasters are set: all of one level raster, or
  * all of tilted ones. False if some patch is not a square of a grid, or its square cannot be coded.
  * out: one for each patch. */

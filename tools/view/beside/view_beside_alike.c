@@ -19,6 +19,7 @@ static const struct {
     {SETTING(palette), DRAW_PALETTES, "palette ", ""},
     {SETTING(cull), DRAW_CULLS, "cull ", ""},
     {SETTING(grid_draw), DRAW_GRIDS, "grids as ", ""},
+    {SETTING(maps_as), DRAW_MAPS, "maps as ", ""},
     {SETTING(smooth_edges), "hard|smooth", "", " edges"},
     {SETTING(radius_cap_px), NULL, "radius cap ", " px"},
     {SETTING(overlay), NULL, "overlay ", ""},

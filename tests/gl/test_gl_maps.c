@@ -1,0 +1,372 @@
+/* Tests elevation maps drawn as a mesh, as splats and as points, against rays that the test casts
+ * at the true surface, a ball with waves: from 26 directions no pixel is open, at one level and at
+ * mixed ones; depths and picks are those of the surface; roads draw the same bytes. Splats that
+ * show the plane between samples are nearer to the truth than blended ones by 1 dB. Drawn in
+ * reverse order, blended splats are the same. */
+#include "runtime/camera/camera.h"
+#include "runtime/camera/orbit.h"
+#include "runtime/gl/shader.h"
+#include "tests/fixtures/gl_model.h"
+#include "tests/fixtures/prep_fixture.h"
+#include "tests/support/views.h"
+
+#include <sys/stat.h>
+
+enum { SIZE = 160, PIXELS = SIZE * SIZE, POINTS = 40000, WAYS = 5 };
+#define MAPS_FILE "maps.stipple"
+#define SHADER_FOLDER "maps-shaders"
+
+static const stp_maps_as ways[WAYS] = {STP_MAPS_MESH, STP_MAPS_SPLATS, STP_MAPS_BLEND,
+                                       STP_MAPS_PLAIN, STP_MAPS_POINTS};
+static const char *const names[] = {"auto", "mesh", "splats", "blend", "plain", "points"};
+
+/* ---- the surface ---- */
+
+/* How far a place lies outside the surface: the gradient's length is nearly 1 there. */
+static double outside(stp_dvec3 p)
+{
+    const double waves = sin(30.0 * p.x) * sin(30.0 * p.y + 1.0) * sin(30.0 * p.z + 2.0);
+    return stp_dvec3_length(p) - 1.0 - 0.008 * waves;
+}
+
+static stp_dvec3 normal_at(stp_dvec3 p)
+{
+    const double h = 1e-5;
+    return stp_dvec3_normalize((stp_dvec3){
+        outside((stp_dvec3){p.x + h, p.y, p.z}) - outside((stp_dvec3){p.x - h, p.y, p.z}),
+        outside((stp_dvec3){p.x, p.y + h, p.z}) - outside((stp_dvec3){p.x, p.y - h, p.z}),
+        outside((stp_dvec3){p.x, p.y, p.z + h}) - outside((stp_dvec3){p.x, p.y, p.z - h})});
+}
+
+/* Where the ray of a pixel meets the surface first, in *out; false if it does not, or is not at
+ * least `slack` deep inside somewhere. */
+static bool cast(const stp_view *view, int pixel, double slack, stp_dvec3 *out)
+{
+    const double u = pixel % SIZE + 0.5, v = pixel / SIZE + 0.5;
+    const stp_dvec3 way =
+        stp_dvec3_normalize(stp_dvec3_sub(stp_view_unproject(view, u, v, 1.0), view->eye));
+    double along = 0.0, deepest = 1.0, found = -1.0;
+    for (int i = 0; i < 400; i++) {
+        const double off = outside(stp_dvec3_add(view->eye, stp_dvec3_scale(way, along)));
+        found = found < 0.0 && off < 1e-7 ? along : found;
+        deepest = fmin(deepest, off);
+        if (off > 3.0 && along > 3.0)
+            break;
+        along += fmax(found < 0.0 ? 0.8 * off : 0.005, 2e-8);
+    }
+    *out = stp_dvec3_add(view->eye, stp_dvec3_scale(way, found));
+    return found >= 0.0 && deepest < -slack;
+}
+
+static void make_maps(void **state)
+{
+    (void)state;
+    stp_prep_stats stats;
+    prep_cloud cloud = prep_cloud_make(POINTS);
+    for (size_t i = 0; i < cloud.count; i++) { /* along a spiral */
+        const double z = 1.0 - 2.0 * ((double)i + 0.5) / (double)cloud.count;
+        const double a = 2.39996322972865332 * (double)i, across = sqrt(1.0 - z * z);
+        stp_dvec3 p = {across * cos(a), across * sin(a), z};
+        for (int k = 0; k < 20; k++)
+            p = stp_dvec3_scale(p, 1.0 - outside(p));
+        cloud.points[i].position = p;
+    }
+    check_ok(prep_cloud_run(
+        &cloud, MAPS_FILE, 2,
+        &(stp_prep_params){.codec = STP_CODEC_DRACO, .maps = &(stp_maps_params){.cone_deg = 60.0}},
+        &stats, err));
+    free(cloud.points);
+}
+
+static stp_view look(const gl_fixture *f, stp_dvec3 eye, double fovy_deg)
+{
+    stp_view view;
+    const stp_camera camera = {
+        .eye = eye, .look = {0.0, 0.0, 0.0}, .up = {0.0, 0.1, 1.0}, .fovy_deg = fovy_deg};
+    check_ok(stp_view_create(&view, &camera, &f->model->ball, SIZE, SIZE, err));
+    return view;
+}
+
+static const stp_dvec3 near_eye = {1.5, 0.9, 0.5};
+
+static stp_draw_params params_for(stp_maps_as way)
+{
+    return (stp_draw_params){.shade = STP_SHADE_LAMBERT,
+                             .colour = STP_COLOUR_NONE,
+                             .every_sample = true,
+                             .maps_as = way};
+}
+
+/* ---- coverage ---- */
+
+/* Of the pixels whose ray goes well through the surface: how many there are, how many are open, and
+ * how far the depth of one is off the surface at most. */
+typedef struct judgement {
+    size_t inside, open;
+    double worst;
+} judgement;
+
+static void judge(const gl_fixture *f, const stp_view *view, const bool *inside, judgement *sum)
+{
+    static float depth[PIXELS];
+    check_ok(stp_renderer_read_depth(f->renderer, depth, err));
+    for (int i = 0; i < PIXELS; i++) {
+        const stp_dvec3 at =
+            stp_view_unproject(view, i % SIZE + 0.5, i / SIZE + 0.5, (double)depth[i]);
+        sum->inside += inside[i];
+        sum->open += inside[i] && !(depth[i] > 0.0f);
+        sum->worst =
+            inside[i] && depth[i] > 0.0f ? fmax(sum->worst, fabs(outside(at))) : sum->worst;
+    }
+}
+
+static void no_pixel_is_open(void **state)
+{
+    (void)state;
+    static uint8_t rgba[4 * PIXELS];
+    static bool inside[PIXELS];
+    judgement sums[2][WAYS] = {0};
+    gl_fixture f = {0};
+    gl_fixture_open(&f, MAPS_FILE, NULL);
+    for (int i = 0; i < VIEWS_DIRECTIONS; i++) {
+        const stp_view view = views_get(i, &f.model->ball, NULL, 0, SIZE, SIZE);
+        stp_dvec3 hit;
+        for (int k = 0; k < PIXELS; k++)
+            inside[k] = cast(&view, k, 0.05, &hit);
+        for (int mixed = 0; mixed < 2; mixed++)
+            for (int k = 0; k < WAYS; k++) {
+                stp_draw_params params = params_for(ways[k]);
+                params.every_sample = mixed == 0;
+                params.threshold_px = 0.2; /* some patches at level 0, others at level 1 */
+                gl_fixture_draw(&f, &view, &params, NULL, rgba);
+                judge(&f, &view, inside, &sums[mixed][k]);
+            }
+    }
+    for (int mixed = 0; mixed < 2; mixed++)
+        for (int k = 0; k < WAYS; k++) {
+            const judgement *sum = &sums[mixed][k];
+            print_message("%s, %s: %zu of %zu pixels open, the worst off by %g\n", names[ways[k]],
+                          mixed ? "mixed levels" : "every sample", sum->open, sum->inside,
+                          sum->worst);
+            assert_true(sum->inside > VIEWS_DIRECTIONS * PIXELS / 10);
+            assert_int_equal(sum->open, 0);
+            assert_true(sum->worst < (mixed ? 0.1 : 0.05));
+        }
+    gl_fixture_close(&f);
+}
+
+static void roads_draw_the_same(void **state)
+{
+    (void)state;
+    static const stp_lod roads[] = {STP_LOD_COMPUTE, STP_LOD_GEOMETRY, STP_LOD_CPU, STP_LOD_FULL};
+    static uint8_t first[4 * PIXELS], rgba[4 * PIXELS];
+    gl_fixture f = {0};
+    gl_fixture_open(&f, MAPS_FILE, NULL);
+    const stp_view view = look(&f, near_eye, 40.0);
+    for (stp_maps_as way = STP_MAPS_SPLATS; way <= STP_MAPS_PLAIN; way++)
+        for (size_t k = 0; k < sizeof roads / sizeof *roads; k++) {
+            stp_draw_params params = params_for(way);
+            params.lod = roads[k];
+            gl_fixture_draw(&f, &view, &params, NULL, k ? rgba : first);
+            if (k > 0)
+                assert_memory_equal(rgba, first, sizeof first);
+        }
+    gl_fixture_close(&f);
+}
+
+/* Where no patch is drawn at level 0, maps are drawn as points are, whatever is wanted. */
+static void coarse_samples_are_points(void **state)
+{
+    (void)state;
+    static uint8_t first[4 * PIXELS], rgba[4 * PIXELS];
+    gl_fixture f = {0};
+    gl_fixture_open(&f, MAPS_FILE, NULL);
+    const stp_view view = views_get(0, &f.model->ball, NULL, 0, SIZE, SIZE);
+    for (int k = WAYS - 1; k >= 0; k--) { /* the last are points */
+        stp_draw_params params = params_for(ways[k]);
+        params.every_sample = false;
+        params.threshold_px = 2.0;
+        params.terms = STP_TERM_NONE;
+        gl_fixture_draw(&f, &view, &params, NULL, k < WAYS - 1 ? rgba : first);
+        if (k < WAYS - 1)
+            assert_memory_equal(rgba, first, sizeof first);
+    }
+    gl_fixture_close(&f);
+}
+
+/* ---- quality ---- */
+
+/* Decibels between a picture and the true surface, where that is seen at less than 70 degrees. */
+static double psnr_db(const stp_view *view, const uint8_t *rgba)
+{
+    double sum = 0.0;
+    size_t count = 0;
+    for (int i = 0; i < PIXELS; i++) {
+        stp_dvec3 hit;
+        if (!cast(view, i, 0.01, &hit))
+            continue;
+        const stp_dvec3 n = normal_at(hit),
+                        way = stp_dvec3_normalize(stp_dvec3_sub(view->eye, hit));
+        if (stp_dvec3_dot(n, way) < cos(70.0 * M_PI / 180.0))
+            continue;
+        const double grey = 255.0 * 0.8 * (0.05 + 0.85 * fmax(0.0, stp_dvec3_dot(n, view->back)));
+        sum += (rgba[4 * i] - grey) * (rgba[4 * i] - grey);
+        count++;
+    }
+    assert_true(count > PIXELS / 2);
+    return 10.0 * log10(255.0 * 255.0 * (double)count / sum);
+}
+
+static void splats_are_nearer_to_the_truth(void **state)
+{
+    (void)state;
+    static uint8_t rgba[4 * PIXELS];
+    gl_fixture f = {0};
+    double db[STP_MAPS_POINTS + 1];
+    gl_fixture_open(&f, MAPS_FILE, NULL);
+    const stp_view view = look(&f, near_eye, 12.0);
+    for (int k = 0; k < WAYS; k++) {
+        const stp_draw_params params = params_for(ways[k]);
+        gl_fixture_draw(&f, &view, &params, NULL, rgba);
+        db[ways[k]] = psnr_db(&view, rgba);
+        print_message("%s: %.1f dB\n", names[ways[k]], db[ways[k]]);
+    }
+    assert_true(db[STP_MAPS_SPLATS] >= db[STP_MAPS_BLEND] + 1.0);
+    assert_true(db[STP_MAPS_BLEND] >= db[STP_MAPS_PLAIN] + 1.0);
+    gl_fixture_close(&f);
+}
+
+/* ---- order ---- */
+
+/* Writes a shader with one text in place of another. */
+static void write_changed(const char *name, const char *before, const char *after)
+{
+    char path[128];
+    const char *text = NULL;
+    for (const stp_shader_file *file = stp_shader_files; file->name; file++)
+        text = strcmp(file->name, name) == 0 ? file->text : text;
+    assert_non_null(text);
+    const char *at = strstr(text, before);
+    assert_non_null(at);
+    snprintf(path, sizeof path, SHADER_FOLDER "/%s", name);
+    FILE *out = fopen(path, "w");
+    assert_non_null(out);
+    assert_true(fprintf(out, "%.*s%s%s", (int)(at - text), text, after, at + strlen(before)) > 0);
+    assert_int_equal(fclose(out), 0);
+}
+
+/* Draws the last square first, and of equal depths takes the other. */
+static void order_changes_nothing(void **state)
+{
+    (void)state;
+    static uint8_t forth[4 * PIXELS], back[4 * PIXELS];
+    gl_fixture f = {0}, reversed = {0};
+    (void)mkdir(SHADER_FOLDER, 0777);
+    write_changed(
+        "map_list.comp", "squares.x + gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;",
+        "squares.x + gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;\n"
+        "    listed = listed < squares.y ? squares.y - 1u - (listed - squares.x) : squares.y;");
+    write_changed("map_front.frag", "s.splat < p.front", "s.splat > p.front");
+    gl_fixture_open(&f, MAPS_FILE, NULL);
+    gl_fixture_open(&reversed, MAPS_FILE, SHADER_FOLDER);
+    const stp_view view = look(&f, near_eye, 40.0);
+    for (stp_maps_as way = STP_MAPS_SPLATS; way <= STP_MAPS_PLAIN; way++) {
+        const stp_draw_params params = params_for(way);
+        size_t differ = 0, beyond = 0;
+        gl_fixture_draw(&f, &view, &params, NULL, forth);
+        gl_fixture_draw(&reversed, &view, &params, NULL, back);
+        for (int i = 0; i < 4 * PIXELS; i++) {
+            differ += forth[i] != back[i];
+            beyond += abs(forth[i] - back[i]) > 2;
+        }
+        print_message("%s: %zu values differ, %zu by more than 2\n", names[way], differ, beyond);
+        assert_int_equal(beyond, 0);
+    }
+    gl_fixture_close(&f);
+    gl_fixture_close(&reversed);
+}
+
+/* ---- picks, and what is drawn as what ---- */
+
+static void picks_find_the_surface(void **state)
+{
+    (void)state;
+    static uint8_t rgba[4 * PIXELS];
+    gl_fixture f = {0};
+    gl_fixture_open(&f, MAPS_FILE, NULL);
+    const stp_view view = look(&f, near_eye, 20.0);
+    for (stp_maps_as way = STP_MAPS_SPLATS; way <= STP_MAPS_PLAIN; way++) {
+        const stp_draw_params params = params_for(way);
+        gl_fixture_draw(&f, &view, &params, NULL, rgba);
+        size_t found = 0, farthest = 0;
+        for (int k = 0; k < 100; k++) {
+            stp_pick pick;
+            stp_dvec3 hit;
+            const int x = (int)(SIZE * stp_random_unit(1, (uint64_t)k));
+            const int y = (int)(SIZE * stp_random_unit(2, (uint64_t)k));
+            check_ok(stp_renderer_pick(f.renderer, x, y, &pick, err));
+            assert_true(pick.hit && pick.level == 0);
+            assert_int_not_equal(pick.chunk, STP_PICK_NO_CHUNK);
+            if (!cast(&view, y * SIZE + x, 0.05, &hit))
+                continue;
+            found++;
+            farthest += stp_dvec3_length(stp_dvec3_sub(pick.position, hit)) > 0.01;
+        }
+        print_message("%s: %zu picks, %zu far from the surface\n", names[way], found, farthest);
+        assert_true(found > 50 && farthest == 0);
+    }
+    gl_fixture_close(&f);
+}
+
+/* How many pixels are drawn as cells or splats of maps, and as points. */
+static void count_primitives(const gl_fixture *f, const stp_view *view, stp_maps_as way,
+                             size_t out[2])
+{
+    static uint8_t rgba[4 * PIXELS];
+    const stp_draw_params params = {
+        .shade = STP_SHADE_PRIMITIVE, .maps_as = way, .grid_draw = STP_GRID_POINTS};
+    gl_fixture_draw(f, view, &params, NULL, rgba);
+    out[0] = out[1] = 0;
+    for (int i = 0; i < PIXELS; i++) {
+        out[0] += rgba[4 * i + 3] && rgba[4 * i] > rgba[4 * i + 2];
+        out[1] += rgba[4 * i + 3] && rgba[4 * i] < rgba[4 * i + 2];
+    }
+}
+
+static void each_way_is_drawn_where_it_is_wanted(void **state)
+{
+    (void)state;
+    gl_fixture f = {0};
+    gl_fixture_open(&f, MAPS_FILE, NULL);
+    const stp_view close = look(&f, near_eye, 4.0);
+    const stp_view distant = views_get(0, &f.model->ball, NULL, 0, SIZE, SIZE);
+    for (stp_maps_as way = STP_MAPS_AUTO; way <= STP_MAPS_POINTS; way++) {
+        size_t by_close[2], by_distant[2];
+        count_primitives(&f, &close, way, by_close);
+        count_primitives(&f, &distant, way, by_distant);
+        print_message("%s: close %zu and %zu points, distant %zu and %zu\n", names[way],
+                      by_close[0], by_close[1], by_distant[0], by_distant[1]);
+        assert_int_equal(by_close[way == STP_MAPS_POINTS], PIXELS);
+        assert_true(way == STP_MAPS_AUTO || way == STP_MAPS_POINTS ? by_distant[0] == 0
+                                                                   : by_distant[0] > 0);
+    }
+    gl_fixture_close(&f);
+}
+
+int main(void)
+{
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(make_maps),
+        cmocka_unit_test(no_pixel_is_open),
+        cmocka_unit_test(roads_draw_the_same),
+        cmocka_unit_test(coarse_samples_are_points),
+        cmocka_unit_test(splats_are_nearer_to_the_truth),
+        cmocka_unit_test(order_changes_nothing),
+        cmocka_unit_test(picks_find_the_surface),
+        cmocka_unit_test(each_way_is_drawn_where_it_is_wanted),
+    };
+    const int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    stp_gl_context_destroy(&context);
+    return failed;
+}
