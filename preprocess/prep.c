@@ -306,6 +306,9 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
     const stp_status status = stp_depth_images_create(depths, &job->cloud, job->source,
                                                       job->stats->normals_seen > 0, &items, err);
     if (depths->leaf_count > 0) {
+        job->stats->images = (uint32_t)depths->pixels.count;
+        for (size_t i = 0; i < depths->pixels.count; i++)
+            job->stats->images_turned += depths->rays[i].turned ? 1u : 0u;
         job->tree.sources.depths = depths;
         limit_normal_bits(job);
     }

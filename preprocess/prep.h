@@ -139,10 +139,12 @@ typedef struct stp_prep_stats {
     uint64_t points_unstationed; /* stored points of unknown stations, if normals need stations */
     uint64_t temporary_bytes;    /* greatest size of temporary files at a time */
     stp_surface_counts normals_wide;
-    unsigned normal_bits; /* of the grid of normals that the input did not give; 0: no points */
-    bool keeps_grid;      /* the scan is a grid of heights and stays one (height_grid.h) */
-    bool join_layers;     /* was requested */
-    bool makes_maps;      /* was requested */
+    unsigned normal_bits;   /* of the grid of normals that the input did not give; 0: no points */
+    uint32_t images;        /* of depth cameras that stay grids of pixels (depth_image.h) */
+    uint32_t images_turned; /* those of them whose squares' columns are the image's rows */
+    bool keeps_grid;        /* the scan is a grid of heights and stays one (height_grid.h) */
+    bool join_layers;       /* was requested */
+    bool makes_maps;        /* was requested */
     stp_joined_layers joined;
     stp_maps_counts maps;  /* points_out counts the points that they represent, too */
     uint64_t normals_seen; /* normals from windows of images, because of noise along the rays */

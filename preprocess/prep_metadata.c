@@ -96,6 +96,14 @@ static void add_first_view(cJSON *root, const stp_first_camera *first)
     cJSON_AddStringToObject(json, "why", words[first->why]);
 }
 
+static void add_grids(cJSON *root, const stp_prep_stats *stats)
+{
+    if (stats->keeps_grid)
+        cJSON_AddBoolToObject(root, "grid", true);
+    if (stats->images > 0 && stats->images_turned % stats->images == 0)
+        cJSON_AddBoolToObject(root, "turned", stats->images_turned > 0);
+}
+
 char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
 {
     const stp_prep_facts *f = context;
@@ -132,8 +140,7 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
     cJSON_AddNumberToObject(root, "precision", stats->resolution.precision);
     if (stats->resolution.exact)
         cJSON_AddBoolToObject(root, "exact", true);
-    if (stats->keeps_grid)
-        cJSON_AddBoolToObject(root, "grid", true);
+    add_grids(root, stats);
     if (stats->normal_bits > 0)
         cJSON_AddNumberToObject(root, "normal_bits", stats->normal_bits);
     add_joined(root, stats);

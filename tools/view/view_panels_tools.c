@@ -101,7 +101,7 @@ static void clicked_rows(const viewer *v)
         stp_ui_row("nearest sample", text);
         snprintf(text, sizeof text, "%.*f", view_digits(v) + 1, grid->height);
         view_add_unit(v, VIEW_UNIT_HEIGHT, text, sizeof text);
-        stp_ui_row("its height", text);
+        stp_ui_row(grid->is_depth ? "its depth" : "its height", text);
         snprintf(text, sizeof text, "%u of %u missing", grid->missing, grid->told);
         stp_ui_row("neighbours", text);
     }

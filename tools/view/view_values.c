@@ -7,6 +7,7 @@
 #include "runtime/cut/model.h"
 #include "runtime/stream/chosen.h"
 
+#include <cjson/cJSON.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -54,9 +55,9 @@ done:
     return status;
 }
 
-/* What a chunk has at a place of a grid and around it. */
+/* What a chunk has at a place of a raster and around it. */
 typedef struct neighbourhood {
-    int64_t least[2], most[2]; /* of all squares of the chunk, in squares */
+    int64_t least[2], most[2]; /* of all the raster's squares in the chunk, in squares */
     bool has[9];               /* samples, row by row; the place itself is number 4 */
 } neighbourhood;
 
@@ -66,12 +67,24 @@ static int64_t beside(int i, const int64_t at[2], int k)
     return at[k] + (k == 0 ? i % 3 : i / 3) - 1;
 }
 
-static neighbourhood look_around(const stp_chunk *chunk, const int64_t at[2])
+/* Blocks have rasters of their own, which are one if their numbers are. */
+static bool is_same(const stp_raster *a, const stp_raster *b)
+{
+    bool same = a->axis == b->axis;
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < 6; i++)
+            same = same && a->across[k][i] == b->across[k][i];
+    return same;
+}
+
+static neighbourhood look_around(const stp_chunk *chunk, uint32_t raster, const int64_t at[2])
 {
     neighbourhood out = {.least = {INT64_MAX, INT64_MAX}, .most = {-1, -1}};
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const stp_square *square = &chunk->squares[p];
         const int64_t of[2] = {square->column, square->row};
+        if (!square->samples || !is_same(&chunk->rasters[square->raster], &chunk->rasters[raster]))
+            continue;
         for (int k = 0; k < 2; k++) {
             out.least[k] = of[k] < out.least[k] ? of[k] : out.least[k];
             out.most[k] = of[k] > out.most[k] ? of[k] : out.most[k];
@@ -88,10 +101,10 @@ static neighbourhood look_around(const stp_chunk *chunk, const int64_t at[2])
 
 /* Counts the places around one at which the chunk would have samples, as far as its squares tell,
  * and those that are missing. */
-static void count_neighbours(view_grid_sample *out, const stp_chunk *chunk)
+static void count_neighbours(view_grid_sample *out, const stp_chunk *chunk, uint32_t raster)
 {
     const int64_t at[2] = {out->column, out->row};
-    const neighbourhood n = look_around(chunk, at);
+    const neighbourhood n = look_around(chunk, raster, at);
     for (int i = 0; i < 9; i++) {
         bool told = i != 4;
         for (int k = 0; k < 2; k++) {
@@ -103,26 +116,65 @@ static void count_neighbours(view_grid_sample *out, const stp_chunk *chunk)
     }
 }
 
+/* Whether squares of depth images have the images' rows as columns. False if the file does not say
+ * which. */
+static bool find_turned(bool *out, const stp_model *model)
+{
+    const stp_chunk_file_info *info = model->info;
+    cJSON *root = cJSON_ParseWithLength(info->metadata_json, info->metadata_bytes);
+    const cJSON *turned = cJSON_GetObjectItemCaseSensitive(root, "turned");
+    const bool told = cJSON_IsBool(turned);
+    *out = told && cJSON_IsTrue(turned);
+    cJSON_Delete(root);
+    return told;
+}
+
+/* The depth of a position in a camera's image: its distance from where the rays meet, along the
+ * axis. */
+static double depth_of(const stp_raster *raster, stp_dvec3 at)
+{
+    const double along[3] = {at.x, at.y, at.z};
+    double by = 0.0, apart = 0.0; /* what lies a column or row apart: apart + by * place */
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < 2; i++)
+            if (fabs(raster->across[k][4 + i]) > fabs(by)) {
+                by = raster->across[k][4 + i];
+                apart = raster->across[k][1 + i];
+            }
+    return fabs(along[raster->axis] + apart / by);
+}
+
 /* Finds the place in its grid of a level-0 sample. */
-static void find_in_grid(view_grid_sample *out, const stp_chunk *chunk, double origin_z,
-                         uint32_t sample)
+static void find_in_grid(view_grid_sample *out, const stp_model *model, const stp_chunk *chunk,
+                         double origin_z, uint32_t sample)
 {
     uint32_t p = 0;
     while (chunk->level_begin[0][p + 1] <= sample)
         p++;
     const stp_square *square = chunk->squares ? &chunk->squares[p] : NULL;
-    if (!square || !square->samples || !chunk->rasters[square->raster].level)
+    if (!square || !square->samples)
+        return;
+    const stp_raster *raster = &chunk->rasters[square->raster];
+    const bool is_depth = stp_raster_spreads(raster);
+    bool turned = false;
+    if (is_depth ? !find_turned(&turned, model) : !raster->level)
         return;
     uint64_t left = square->samples;
     for (uint32_t i = chunk->level_begin[0][p]; i < sample; i++)
         left &= left - 1;
     const uint32_t place = (uint32_t)__builtin_ctzll(left);
-    *out = (view_grid_sample){
-        .known = true,
-        .column = square->column * STP_SQUARE_SIDE + stp_square_column(place),
-        .row = square->row * STP_SQUARE_SIDE + stp_square_row(place),
-        .height = origin_z + stp_sample_position(&chunk->samples[0][sample], &chunk->patches[p]).z};
-    count_neighbours(out, chunk);
+    const stp_dvec3 at = stp_sample_position(&chunk->samples[0][sample], &chunk->patches[p]);
+    *out = (view_grid_sample){.known = true,
+                              .column = square->column * STP_SQUARE_SIDE + stp_square_column(place),
+                              .row = square->row * STP_SQUARE_SIDE + stp_square_row(place),
+                              .is_depth = is_depth,
+                              .height = is_depth ? depth_of(raster, at) : origin_z + at.z};
+    count_neighbours(out, chunk, square->raster);
+    if (turned) {
+        const uint32_t column = out->row;
+        out->row = out->column;
+        out->column = column;
+    }
 }
 
 void view_values_find(view_values *out, const stp_model *model, const stp_pick *pick)
@@ -141,7 +193,7 @@ void view_values_find(view_values *out, const stp_model *model, const stp_pick *
         if (sample != UINT32_MAX && stp_attribute_file_open(&file, model->file, NULL) == STP_OK)
             (void)read_values(out, file, chunk, sample);
         if (sample != UINT32_MAX && pick->level == 0)
-            find_in_grid(&out->grid, chunk, origin.z, sample);
+            find_in_grid(&out->grid, model, chunk, origin.z, sample);
     }
     stp_chunk_destroy(&chunk);
     stp_attribute_file_close(&file);

@@ -6,11 +6,12 @@
 #include "formats/attribute/attribute.h"
 #include "runtime/stipple.h"
 
-/* A sample of a survey's or a microscope's grid. */
+/* A sample of a survey's or a microscope's grid, or a pixel of a depth camera's image. */
 typedef struct view_grid_sample {
     bool known;
     uint32_t column, row; /* of the image, the top row is 0 */
-    double height;        /* as stored */
+    bool is_depth;        /* of a camera's image */
+    double height;        /* as stored; or the depth along the camera's axis */
     /* Of the 8 samples around it: those that the chunk tells of, and those of them that are not
      * there. */
     unsigned told, missing;
