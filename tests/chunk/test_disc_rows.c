@@ -131,9 +131,14 @@ static void check(surface *height, double noise, double missing, int found_least
     chunk->raster_count = 0;
     assert_int_equal(stp_overhang_measure(own + chunk->patch_count, chunk, NULL, &around, NULL),
                      STP_OK);
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
+    uint32_t same = 0;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_overhang *plain = &own[chunk->patch_count + p];
+        same += memcmp(&own[p], plain, sizeof *plain) == 0;
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            assert_true(own[p].level[l] >= 0.8 * own[chunk->patch_count + p].level[l]);
+            assert_true(own[p].level[l] >= 0.8 * plain->level[l]);
+    }
+    assert_true(10 * same >= 9 * chunk->patch_count); /* but for those near holes and borders */
     free(own);
     stp_chunk_destroy(&chunk);
 }
