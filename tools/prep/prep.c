@@ -243,6 +243,7 @@ const cli_command cli_prep = {
         "--maps cuts the surface into maps, each a grid of heights over a plane, and stores their\n"
         "samples in place of the points. prep prints how far the points are from that surface.\n"
         "Points that are no surface stay. A larger --cone gives fewer maps, with coarser slopes.\n"
+        "The maps of a mesh are samples of its faces.\n"
         "\n"
         "--outliers looks for points, and groups of at most K points (--neighbours K), far from "
         "all\n"
