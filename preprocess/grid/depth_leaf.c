@@ -65,7 +65,8 @@ static stp_status order_squares(making *m, stp_error *err)
         for (; end < m->square_count && is_near(&m->squares[begin], &m->squares[end]); end++)
             places[end - begin] = place_of(m, &m->squares[end]);
         uint32_t *order = m->order + begin, *together = m->together + m->together_count;
-        const uint32_t runs = stp_partition(places, end - begin, order, scratch, together);
+        const uint32_t runs =
+            stp_partition(places, end - begin, STP_PATCH_SAMPLES, order, scratch, together);
         for (uint32_t i = begin; i < end; i++)
             m->order[i] += begin;
         for (uint32_t i = 0; i < runs; i++)

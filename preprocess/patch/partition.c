@@ -22,6 +22,7 @@ typedef struct sets {
     const stp_place *places;
     uint32_t *order, *ends;
     uint64_t *keys; /* of a set while it is halved */
+    uint32_t most;  /* of a patch */
     uint32_t run_count;
 } sets;
 
@@ -284,11 +285,11 @@ static uint32_t split_at(sets *s, uint32_t *order, uint32_t count)
         if (at == count)
             at = 0;
     }
-    if (at == 0 && count > STP_PATCH_SAMPLES) {
-        uint32_t patches = (count + STP_PATCH_SAMPLES - 1) / STP_PATCH_SAMPLES;
+    if (at == 0 && s->most > 0 && count > s->most) {
+        uint32_t patches = (count + s->most - 1) / s->most;
         uint32_t half = patches / 2;
         /* large sets: full patches; small sets: patches of even size */
-        at = patches > 8 ? half * STP_PATCH_SAMPLES : (uint32_t)((uint64_t)count * half / patches);
+        at = patches > 8 ? half * s->most : (uint32_t)((uint64_t)count * half / patches);
         select_first(s, order, count, at, longest(low, high, 0, 3));
     }
     return at == 0 && count > 1 ? gather_piece(s, order, count) : at;
@@ -306,10 +307,10 @@ static void split(sets *s, uint32_t *order, uint32_t count)
     split(s, order + at, count - at);
 }
 
-uint32_t stp_partition(const stp_place *places, uint32_t count, uint32_t *order, uint64_t *scratch,
-                       uint32_t *ends)
+uint32_t stp_partition(const stp_place *places, uint32_t count, uint32_t most, uint32_t *order,
+                       uint64_t *scratch, uint32_t *ends)
 {
-    sets s = {.places = places, .order = order};
+    sets s = {.places = places, .order = order, .most = most};
     s.ends = ends;
     s.keys = scratch;
     for (uint32_t i = 0; i < count; i++)

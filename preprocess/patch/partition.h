@@ -16,11 +16,11 @@ typedef struct stp_place {
     uint32_t sheet;
 } stp_place;
 
-/* Writes the indices of places[0, count) to order[count], as runs of at most 64 adjacent places.
- * Inside a run, the ranges of stp_level_children_begin are adjacent at every level. Run i ends at
- * ends[i]. Indices break ties. ends and scratch have room for count entries. Returns the number of
- * runs. */
-uint32_t stp_partition(const stp_place *places, uint32_t count, uint32_t *order, uint64_t *scratch,
-                       uint32_t *ends);
+/* Writes the indices of places[0, count) to order[count], as runs of at most `most` adjacent
+ * places. most: 1 to STP_PATCH_SAMPLES. Inside a run, the ranges of stp_level_children_begin are
+ * adjacent at every level. Run i ends at ends[i]. Indices break ties. ends and scratch have room
+ * for count entries. Returns the number of runs. */
+uint32_t stp_partition(const stp_place *places, uint32_t count, uint32_t most, uint32_t *order,
+                       uint64_t *scratch, uint32_t *ends);
 
 #endif

@@ -216,9 +216,10 @@ static void fill_places(const stp_item_group *group, stp_dvec3 origin, stp_place
     }
 }
 
-/* Orders items so that runs of them become patches. order and ends have room for all items. */
-static stp_status find_runs(const stp_item_group *group, stp_dvec3 origin, uint32_t *order,
-                            uint32_t *ends, uint32_t *run_count, stp_error *err)
+/* Orders items so that runs of at most `most` become patches. order and ends have room for all
+ * items. */
+static stp_status find_runs(const stp_item_group *group, stp_dvec3 origin, uint32_t most,
+                            uint32_t *order, uint32_t *ends, uint32_t *run_count, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_place *places = NULL;
@@ -226,7 +227,7 @@ static stp_status find_runs(const stp_item_group *group, stp_dvec3 origin, uint3
     STP_TRY(stp_alloc(&places, group->count, sizeof *places, "samples", err));
     STP_TRY(stp_alloc(&scratch, group->count, sizeof *scratch, "samples", err));
     fill_places(group, origin, places);
-    *run_count = stp_partition(places, group->count, order, scratch, ends);
+    *run_count = stp_partition(places, group->count, most, order, scratch, ends);
 done:
     free(scratch);
     free(places);
@@ -334,7 +335,7 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
         order[i] = i;
     if (ends == NULL) {
         STP_TRY(stp_alloc(&own_ends, group->count, sizeof *own_ends, "patches", err));
-        STP_TRY(find_runs(group, a->origin, order, own_ends, &run_count, err));
+        STP_TRY(find_runs(group, a->origin, STP_PATCH_SAMPLES, order, own_ends, &run_count, err));
         ends = own_ends;
     }
     for (uint32_t run = 0; run < run_count; run++) {
@@ -366,7 +367,7 @@ static stp_status order_patches(assembly *a, uint32_t **run_ends, uint32_t *run_
         return STP_OK;
     }
     STP_TRY(stp_alloc(&ends, a->patch_count, sizeof *ends, "patches", err));
-    STP_TRY(find_runs(&vertices, a->origin, a->order, ends, run_count, err));
+    STP_TRY(find_runs(&vertices, a->origin, STP_ABOVE_SAMPLES, a->order, ends, run_count, err));
     STP_TRY(stp_alloc(run_ends, *run_count, sizeof **run_ends, "patches", err)); /* kept: exact */
     memcpy(*run_ends, ends, *run_count * sizeof **run_ends);
 done:

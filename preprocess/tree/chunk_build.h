@@ -10,6 +10,10 @@
 #include "preprocess/patch/patch_build.h"
 #include "preprocess/patch/point_item.h"
 
+/* The most patches that one patch above stands for. If one of them is too coarse, a view reads all
+ * of them, so few are better; each patch above takes some bytes, too. */
+#define STP_ABOVE_SAMPLES 24
+
 /* Patches of a chunk that stay as they are in a new chunk, because the child that refines them
  * stays. */
 typedef struct stp_kept_patches {

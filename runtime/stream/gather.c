@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* Reads over a gap of so many bytes rather than asking twice. */
-#define GAP_ON_DISK (1u << 10)
+#define GAP_ON_DISK (1u << 8)
 #define GAP_ON_SERVER (8u << 10)
 
 /* A part of a block, and where its bytes go. */

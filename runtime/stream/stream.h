@@ -23,7 +23,7 @@
 
 /* Reads join neighbours, which may be far less wanted and then wait for their turn. So there are
  * many more loads than reads in flight. */
-#define STP_STREAM_LOADS_LIMIT 1024
+#define STP_STREAM_LOADS_LIMIT 4096
 #define STP_STREAM_WANTS_LIMIT 8192
 /* At most so many reads are in flight, whatever the sources are. */
 #define STP_STREAM_READERS_LIMIT 8

@@ -1,5 +1,6 @@
 /* Tests prep as a whole: every point once, errors that grow towards the root, the same bytes,
  * awkward inputs. */
+#include "preprocess/tree/chunk_build.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/size.h"
 
@@ -175,6 +176,7 @@ static void check_middle(const stp_chunk *chunk, uint32_t p)
 static void patches_are_well_built(void **state)
 {
     (void)state;
+    size_t inner_count = 0;
     prep_cloud cloud = prep_cloud_wavy(100000, (stp_dvec3){3.0, 5.0, 7.0}, 3.0);
     stp_prep_stats stats;
     assert_int_equal(prep_cloud_run(&cloud, OUT, 2, NULL, &stats, NULL), STP_OK);
@@ -184,12 +186,16 @@ static void patches_are_well_built(void **state)
         stp_chunk *chunk = prep_chunk(file, id, &entry);
         for (uint32_t p = 0; p < chunk->patch_count; p++) {
             check_middle(chunk, p);
+            assert_true(chunk->patches[p].counts[0] <=
+                        (entry.child_count ? STP_ABOVE_SAMPLES : STP_PATCH_SAMPLES));
+            inner_count += entry.child_count > 0;
             for (int level = 1; level < STP_LEVEL_COUNT; level++)
                 check_merged(chunk, p, level);
         }
         stp_chunk_destroy(&chunk);
     }
     stp_chunk_file_close(&file);
+    assert_true(inner_count > 10);
     free(cloud.points);
 }
 

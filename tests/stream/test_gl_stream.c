@@ -242,7 +242,7 @@ static void flights(void **state)
         assert_int_equal((f.model->entries[id].flags & STP_CHUNK_LINKED) != 0,
                          f.model->entries[id].child_count > 0);
     fly_budgets(&f, 0);
-    assert_true(f.parted > TEST_SIZE(1000, 100));
+    assert_true(f.parted > TEST_SIZE(100, 10)); /* few: most blocks hold what one patch has below */
     assert_true(f.parted_passes > 0);
 }
 
