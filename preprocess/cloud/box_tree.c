@@ -3,10 +3,10 @@
 
 #include "preprocess/cloud/cloud.h"
 
-#define LEAF_POINTS 256u
+#define LEAF_POINTS 64u
 #define FANOUT 16u
 /* Leaves that one task makes. */
-#define TASK_LEAVES 256u
+#define TASK_LEAVES 1024u
 
 typedef struct planting {
     const stp_cloud *cloud;

@@ -1,8 +1,8 @@
 /* A tree of boxes over runs of a cloud's order, for searches that must find everything, wherever it
  * lies.
  *
- * A leaf is the box of 256 consecutive points. A node above is the box of 16 boxes below, up to one
- * root. The tree takes a fifth of a byte per point. Threads: any number may search a finished tree.
+ * A leaf is the box of 64 consecutive points. A node above is the box of 16 boxes below, up to one
+ * root. The tree takes 0.8 bytes per point. Threads: any number may search a finished tree.
  */
 #ifndef STP_PREPROCESS_CLOUD_BOX_TREE_H
 #define STP_PREPROCESS_CLOUD_BOX_TREE_H
@@ -16,7 +16,7 @@
 #include <stdint.h>
 
 /* Enough for 2^32 points. */
-#define STP_BOX_TIERS 7
+#define STP_BOX_TIERS 8
 
 struct stp_cloud;
 

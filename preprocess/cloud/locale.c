@@ -115,24 +115,52 @@ static stp_status gather(stp_locale *l, stp_error *err)
     return gather_home(l, err);
 }
 
-static stp_status plant(stp_locale *l, stp_error *err)
+static stp_status make_runs(stp_locale *l, stp_error *err)
 {
     stp_status status = STP_OK;
+    float *axes[3] = {NULL};
+    const size_t padded = (l->count + STP_RUN_POINTS - 1) / STP_RUN_POINTS * STP_RUN_POINTS;
+    for (int a = 0; a < 3; a++) {
+        STP_TRY(stp_alloc(&axes[a], l->count, sizeof *axes[a], "neighbours", err));
+        STP_TRY(stp_alloc(&l->axes[a], padded, sizeof *l->axes[a], "neighbours", err));
+        for (size_t i = l->count; i < padded; i++)
+            l->axes[a][i] = INFINITY;
+    }
     stp_dbox bounds = stp_dbox_empty();
-    for (size_t i = 0; i < l->count; i++)
-        stp_dbox_add(&bounds, l->cloud->points[l->places[i]].position);
-    stp_dvec3 origin = stp_dvec3_scale(stp_dvec3_add(bounds.min, bounds.max), 0.5);
+    for (size_t i = 0; i < l->count; i++) {
+        const stp_dvec3 p = l->cloud->points[l->places[i]].position;
+        stp_dbox_add(&bounds, p);
+        l->axes[0][i] = p.x;
+        l->axes[1][i] = p.y;
+        l->axes[2][i] = p.z;
+    }
+    l->origin = stp_dvec3_scale(stp_dvec3_add(bounds.min, bounds.max), 0.5);
     l->slack = ldexp(stp_dvec3_length(stp_dvec3_sub(bounds.max, bounds.min)), -23);
+    for (uint32_t i = 0; i < l->count; i++) {
+        const vec3s p = stp_locale_point(l, i);
+        for (int a = 0; a < 3; a++)
+            axes[a][i] = p.raw[a];
+    }
+    STP_TRY(stp_run_tree_create(&l->runs, (const float *const *)axes, (uint32_t)l->count, err));
+done:
+    for (int a = 0; a < 3; a++)
+        free(axes[a]);
+    return status;
+}
+
+stp_status stp_locale_plant(stp_locale *l, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (l->tree)
+        return STP_OK;
     STP_TRY(stp_alloc(&l->points, 3 * l->count, sizeof *l->points, "neighbours", err));
     STP_TRY(stp_alloc(&l->within, l->count, sizeof *l->within, "neighbours", err));
-    for (size_t i = 0; i < l->count; i++) {
-        stp_dvec3 d = stp_dvec3_sub(l->cloud->points[l->places[i]].position, origin);
-        l->points[3 * i] = (float)d.x;
-        l->points[3 * i + 1] = (float)d.y;
-        l->points[3 * i + 2] = (float)d.z;
+    for (uint32_t i = 0; i < l->count; i++) {
+        const vec3s p = stp_locale_point(l, i);
+        memcpy(l->points + 3 * (size_t)i, p.raw, sizeof p.raw);
     }
-    l->tree = l->count > 0 ? stp_kd_tree_create(l->points, l->count) : NULL;
-    if (l->count > 0 && !l->tree)
+    l->tree = stp_kd_tree_create(l->points, l->count);
+    if (!l->tree)
         status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the neighbour search");
 done:
     return status;
@@ -147,7 +175,7 @@ stp_status stp_locale_create(stp_locale *out, const stp_cloud *cloud, uint32_t f
     for (uint32_t c = 0; c < l.cell_count; c++)
         l.halos[c] = reach * probe(cloud, &l.cells[c], k);
     STP_TRY(gather(&l, err));
-    STP_TRY(plant(&l, err));
+    STP_TRY(make_runs(&l, err));
     *out = l;
     l = (stp_locale){0};
 done:
@@ -158,7 +186,10 @@ done:
 void stp_locale_clear(stp_locale *l)
 {
     stp_kd_tree_destroy(l->tree);
+    stp_run_tree_clear(&l->runs);
     free(l->halos);
+    for (int a = 0; a < 3; a++)
+        free(l->axes[a]);
     free(l->places);
     free(l->points);
     free(l->within);

@@ -1,15 +1,18 @@
-/* A run of cells and the points around it (its halo), in a kd-tree of distinct positions.
+/* A run of cells and the points around it (its halo): distinct positions, and boxes over runs of
+ * them.
  *
  * The halo's width follows the cells' own spacing. The width decides only how often a search in the
- * tree is enough, never the result: stp_locale_holds says if the tree is not enough. Threads: one
- * builder. A search uses the locale's scratch memory, so one searcher. */
+ * locale is enough, never the result: stp_locale_holds says if it is not enough. FLANN's kd-tree
+ * over the positions is made when the first search asks for it. Threads: one builder, and one
+ * searcher. */
 #ifndef STP_PREPROCESS_CLOUD_LOCALE_H
 #define STP_PREPROCESS_CLOUD_LOCALE_H
 
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/cloud/flann_shim.h"
+#include "preprocess/cloud/run_tree.h"
 
-/* stp_locale_find: the point is not in the tree. */
+/* stp_locale_find: the point is not in the locale. */
 #define STP_LOCALE_NONE UINT32_MAX
 
 typedef struct stp_locale {
@@ -19,10 +22,13 @@ typedef struct stp_locale {
     double *halos;    /* by cell: width of its halo; -infinity: no halo */
     uint32_t *places; /* in the cloud, of each position, ascending */
     size_t count, capacity;
-    float *points; /* 3 per position, relative to the middle of all */
-    double slack;  /* twice the error of a distance from rounding points to floats */
-    stp_kd_tree *tree;
-    uint32_t *within; /* scratch memory for a search by radius */
+    stp_dvec3 origin; /* the middle of all */
+    double *axes[3];  /* coordinates; behind the last, infinite ones fill its run */
+    double slack; /* twice the error of a distance from rounding points, less origin, to floats */
+    stp_run_tree runs; /* over points less origin */
+    stp_kd_tree *tree; /* FLANN's; NULL until stp_locale_plant */
+    float *points;     /* of FLANN: 3 per position, less origin */
+    uint32_t *within;  /* scratch memory for a search by radius */
 } stp_locale;
 
 /* Builds the locale of cells [first, end) of a sorted cloud. A cell's halo is `reach` times the
@@ -32,11 +38,22 @@ stp_status stp_locale_create(stp_locale *out, const stp_cloud *cloud, uint32_t f
                              unsigned k, double reach, stp_error *err);
 void stp_locale_clear(stp_locale *locale);
 
-/* Returns the number in the tree of a place in the cloud, or STP_LOCALE_NONE. *from: a number that
- * is no greater; the search starts there and moves *from along. For places in ascending order. */
+/* Makes FLANN's tree, if there is none yet. Errors: OUT_OF_MEMORY. */
+stp_status stp_locale_plant(stp_locale *locale, stp_error *err);
+
+/* A position of the locale, less its origin. */
+static inline vec3s stp_locale_point(const stp_locale *l, uint32_t at)
+{
+    return (vec3s){{(float)(l->axes[0][at] - l->origin.x), (float)(l->axes[1][at] - l->origin.y),
+                    (float)(l->axes[2][at] - l->origin.z)}};
+}
+
+/* Returns the number in the locale of a place in the cloud, or STP_LOCALE_NONE. *from: a number
+ * that is no greater; the search starts there and moves *from along. For places in ascending order.
+ */
 uint32_t stp_locale_find(const stp_locale *locale, uint32_t place, size_t *from);
 
-/* Whether the tree holds every point within `distance` of p. */
+/* Whether the locale holds every point within `distance` of p. */
 bool stp_locale_holds(const stp_locale *locale, stp_dvec3 p, double distance);
 
 #endif

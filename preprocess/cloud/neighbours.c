@@ -2,26 +2,31 @@
 #include "preprocess/cloud/neighbours.h"
 
 #include "base/memory.h"
+#include "base/wide.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Consecutive points along the Morton curve that share a search by radius. */
+/* Consecutive points along the Morton curve that share candidates. */
 #define GROUP 16u
 /* Greatest distance from the first point of a group, in k-th neighbour distances of the point
  * before. */
-#define GROUP_SIZE 1.8
-/* How far the shared search reaches beyond the group, in the same unit. */
-#define GROUP_REACH 1.18
-/* If a group has more candidates than this, its points are searched one by one. */
-#define GROUP_CANDIDATES 512u
+#define GROUP_SIZE 2.0
+/* How far candidates reach beyond the group's box, in the same unit. A point that asks alone looks
+ * that many times as far each time, until FLANN is asked. */
+#define GROUP_REACH 1.4
+#define FARTHER 1.6
+#define TRIES 5
+/* Most candidates. */
+#define CANDIDATES (STP_RUNS_NEAR * STP_RUN_POINTS)
 /* Extra points asked of the tree: the point itself, and one farther point that proves the list
  * complete. */
 #define EXTRA 2u
 /* Greatest relative error of the tree's float distances, without the rounding of points. */
 #define FLOAT_ERROR 1e-5
 
-/* Most candidates that are ranked by counting, and how many are counted at once. */
+/* Most points that are ranked by counting, and how many are counted at once. */
 #define CHOICES 96u
 #define RANKS 12u
 /* First guess for a point's k-th neighbour distance, in that of the point before. */
@@ -32,7 +37,7 @@
 
 typedef struct search {
     const stp_cloud *cloud;
-    const stp_locale *locale;
+    stp_locale *locale;
     unsigned k;
     double last; /* k-th neighbour distance of the point before; 0: unknown */
     const uint32_t *places;
@@ -40,13 +45,13 @@ typedef struct search {
     stp_cloud_point *points;
 } search;
 
-/* The points near a group, in double: all within `radius` of the centre. */
+/* The points near a group: all within `reach` of its box, and more. */
 typedef struct surroundings {
-    vec3s centre; /* of the group, in the tree's coordinates */
-    double radius;
-    size_t count;
-    uint32_t place[GROUP_CANDIDATES], source[GROUP_CANDIDATES];
-    double x[GROUP_CANDIDATES], y[GROUP_CANDIDATES], z[GROUP_CANDIDATES];
+    stp_dvec3 centre;
+    double size, reach;        /* of the box: half its diagonal */
+    unsigned count;            /* a multiple of STP_RUN_POINTS, filled up by points at infinity */
+    uint32_t ats[CANDIDATES];  /* in the locale */
+    float axes[3][CANDIDATES]; /* less centre */
 } surroundings;
 
 /* Stores a point's list. If points outside the locale may be as near, makes an exact list first. */
@@ -55,8 +60,11 @@ static void finish_point(search *s, uint32_t i, stp_nearest_list *list)
     uint32_t place = s->places[i];
     if (!stp_nearest_list_full(list) ||
         !stp_locale_holds(s->locale, s->cloud->points[place].position,
-                          sqrt(list->squared[list->count - 1])))
+                          sqrt(list->squared[list->count - 1]))) {
+        for (unsigned n = 0; n < list->count; n++)
+            list->source[n] = s->cloud->points[list->place[n]].source;
         stp_box_tree_nearest(s->cloud, place, list);
+    }
     for (size_t n = 0; s->lists && n < s->k; n++)
         s->lists[(size_t)i * s->k + n] = n < list->count ? list->place[n] : STP_NEIGHBOUR_NONE;
     double last = list->count ? list->squared[list->count - 1] : 0.0;
@@ -89,10 +97,12 @@ static stp_status no_memory(stp_error *err)
  * as the last one, looks at all points that near. */
 static stp_status list_find(stp_nearest_list *list, const search *s, uint32_t at, stp_error *err)
 {
-    const stp_locale *l = s->locale;
+    stp_locale *l = s->locale;
     uint32_t found[STP_NEIGHBOURS_LIMIT + EXTRA];
     float squared[STP_NEIGHBOURS_LIMIT + EXTRA];
     size_t asked = s->k + EXTRA;
+    if (stp_locale_plant(l, err) != STP_OK)
+        return STP_OUT_OF_MEMORY;
     const float *point = l->points + 3 * (size_t)at;
     if (!stp_kd_tree_nearest(l->tree, point, asked, found, squared))
         return no_memory(err);
@@ -110,103 +120,161 @@ static stp_status list_find(stp_nearest_list *list, const search *s, uint32_t at
     return STP_OK;
 }
 
-static vec3s tree_point(const stp_locale *l, uint32_t at)
+/* Copies a run's points. */
+STP_WIDE
+static void take_run(surroundings *around, const stp_locale *l, uint32_t run)
 {
-    const float *p = l->points + 3 * (size_t)at;
-    return (vec3s){{p[0], p[1], p[2]}};
+    const size_t first = (size_t)run * STP_RUN_POINTS;
+    for (unsigned i = 0; i < STP_RUN_POINTS; i++)
+        around->ats[around->count + i] = (uint32_t)first + i;
+    const double centre[3] = {around->centre.x, around->centre.y, around->centre.z};
+    for (int a = 0; a < 3; a++) {
+        const double *from = l->axes[a] + first;
+        for (unsigned i = 0; i < STP_RUN_POINTS; i++)
+            around->axes[a][around->count + i] = (float)(from[i] - centre[a]);
+    }
+    around->count += STP_RUN_POINTS;
+}
+
+/* Marks the points that are within half[] of the centre along each axis. */
+STP_WIDE
+static void mark_inside(const surroundings *around, const float half[3], uint32_t *inside)
+{
+    for (unsigned i = 0; i < around->count; i++) {
+        const float x = fabsf(around->axes[0][i]), y = fabsf(around->axes[1][i]);
+        const float z = fabsf(around->axes[2][i]);
+        inside[i] = (x <= half[0]) & (y <= half[1]) & (z <= half[2]);
+    }
+}
+
+/* Keeps the points that are within half[] of the centre along each axis. */
+static void keep_inside(surroundings *around, const float half[3])
+{
+    uint32_t inside[CANDIDATES];
+    uint16_t kept[CANDIDATES];
+    unsigned count = 0;
+    mark_inside(around, half, inside);
+    for (unsigned i = 0; i < around->count; i++) {
+        kept[count] = (uint16_t)i;
+        count += inside[i] != 0;
+    }
+    for (unsigned i = 0; i < count; i++) {
+        around->ats[i] = around->ats[kept[i]];
+        for (int a = 0; a < 3; a++)
+            around->axes[a][i] = around->axes[a][kept[i]];
+    }
+    for (; count % STP_RUN_POINTS; count++)
+        around->axes[0][count] = INFINITY;
+    around->count = count;
 }
 
 /* Finds the points around some of the locale's points; none if there are too many. */
-static stp_status surroundings_find(surroundings *around, const search *s, const uint32_t *ats,
-                                    unsigned at_count, stp_error *err)
+static void surroundings_find(surroundings *around, const search *s, const uint32_t *ats,
+                              unsigned at_count, double reach)
 {
     const stp_locale *l = s->locale;
-    vec3s low = tree_point(l, ats[0]), high = low;
-    double size = 0.0;
-    size_t count = 0;
+    vec3s low = stp_locale_point(l, ats[0]), high = low;
+    uint32_t runs[STP_RUNS_NEAR];
     for (unsigned i = 1; i < at_count; i++) {
-        low = glms_vec3_minv(low, tree_point(l, ats[i]));
-        high = glms_vec3_maxv(high, tree_point(l, ats[i]));
+        low = glms_vec3_minv(low, stp_locale_point(l, ats[i]));
+        high = glms_vec3_maxv(high, stp_locale_point(l, ats[i]));
     }
-    around->centre = glms_vec3_scale(glms_vec3_add(low, high), 0.5f);
+    const vec3s half = glms_vec3_scale(glms_vec3_sub(high, low), 0.5f);
+    around->centre = stp_dvec3_add(l->origin, stp_dvec3_from_float(glms_vec3_add(low, half)));
+    around->size = (double)glms_vec3_norm(half) + l->slack;
+    around->reach = reach;
     around->count = 0;
-    for (unsigned i = 0; i < at_count; i++)
-        size = stp_max(size, (double)glms_vec3_distance(around->centre, tree_point(l, ats[i])));
-    around->radius = size + GROUP_REACH * s->last;
-    if (!stp_kd_tree_within(l->tree, around->centre.raw, (float)(around->radius * around->radius),
-                            l->within, &count))
-        return no_memory(err);
-    if (count > GROUP_CANDIDATES)
-        return STP_OK;
-    for (size_t i = 0; i < count; i++) {
-        around->place[i] = l->places[l->within[i]];
-        const stp_cloud_point *p = &l->cloud->points[around->place[i]];
-        around->x[i] = p->position.x;
-        around->y[i] = p->position.y;
-        around->z[i] = p->position.z;
-        around->source[i] = p->source;
-    }
-    around->count = count;
-    return STP_OK;
+    const float wider = (float)(reach + FLOAT_ERROR * (reach + around->size) + l->slack);
+    const unsigned count = stp_run_tree_near(&l->runs, low.raw, high.raw, wider, runs);
+    for (unsigned i = 0; i < count && count <= STP_RUNS_NEAR; i++)
+        take_run(around, l, runs[i]);
+    keep_inside(around, glms_vec3_adds(half, wider).raw);
 }
 
-/* The candidates, from a group's surroundings, for the nearest of one point. */
+/* The candidates for the nearest of one point. */
 typedef struct choice {
     unsigned count;
-    int32_t keys[CHOICES]; /* squared distances as floats, whose bits sort like integers */
-    uint16_t places[CHOICES];
+    uint32_t ats[CANDIDATES]; /* in the locale */
+    double squared[CANDIDATES];
 } choice;
 
-/* Computes all squared distances and picks those within the limit. False: too many. */
-static bool choice_filter(choice *c, const surroundings *around, stp_dvec3 p, double limit,
-                          double *squared)
+/* Sets picked[] to the candidates whose squared distance from p, less the centre, is at most
+ * `squared` in floats. */
+STP_WIDE
+static unsigned pick(const surroundings *around, const float p[3], float squared,
+                     uint16_t picked[CANDIDATES])
 {
-    int32_t keys[GROUP_CANDIDATES];
-    uint16_t places[GROUP_CANDIDATES];
+    uint32_t near[CANDIDATES];
     unsigned count = 0;
-    for (size_t i = 0; i < around->count; i++) {
-        double dx = around->x[i] - p.x, dy = around->y[i] - p.y, dz = around->z[i] - p.z;
-        squared[i] = dx * dx + dy * dy + dz * dz;
+    for (unsigned i = 0; i < around->count; i++) {
+        const float x = around->axes[0][i] - p[0], y = around->axes[1][i] - p[1];
+        const float z = around->axes[2][i] - p[2];
+        near[i] = x * x + y * y + z * z <= squared;
     }
-    for (size_t i = 0; i < around->count; i++) {
-        float rounded = (float)squared[i];
-        memcpy(&keys[count], &rounded, sizeof rounded);
-        places[count] = (uint16_t)i;
-        count += (squared[i] <= limit) & (squared[i] > 0.0);
+    for (unsigned i = 0; i < around->count; i++) {
+        picked[count] = (uint16_t)i;
+        count += near[i] != 0;
     }
-    if (count > CHOICES)
-        return false;
-    c->count = count;
-    memcpy(c->keys, keys, count * sizeof *keys);
-    memcpy(c->places, places, count * sizeof *places);
-    return true;
+    return count;
+}
+
+/* Finds all candidates within `limit` of p that are not at p. */
+static void choice_find(choice *c, const search *s, const surroundings *around, stp_dvec3 p,
+                        double limit)
+{
+    const stp_locale *l = s->locale;
+    uint16_t picked[CANDIDATES];
+    const stp_dvec3 less = stp_dvec3_sub(p, around->centre);
+    const float point[3] = {(float)less.x, (float)less.y, (float)less.z};
+    const double wider = limit + FLOAT_ERROR * (limit + around->size);
+    const float squared_wider = (float)((1.0 + FLOAT_ERROR) * wider * wider) + FLT_MIN;
+    const unsigned count = pick(around, point, squared_wider, picked);
+    c->count = 0;
+    for (unsigned i = 0; i < count; i++) {
+        const uint32_t at = around->ats[picked[i]];
+        const double x = l->axes[0][at] - p.x, y = l->axes[1][at] - p.y, z = l->axes[2][at] - p.z;
+        const double squared = x * x + y * y + z * z;
+        c->ats[c->count] = at;
+        c->squared[c->count] = squared;
+        const bool taken = (squared <= limit * limit) & (squared > 0.0);
+        c->count += taken; /* no branch: it goes either way */
+    }
+}
+
+/* Counts, for each of `count` keys, how many are less; count: a multiple of RANKS. */
+STP_WIDE
+static void count_less(const int32_t *keys, unsigned count, int32_t *ranks)
+{
+    for (unsigned first = 0; first < count; first += RANKS) {
+        int32_t sums[RANKS] = {0};
+        for (unsigned i = 0; i < count; i++)
+            for (unsigned r = 0; r < RANKS; r++)
+                sums[r] += keys[i] < keys[first + r];
+        memcpy(ranks + first, sums, sizeof sums);
+    }
 }
 
 /* Sorts by counting nearer ones, without branches. False if floats tie. */
-static bool choice_rank(const choice *c, stp_nearest_list *list, const surroundings *around,
-                        const double *squared)
+static bool choice_rank(const choice *c, stp_nearest_list *list, const stp_locale *l)
 {
-    int32_t keys[CHOICES];
+    int32_t keys[CHOICES], ranks[CHOICES]; /* floats, whose bits sort like integers */
     uint64_t filled = 0;
-    unsigned placed = 0;
-    memcpy(keys, c->keys, c->count * sizeof *keys);
-    for (unsigned i = c->count; i % RANKS; i++)
-        keys[i] = INT32_MAX;
-    for (unsigned first = 0; first < c->count; first += RANKS) {
-        int32_t ranks[RANKS] = {0};
-        for (unsigned i = 0; i < c->count; i++)
-            for (unsigned r = 0; r < RANKS; r++)
-                ranks[r] += c->keys[i] < keys[first + r];
-        for (unsigned r = 0; r < RANKS && first + r < c->count; r++) {
-            unsigned rank = (unsigned)ranks[r];
-            if (rank >= list->capacity)
-                continue;
-            list->squared[rank] = squared[c->places[first + r]];
-            list->place[rank] = around->place[c->places[first + r]];
-            list->source[rank] = around->source[c->places[first + r]];
-            filled |= (uint64_t)1 << rank;
-            placed++;
-        }
+    unsigned padded = c->count, placed = 0;
+    for (unsigned i = 0; i < c->count; i++) {
+        const float rounded = (float)c->squared[i];
+        memcpy(&keys[i], &rounded, sizeof rounded);
+    }
+    for (; padded % RANKS; padded++)
+        keys[padded] = INT32_MAX;
+    count_less(keys, padded, ranks);
+    for (unsigned i = 0; i < c->count; i++) {
+        const unsigned rank = (unsigned)ranks[i];
+        if (rank >= list->capacity)
+            continue;
+        list->squared[rank] = c->squared[i];
+        list->place[rank] = l->places[c->ats[i]];
+        filled |= (uint64_t)1 << rank;
+        placed++;
     }
     list->count = list->capacity;
     return placed == list->capacity && __builtin_popcountll(filled) == (int)list->capacity;
@@ -218,22 +286,21 @@ static bool list_choose(stp_nearest_list *list, const search *s, const surroundi
                         uint32_t at)
 {
     const stp_locale *l = s->locale;
-    double squared[GROUP_CANDIDATES];
+    const stp_dvec3 p = {l->axes[0][at], l->axes[1][at], l->axes[2][at]};
     choice c;
-    stp_dvec3 p = s->cloud->points[l->places[at]].position;
-    double likely = LIKELY_REACH * s->last;
-    if (!choice_filter(&c, around, p, likely * likely, squared) || c.count < list->capacity ||
-        !choice_rank(&c, list, around, squared)) {
-        list->count = 0;
-        for (size_t i = 0; i < around->count; i++)
-            if (squared[i] > 0.0)
-                stp_nearest_list_insert(list, squared[i], around->place[i], around->source[i]);
-    }
-    if (!stp_nearest_list_full(list))
+    choice_find(&c, s, around, p, stp_min(LIKELY_REACH * s->last, around->reach));
+    if (c.count < s->k)
+        choice_find(&c, s, around, p, around->reach);
+    if (c.count < s->k)
         return false;
-    double off = (double)glms_vec3_distance(around->centre, tree_point(l, at));
-    double room = (1.0 - FLOAT_ERROR) * around->radius - (1.0 + FLOAT_ERROR) * off;
-    return sqrt(list->squared[list->count - 1]) < room - l->slack;
+    if (c.count <= CHOICES && choice_rank(&c, list, l))
+        return true;
+    list->count = 0;
+    for (unsigned i = 0; i < c.count; i++) {
+        const uint32_t place = l->places[c.ats[i]];
+        stp_nearest_list_insert(list, c.squared[i], place, s->cloud->points[place].source);
+    }
+    return true;
 }
 
 /* Points that share a search. */
@@ -253,13 +320,27 @@ static uint32_t group_gather(group *g, const search *s, const uint32_t *ats, uin
         if (ats[i] == STP_LOCALE_NONE || ats[i] == AT_REPEATED)
             continue;
         if (g->count > 0 &&
-            (double)glms_vec3_distance(tree_point(l, g->ats[0]), tree_point(l, ats[i])) >
-                GROUP_SIZE * s->last)
+            (double)glms_vec3_distance(stp_locale_point(l, g->ats[0]),
+                                       stp_locale_point(l, ats[i])) > GROUP_SIZE * s->last)
             break;
         g->members[g->count] = i;
         g->ats[g->count++] = ats[i];
     }
     return i;
+}
+
+/* Makes the list of a point that its group does not answer: looks farther, then asks FLANN. */
+static stp_status find_alone(stp_nearest_list *list, const search *s, uint32_t at, stp_error *err)
+{
+    double reach = s->last;
+    for (int i = 0; i < TRIES; i++) {
+        surroundings around;
+        reach *= FARTHER;
+        surroundings_find(&around, s, &at, 1, reach);
+        if (list_choose(list, s, &around, at))
+            return STP_OK;
+    }
+    return list_find(list, s, at, err);
 }
 
 static stp_status find_group(search *s, const group *g, stp_error *err)
@@ -268,14 +349,21 @@ static stp_status find_group(search *s, const group *g, stp_error *err)
     surroundings around;
     stp_nearest_list list;
     list.capacity = s->k;
-    STP_TRY(surroundings_find(&around, s, g->ats, g->count, err));
+    surroundings_find(&around, s, g->ats, g->count, GROUP_REACH * s->last);
     for (unsigned i = 0; i < g->count; i++) {
         if (!list_choose(&list, s, &around, g->ats[i]))
-            STP_TRY(list_find(&list, s, g->ats[i], err));
+            STP_TRY(find_alone(&list, s, g->ats[i], err));
         finish_point(s, g->members[i], &list);
     }
 done:
     return status;
+}
+
+/* Searches the whole cloud for the first point's list: the next ones are guessed from it. */
+static void find_first(search *s, uint32_t i)
+{
+    stp_nearest_list list = {.capacity = s->k};
+    finish_point(s, i, &list);
 }
 
 /* Searches points outside the locale exactly. Points at one position share a list. */
@@ -294,7 +382,7 @@ static void find_others(search *s, const uint32_t *ats, uint32_t count)
     }
 }
 
-stp_status stp_neighbours_find(const stp_locale *locale, unsigned k, const uint32_t *places,
+stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint32_t *places,
                                uint32_t count, uint32_t *lists, stp_cloud_point *points,
                                stp_error *err)
 {
@@ -314,7 +402,9 @@ stp_status stp_neighbours_find(const stp_locale *locale, unsigned k, const uint3
     for (uint32_t i = 0; i < count;) {
         group g;
         i = group_gather(&g, &s, ats, i, count);
-        if (g.count > 0)
+        if (g.count == 1 && s.last == 0.0)
+            find_first(&s, g.members[0]);
+        else if (g.count > 0)
             STP_TRY(find_group(&s, &g, err));
     }
     find_others(&s, ats, count);

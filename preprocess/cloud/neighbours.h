@@ -1,9 +1,10 @@
 /* The k nearest distinct positions of points, exactly.
  *
- * 1. FLANN's kd-tree over a locale gives candidates by float distances, in one search for a few
- *    consecutive points. The lists are made from the candidates in double; ties go by source index.
- * 2. If a nearer point may lie beyond its candidates, the point is searched alone. If more points
- *    might tie with the last one, all points that near are compared.
+ * 1. Boxes over runs of a locale's points give candidates, in one search for a few consecutive
+ *    points (run_tree.h). Floats say which candidates may be near enough to a point, doubles which
+ *    are nearest; ties go by source index.
+ * 2. If a nearer point may lie beyond its candidates, the point is searched alone, wider. If that
+ * is not enough, FLANN's kd-tree is asked: for k points, then for all that might tie with the last.
  * 3. If the k-th distance passes what the locale holds, the boxes over the whole cloud are searched
  *    (box_tree.h).
  *
@@ -26,7 +27,7 @@ typedef struct stp_neighbours {
  *   has no distinct neighbour.
  *
  * Errors: OUT_OF_MEMORY. */
-stp_status stp_neighbours_find(const stp_locale *locale, unsigned k, const uint32_t *places,
+stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint32_t *places,
                                uint32_t count, uint32_t *lists, stp_cloud_point *points,
                                stp_error *err);
 
