@@ -181,6 +181,14 @@ typedef enum stp_grid_draw {
     STP_GRID_TRIANGLES = 2
 } stp_grid_draw;
 
+/* Whether what lies behind the surfaces of the last picture is left out. Such a picture is the
+ * same, byte for byte, once the view is at rest or if it waits for blocks. */
+typedef enum stp_occlusion_use {
+    STP_OCCLUSION_AUTO = 0, /* on while streaming, unless little is hidden; else off */
+    STP_OCCLUSION_ON = 1,
+    STP_OCCLUSION_OFF = 2
+} stp_occlusion_use;
+
 /* A box outside which nothing is drawn: a sample is drawn if its centre lies in the box or on a
  * face. World coordinates; a side may be infinite. */
 typedef struct stp_clip {
@@ -259,8 +267,9 @@ typedef struct stp_draw_params {
      * set it if you blend the picture over another by its alpha. */
     bool smooth_edges;
     stp_cull cull;
-    stp_grid_draw grid_draw; /* with SPLAT and POINTS there are no triangles of grids */
-    bool every_sample;       /* as threshold zero: all level-0 samples, with any lod */
+    stp_occlusion_use occlusion; /* not with templates, SPLAT, POINTS, lines, triangles and grids */
+    stp_grid_draw grid_draw;     /* with SPLAT and POINTS there are no triangles of grids */
+    bool every_sample;           /* as threshold zero: all level-0 samples, with any lod */
     bool stream;      /* never waits for blocks: draws what is above a missing block meanwhile */
     bool refine;      /* streaming, nothing changes: goes on past the threshold to every sample */
     bool keep_pixels; /* also finishes level 0 of the pyramid: normals are read from it */
@@ -311,6 +320,11 @@ typedef struct stp_draw_stats {
     uint64_t points_drawn;
     uint32_t chunks_drawn, chunks_missing; /* count blocks (docs/glossary.md) */
     uint32_t chunks_loading; /* on their way; 0 while some are missing: no room for them */
+    /* Left out because the last picture hides them: patches of blocks that are drawn, and blocks.
+     */
+    uint64_t patches_hidden;
+    uint32_t blocks_hidden;
+    bool exposes; /* some of these may be in sight: the next frame of this view shows them */
     uint32_t passes;
     stp_lod lod; /* the one used: never AUTO */
     int pyramid_levels;

@@ -4,7 +4,7 @@
 #include "runtime/cut/culling.h"
 
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                   const stp_resident *resident, int estimate)
+                   const stp_occlusion *occlusion, const stp_resident *resident, int estimate)
 {
     const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, estimate, eye);
     int need = STP_NEED_HEADERS;
@@ -13,7 +13,8 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
     for (uint32_t i = 0; i < resident->placement.patches.count && need > estimate; i++) {
         const stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[i], &chunk);
         float centre[3];
-        if (!stp_rule_visible(frame, &bound, centre))
+        if (!stp_rule_visible(frame, &bound, centre) ||
+            stp_occlusion_hides(occlusion, bound.centre, bound.radius))
             continue;
         const stp_levels levels = stp_levels_choose(frame, &chunk, &resident->mirror.patches[i]);
         for (int q = 0; q < STP_PATCH_QUARTERS; q++)
@@ -24,7 +25,7 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
 }
 
 void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                     const stp_resident *resident,
+                     const stp_occlusion *occlusion, const stp_resident *resident,
                      void (*refer)(void *context, uint32_t below, bool coarse), void *context)
 {
     const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, 0, eye);
@@ -36,8 +37,11 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
         float centre[3];
         if (brief->block == STP_BLOCK_NONE || !stp_rule_visible(frame, &bound, centre))
             continue;
+        const bool hidden = stp_occlusion_hides(occlusion, bound.centre, bound.radius);
+        if (hidden && !occlusion->asks_only)
+            continue;
         const stp_rule_sight sight = stp_rule_look(frame, &bound);
         refer(context, brief->block,
-              !stp_finest_does(frame, &sight, &resident->mirror.patches[i], 0));
+              !hidden && !stp_finest_does(frame, &sight, &resident->mirror.patches[i], 0));
     }
 }

@@ -5,21 +5,23 @@
 #ifndef STP_RUNTIME_CUT_NEED_H
 #define STP_RUNTIME_CUT_NEED_H
 
+#include "runtime/cut/occlusion.h"
 #include "runtime/cut/scene.h"
 #include "runtime/stream/block_cache.h"
 
 /* A block is read to this level before its patches are known. */
 #define STP_NEED_HEADERS 2
 
-/* The finest level that a patch in sight of a resident block is drawn at. estimate: the answer by
+/* The finest level that a patch in sight of a resident block is drawn at. Patches that `occlusion`
+ * hides are not in sight. estimate: the answer by
  * the table, which is never coarser than the patches ask for. */
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                   const stp_resident *resident, int estimate);
+                   const stp_occlusion *occlusion, const stp_resident *resident, int estimate);
 
 /* Tells which blocks below a resident block need be drawn: calls `refer` for each of its patches in
  * sight that has a block below. coarse: the patch is too coarse even at level 0. */
 void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                     const stp_resident *resident,
+                     const stp_occlusion *occlusion, const stp_resident *resident,
                      void (*refer)(void *context, uint32_t below, bool coarse), void *context);
 
 #endif

@@ -13,7 +13,7 @@ typedef struct draw_options {
     camera_options camera;
     const char *shader_folder, *cache_folder;
     double threshold_px, radius_cap_px;
-    int lod, reconstruct, aa, shade, cull, grid_draw, colour, palette, home;
+    int lod, reconstruct, aa, shade, cull, occlusion, grid_draw, colour, palette, home;
     const char *colour_name, *attribute; /* --colour; the attribute that it names; NULL: none */
     const char *terms, *colour_range, *contours, *light, *clip, *classes, *hidden_classes, *where;
     double edl, overlay, exaggerate;
@@ -22,7 +22,7 @@ typedef struct draw_options {
     bool has_threshold, has_shade, has_cache_bytes, no_cache, allow_damage;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 31)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 32)
 #define DRAW_SOURCE_OPTION_COUNT 8 /* the last ones: of what is read and held */
 /* Those in between, without --view, change the picture and leave the camera where it is. */
 #define DRAW_LOOK_OPTION (CAMERA_OPTION_COUNT + 1)
@@ -36,6 +36,7 @@ typedef struct draw_options {
 #define DRAW_COLOURS "rgb|none|intensity|class|elevation|outliers|fit"
 #define DRAW_PALETTES "auto|grey|viridis|heat"
 #define DRAW_CULLS "auto|none|back"
+#define DRAW_OCCLUSIONS "auto|on|off"
 #define DRAW_GRIDS "auto|points|triangles"
 #define DRAW_HOMES "first|whole"
 #define DRAW_SHADES "phong|lambert|unlit|normal|depth|level|chunk|error|confidence|primitive"
