@@ -109,8 +109,12 @@ static void count_emitted(const stp_renderer *r, stp_drawing *d)
 
 stp_sight_params stp_frame_sight(const stp_renderer *r)
 {
-    return (stp_sight_params){
-        .scene = &r->scene, .cache = r->cache, .frame = &r->frame, .eye = r->eye, .pool = r->pool};
+    return (stp_sight_params){.scene = &r->scene,
+                              .cache = r->cache,
+                              .frame = &r->frame,
+                              .eye = r->eye,
+                              .pool = r->pool,
+                              .occlusion = stp_occlude_drawn(r)};
 }
 
 /* The clock for the frame's stages; NULL if the frame is not timed. */
@@ -242,6 +246,7 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
     sight.vertices = d->params->lod != STP_LOD_FULL;
     set_squares_px(r, d->params, &sight);
     STP_TRY(stp_sight_look(&r->sight, &sight, draws, count, err));
+    stp_occlude_count(r, d, count);
     if (has_squares(r, count))
         STP_TRY(stp_project_prepare_squares(&r->project, &r->variant, r->shader_folder, err));
     STP_TRY(stp_tiles_collect(&r->tiles, first, err));
@@ -275,7 +280,7 @@ static stp_status refuse_block(const stp_renderer *r, uint32_t block, stp_error 
 }
 
 /* Draws the whole cut, in as many passes as the budget needs, and waits for blocks. */
-static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
+static stp_status draw_cut(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;
     size_t begin = 0;
@@ -312,6 +317,38 @@ done:
     return status;
 }
 
+stp_status stp_frame_guess(stp_renderer *r, const stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_drawing guess = {.view = d->view, .params = d->params, .waits = true};
+    STP_TRY(stp_sight_begin(&r->sight, &r->cut, err));
+    STP_TRY(stp_frame_pass(r, &guess, r->cut.draws, r->cut.draw_count, err));
+    STP_TRY(stp_frame_finish(r, &guess, (double)r->sight.radius_px, err));
+    STP_TRY(stp_occlude_guessed(r, err));
+    STP_TRY(stp_tiles_begin(&r->tiles, d->view->width, d->view->height,
+                            stp_pool_thread_count(r->pool), err));
+done:
+    return status;
+}
+
+/* Draws the picture, and again as long as something that was left out as hidden comes to light. */
+static stp_status draw_waiting(stp_renderer *r, stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(draw_cut(r, d, err));
+    STP_TRY(stp_occlude_end(r, d, err));
+    while (d->stats.exposes) {
+        d->stats = (stp_draw_stats){.load_ms = d->stats.load_ms};
+        stp_occlude_choose(r, false);
+        STP_TRY(stp_tiles_begin(&r->tiles, d->view->width, d->view->height,
+                                stp_pool_thread_count(r->pool), err));
+        STP_TRY(draw_cut(r, d, err));
+        STP_TRY(stp_occlude_end(r, d, err));
+    }
+done:
+    return status;
+}
+
 /* Draws the resident part of the cut, and requests the missing blocks. */
 static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view *ahead,
                                  stp_error *err)
@@ -326,6 +363,7 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     d->stats.chunks_loading = (uint32_t)stp_block_cache_pending(r->cache);
     STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));
     STP_TRY(stp_frame_finish(r, d, (double)r->sight.radius_px, err));
+    STP_TRY(stp_occlude_end(r, d, err));
     if (r->reconstruct.fade != 0)
         STP_TRY(stp_fade_apply(&r->fade, r->reconstruct.fade, &r->pyramid, &r->tiles, &r->frame,
                                r->eye, d->params->fade, !r->still || came, err));
@@ -362,6 +400,7 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
     const stp_pyramid_level *level = &r->pyramid.levels[0];
     const GLuint *pixels = finishes ? level->finished : level->pulled;
     r->kept = d->params->keep_pixels ? pixels : NULL;
+    STP_TRY(stp_occlude_look(r, levels, err));
     if (d->waits)
         glFinish();
     count_emitted(r, d);

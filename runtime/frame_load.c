@@ -53,7 +53,8 @@ typedef struct cut_view {
     const stp_renderer *renderer;
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
-    const stp_cut *chosen; /* NULL while the cut is being chosen */
+    const stp_occlusion *occlusion; /* may be NULL */
+    const stp_cut *chosen;          /* NULL while the cut is being chosen */
 } cut_view;
 
 /* For frames that wait for the cut: every block that is not damaged will be resident. */
@@ -96,7 +97,7 @@ static int needed_now(const void *context, uint32_t block, int estimate)
         return estimate;
     if (resident == NULL)
         return estimate > STP_NEED_HEADERS ? estimate : STP_NEED_HEADERS;
-    return stp_block_need(&v->renderer->scene, v->frame, v->eye, resident, estimate,
+    return stp_block_need(&v->renderer->scene, v->frame, v->eye, v->occlusion, resident, estimate,
                           &(stp_need_below){comes, v});
 }
 
@@ -117,6 +118,7 @@ static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut
         .source = {view, now ? available_now : available_soon, now ? needed_now : NULL,
                    resident_now, d->params->stream && r->moves ? was_drawn : NULL},
         .hidden_models = d->params->hidden_models,
+        .occlusion = view->occlusion,
         .pool = r->pool,
     };
     return stp_cut_select(cut, &params, err);
@@ -124,7 +126,7 @@ static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut
 
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err)
 {
-    const cut_view view = {r, &r->frame, r->eye, NULL};
+    const cut_view view = {r, &r->frame, r->eye, r->occluding.used, NULL};
     stp_status status = select_for(r, d, &r->cut, &view, d->params->stream, err);
     return status == STP_OK ? stp_sight_begin(&r->sight, &r->cut, err) : status;
 }
@@ -165,7 +167,7 @@ bool stp_frame_asks_headers(const stp_renderer *r)
 stp_status stp_frame_refine(stp_renderer *r, stp_draw *draws, size_t count, stp_error *err)
 {
     return stp_pool_run(r->pool, count, refine_one,
-                        &(needs){{r, &r->frame, r->eye, &r->cut}, draws}, err);
+                        &(needs){{r, &r->frame, r->eye, r->occluding.used, &r->cut}, draws}, err);
 }
 
 /* Loads draws, as many as there is room for. */
@@ -232,19 +234,26 @@ void stp_frame_touch(stp_renderer *r)
 stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete, stp_error *err)
 {
     stp_status status = STP_OK;
-    const cut_view view = {r, &r->frame, r->eye, NULL};
     const double begun = stp_clock_seconds();
     stp_cache_load load = {0};
     int rounds = 0;
     do {
         size_t count = 0;
+        cut_view view = {r, &r->frame, r->eye, r->occluding.used, NULL};
         STP_TRY(select_for(r, d, &r->cut, &view, true, err));
+        if (stp_occlude_wants_guess(r)) {
+            STP_TRY(stp_frame_guess(r, d, err));
+            view.occlusion = r->occluding.used;
+            STP_TRY(select_for(r, d, &r->cut, &view, true, err));
+        }
         STP_TRY(add_wants(r, &r->cut, SIZE_MAX, &count, err));
         r->stamp++;
         stp_frame_touch(r);
         load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = r->stamp};
         if (count > 0)
             STP_TRY(stp_block_cache_load(r->cache, &load, err));
+        if (load.there < load.count)
+            stp_occlude_pause(r); /* passes choose by what is resident, so all of it is asked for */
     } while (load.count > 0 && load.there == load.count && ++rounds < ASKED_ROUNDS_LIMIT);
     *complete = load.count == 0;
 done:
@@ -262,7 +271,13 @@ stp_status stp_frame_want_missing(stp_renderer *r, const stp_drawing *d, const s
     now = count;
     if (ahead != NULL && count + AHEAD_LIMIT <= STP_STREAM_WANTS_LIMIT) {
         stp_gpu_frame frame = stp_frame_describe(ahead, d->params, &r->scene);
-        const cut_view view = {r, &frame, stp_unexaggerated(d->params, ahead->eye), NULL};
+        const stp_dvec3 eye = stp_unexaggerated(d->params, ahead->eye);
+        stp_occlusion hidden = {0};
+        if (r->occluding.used != NULL) {
+            hidden = *r->occluding.used;
+            stp_occlusion_aim(&hidden, eye, hidden.margin_px);
+        }
+        const cut_view view = {r, &frame, eye, &hidden, NULL};
         STP_TRY(select_for(r, d, &r->ahead_cut, &view, true, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }

@@ -106,6 +106,7 @@ static stp_status open_scene(stp_renderer *r, const stp_model *const *models, si
     r->chunk_records = NULL;
     r->cut.draw_count = r->cut.miss_count = 0;
     r->settling = (stp_settling){0};
+    stp_occlude_forget(r);
     r->motion.known = false;
     STP_TRY(stp_scene_create(&r->scene, models, count, err));
     STP_TRY(stp_block_cache_create(
@@ -216,6 +217,7 @@ void stp_renderer_destroy(stp_renderer **renderer)
     stp_pixel_blocks_destroy(&r->blocks);
     stp_sight_destroy(&r->sight);
     stp_fade_destroy(&r->fade);
+    stp_occlude_destroy(r);
     stp_block_cache_destroy(&r->cache);
     stp_scene_destroy(&r->scene);
     stp_pool_destroy(&r->pool);
@@ -290,11 +292,13 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
     if (settles || !params->stream)
         stp_fade_forget(&r->fade);
     if (settles) {
+        stp_occlude_pause(r);
         STP_TRY(stp_settle_step(r, d, err));
     } else {
         r->kept = NULL;
         STP_TRY(stp_tiles_begin(&r->tiles, view->width, view->height,
                                 stp_pool_thread_count(r->pool), err));
+        STP_TRY(stp_occlude_begin(r, params, err));
         STP_TRY(stp_frame_draw(r, d, r->moves ? &ahead : NULL, err));
     }
     d->stats.frame_ms = 1e3 * (stp_clock_seconds() - begun) - d->stats.load_ms;
@@ -302,7 +306,8 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
     r->drawn = *params;
     r->last = d->stats;
     if (params->stream)
-        d->stats.more = !r->still || d->stats.fading || stp_settle_goes_on(r, d);
+        d->stats.more =
+            !r->still || d->stats.fading || d->stats.exposes || stp_settle_goes_on(r, d);
 done:
     if (status != STP_OK) { /* the pyramid no longer holds the last picture */
         r->motion.known = false;

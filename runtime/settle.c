@@ -14,7 +14,8 @@ static bool may_refine(const stp_renderer *r, const stp_drawing *d)
 
 bool stp_settle_wanted(const stp_renderer *r, const stp_drawing *d)
 {
-    if (!d->params->stream || !r->still || r->last.fading || r->settling.phase == STP_SETTLE_FAILED)
+    if (!d->params->stream || !r->still || r->last.fading || r->last.exposes ||
+        r->settling.phase == STP_SETTLE_FAILED)
         return false;
     if (r->settling.phase != STP_SETTLE_NONE)
         return true;

@@ -191,6 +191,14 @@ typedef enum stp_maps_as {
     STP_MAPS_POINTS = 5  /* as any other samples */
 } stp_maps_as;
 
+/* Whether what lies behind the surfaces of the last picture is left out. Such a picture is the
+ * same, byte for byte, once the view is at rest or if it waits for blocks. */
+typedef enum stp_occlusion_use {
+    STP_OCCLUSION_AUTO = 0, /* on while streaming, unless little is hidden; else off */
+    STP_OCCLUSION_ON = 1,
+    STP_OCCLUSION_OFF = 2
+} stp_occlusion_use;
+
 /* A box outside which nothing is drawn: a sample is drawn if its centre lies in the box or on a
  * face. World coordinates; a side may be infinite. */
 typedef struct stp_clip {
@@ -269,6 +277,7 @@ typedef struct stp_draw_params {
      * set it if you blend the picture over another by its alpha. */
     bool smooth_edges;
     stp_cull cull;
+    stp_occlusion_use occlusion; /* not with templates, SPLAT, POINTS, lines, triangles and grids */
     stp_grid_draw
         grid_draw; /* with SPLAT and POINTS grids and maps are drawn as any other samples */
     stp_maps_as maps_as;
@@ -323,6 +332,11 @@ typedef struct stp_draw_stats {
     uint64_t points_drawn;
     uint32_t chunks_drawn, chunks_missing; /* count blocks (docs/glossary.md) */
     uint32_t chunks_loading; /* on their way; 0 while some are missing: no room for them */
+    /* Left out because the last picture hides them: patches of blocks that are drawn, and blocks.
+     */
+    uint64_t patches_hidden;
+    uint32_t blocks_hidden;
+    bool exposes; /* some of these may be in sight: the next frame of this view shows them */
     uint32_t passes;
     stp_lod lod; /* the one used: never AUTO */
     int pyramid_levels;

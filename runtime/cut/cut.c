@@ -34,6 +34,18 @@ static stp_status add_draw(stp_cut *cut, stp_draw draw, stp_error *err)
     return status;
 }
 
+/* Notes that blocks with this bound are hidden. */
+static stp_status add_occluded(stp_cut *cut, const stp_cut_params *params, const stp_block *b,
+                               stp_error *err)
+{
+    stp_status status = stp_grow(&cut->occluded, &cut->occluded_capacity, cut->occluded_count + 1,
+                                 sizeof *cut->occluded, "a list of hidden blocks", err);
+    if (status == STP_OK)
+        cut->occluded[cut->occluded_count++] =
+            stp_cut_box(b, params->scene->entries[b->chunk].origin, params->eye);
+    return status;
+}
+
 /* Adds a chunk to the next tier. */
 static stp_status push(stp_cut *cut, stp_cut_visit visit, stp_error *err)
 {
@@ -59,7 +71,7 @@ static stp_status forget(stp_cut *cut, uint32_t block_count, stp_error *err)
     size_t had = cut->block_capacity;
     for (size_t i = 0; i < cut->touched_count; i++)
         cut->blocks[cut->touched[i]] = (stp_cut_block){0};
-    cut->draw_count = cut->miss_count = cut->passed_count = 0;
+    cut->draw_count = cut->miss_count = cut->passed_count = cut->occluded_count = 0;
     cut->tiers[1].count = 0;
     cut->link_count = cut->touched_count = 0;
     STP_TRY(stp_grow(&cut->blocks, &cut->block_capacity, block_count, sizeof *cut->blocks,
@@ -89,8 +101,10 @@ static stp_status take_answer(stp_cut *cut, const stp_cut_params *params, bool c
     stp_status status = STP_OK;
     const stp_cut_answer a = cut->answers[id];
     if (a.kind != STP_ANSWER_WANTED) {
-        decide(cut, id, a.kind == STP_ANSWER_HIDDEN ? STP_CUT_HIDDEN : STP_CUT_LEFT, 0.0f);
-        return STP_OK;
+        decide(cut, id, a.kind == STP_ANSWER_LEFT ? STP_CUT_LEFT : STP_CUT_HIDDEN, 0.0f);
+        return a.kind == STP_ANSWER_OCCLUDED
+                   ? add_occluded(cut, params, &params->scene->blocks[id], err)
+                   : STP_OK;
     }
     if (a.available > a.finest)
         STP_TRY(add_miss(cut, (stp_miss){id, a.finest, a.gain}, err));
@@ -140,8 +154,14 @@ static stp_status take_child(stp_cut *cut, const stp_cut_params *params, const s
     stp_scene_run run = stp_scene_blocks(params->scene, child->chunk);
     size_t draw_count = cut->draw_count;
     bool complete = child->complete, wanted = false;
-    for (uint32_t b = run.begin; b < run.end && child->all == STP_ANSWER_HIDDEN; b++)
+    bool hidden = child->all == STP_ANSWER_HIDDEN || child->all == STP_ANSWER_OCCLUDED;
+    for (uint32_t b = run.begin; b < run.end && hidden; b++)
         decide(cut, b, STP_CUT_HIDDEN, 0.0f);
+    if (child->all == STP_ANSWER_OCCLUDED) {
+        const stp_block whole =
+            stp_block_of_entry(&params->scene->entries[child->chunk], child->chunk);
+        return add_occluded(cut, params, &whole, err);
+    }
     if (child->all != STP_ANSWER_WANTED)
         return STP_OK;
     for (uint32_t b = run.begin; b < run.end; b++)
@@ -383,6 +403,7 @@ void stp_cut_destroy(stp_cut *cut)
 {
     free(cut->draws);
     free(cut->misses);
+    free(cut->occluded);
     free(cut->passed);
     free(cut->blocks);
     free(cut->touched);

@@ -12,6 +12,7 @@
 
 #include "base/pool.h"
 #include "runtime/cut/level_choice.h"
+#include "runtime/cut/occlusion.h"
 #include "runtime/cut/scene.h"
 
 #include <stddef.h>
@@ -69,6 +70,8 @@ typedef struct stp_cut {
     size_t passed_count, passed_capacity;
     stp_miss *misses; /* greatest gain first; a parent comes before its children */
     size_t miss_count, miss_capacity;
+    stp_occluded *occluded; /* what was left out as hidden; besides patches */
+    size_t occluded_count, occluded_capacity;
     stp_cut_block *blocks; /* by block number; zero except for the touched ones */
     uint32_t *touched;
     stp_cut_reference *references; /* by block number */
@@ -109,8 +112,9 @@ typedef struct stp_cut_params {
     const stp_gpu_frame *frame; /* quality[0] is the threshold; if <= 0: level 0 of every leaf */
     stp_dvec3 eye;
     stp_cut_source source;
-    uint32_t hidden_models; /* bit i: model i of the scene is not drawn */
-    stp_pool *pool;         /* whose threads ask; NULL: the caller's alone */
+    uint32_t hidden_models;         /* bit i: model i of the scene is not drawn */
+    const stp_occlusion *occlusion; /* what an earlier picture hides; may be NULL */
+    stp_pool *pool;                 /* whose threads ask; NULL: the caller's alone */
 } stp_cut_params;
 
 /* The record that shaders and the CPU read for one draw. */

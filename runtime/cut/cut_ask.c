@@ -17,6 +17,27 @@ stp_rule_bound stp_cut_bound(const stp_block *b, stp_dvec3 origin, stp_dvec3 eye
     };
 }
 
+stp_occluded stp_cut_box(const stp_block *b, stp_dvec3 origin, stp_dvec3 eye)
+{
+    stp_occluded box;
+    const stp_dvec3 way = stp_dvec3_sub(origin, eye);
+    const double offset[3] = {way.x, way.y, way.z};
+    for (int i = 0; i < 3; i++) {
+        box.low[i] = (float)(offset[i] + (double)b->box_min.raw[i]);
+        box.high[i] = (float)(offset[i] + (double)b->box_max.raw[i]);
+    }
+    return box;
+}
+
+/* Whether an earlier picture hides a block. */
+static bool is_occluded(const stp_cut_params *params, const stp_block *b)
+{
+    if (params->occlusion == NULL)
+        return false;
+    const stp_occluded box = stp_cut_box(b, params->scene->entries[b->chunk].origin, params->eye);
+    return stp_occlusion_hides_box(params->occlusion, &box);
+}
+
 /* The greatest error of a level, pixels; infinite if nothing bounds the projection. */
 static float level_error(const stp_rule_sight *sight, const stp_block *b, int level)
 {
@@ -145,7 +166,7 @@ bool stp_cut_ask_patches(stp_cut *cut, const stp_cut_params *params, uint32_t ch
         if (resident == NULL && params->source.needed == NULL)
             return false;
         if (resident != NULL)
-            stp_block_refer(scene, params->frame, params->eye, resident, refer,
+            stp_block_refer(scene, params->frame, params->eye, params->occlusion, resident, refer,
                             &(referring){cut, cut->blocks[b].limit});
     }
     return true;
@@ -173,6 +194,11 @@ static stp_cut_answer ask_block(const stp_cut *cut, const stp_cut_params *params
         .kind = STP_ANSWER_HIDDEN, .limit = r->limit, .drawn = r->drawn, .gain = INFINITY};
     if (!stp_rule_visible(params->frame, &bound, eye) || (exact && r->seen != cut->serial))
         return a;
+    const bool occluded = !together && is_occluded(params, b); /* together, all say the same */
+    if (occluded && !params->occlusion->asks_only) {
+        a.kind = STP_ANSWER_OCCLUDED;
+        return a;
+    }
     stp_rule_sight sight = stp_rule_look(params->frame, &bound);
     /* The bounds of patches above may be nearer to the eye than the block's: if they were asked,
      * they alone know. */
@@ -190,6 +216,8 @@ static stp_cut_answer ask_block(const stp_cut *cut, const stp_cut_params *params
     a.available = params->source.available(params->source.context, id);
     if (params->source.needed != NULL)
         a.finest = params->source.needed(params->source.context, id, a.finest);
+    if (occluded && a.available > a.finest)
+        a.finest = a.available; /* nothing is missing */
     if (a.available > a.finest)
         a.gain = fminf(gain_of(params->frame, &sight, &bound, b, a.finest), 0.99f * a.limit);
     return a;
@@ -215,6 +243,8 @@ static stp_cut_answer_kind ask_at_once(const stp_cut *cut, const stp_cut_params 
     stp_rule_bound bound = stp_cut_bound(&whole, e->origin, params->eye);
     float eye[3];
     bool visible = stp_rule_visible(params->frame, &bound, eye);
+    if (visible && is_occluded(params, &whole) && !params->occlusion->asks_only)
+        return STP_ANSWER_OCCLUDED;
     stp_rule_sight sight = stp_rule_look(params->frame, &bound);
     if (visible && (exact ? is_asked(cut, run)
                           : is_wanted(params->frame, &sight, &whole, was_drawn(params, run))))

@@ -7,8 +7,9 @@
 #include "runtime/cut/cut.h"
 
 typedef enum stp_cut_answer_kind {
-    STP_ANSWER_HIDDEN, /* out of sight */
-    STP_ANSWER_LEFT,   /* to what is above */
+    STP_ANSWER_HIDDEN,   /* out of sight */
+    STP_ANSWER_OCCLUDED, /* hidden by the picture that the cut was given */
+    STP_ANSWER_LEFT,     /* to what is above */
     STP_ANSWER_WANTED
 } stp_cut_answer_kind;
 
@@ -30,6 +31,8 @@ typedef struct stp_cut_child {
     stp_cut_answer_kind all; /* unless WANTED, the answer about all of its blocks */
 } stp_cut_child;
 
+/* The box of a block's patches, relative to the eye. */
+stp_occluded stp_cut_box(const stp_block *b, stp_dvec3 origin, stp_dvec3 eye);
 stp_rule_bound stp_cut_bound(const stp_block *b, stp_dvec3 origin, stp_dvec3 eye);
 
 /* The finest level that any patch of the block can ask for. */

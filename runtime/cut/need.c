@@ -14,7 +14,8 @@ static bool is_left_below(const stp_gpu_frame *frame, const stp_resident *reside
 }
 
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                   const stp_resident *resident, int estimate, const stp_need_below *below)
+                   const stp_occlusion *occlusion, const stp_resident *resident, int estimate,
+                   const stp_need_below *below)
 {
     const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, estimate, eye);
     const bool linked = (stp_scene_entry(scene, resident->block)->flags & STP_CHUNK_LINKED) != 0;
@@ -25,6 +26,7 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
         const stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[i], &chunk);
         float centre[3];
         if (!stp_rule_visible(frame, &bound, centre) ||
+            stp_occlusion_hides(occlusion, bound.centre, bound.radius) ||
             (linked && is_left_below(frame, resident, i, &bound, below)))
             continue;
         const stp_levels levels = stp_levels_choose(frame, &chunk, &resident->mirror.patches[i]);
@@ -36,7 +38,7 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
 }
 
 void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                     const stp_resident *resident,
+                     const stp_occlusion *occlusion, const stp_resident *resident,
                      void (*refer)(void *context, uint32_t below, bool coarse), void *context)
 {
     const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, 0, eye);
@@ -48,8 +50,11 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
         float centre[3];
         if (brief->block == STP_BLOCK_NONE || !stp_rule_visible(frame, &bound, centre))
             continue;
+        const bool hidden = stp_occlusion_hides(occlusion, bound.centre, bound.radius);
+        if (hidden && !occlusion->asks_only)
+            continue;
         const stp_rule_sight sight = stp_rule_look(frame, &bound);
         refer(context, brief->block,
-              !stp_finest_does(frame, &sight, &resident->mirror.patches[i], 0));
+              !hidden && !stp_finest_does(frame, &sight, &resident->mirror.patches[i], 0));
     }
 }

@@ -5,6 +5,7 @@
 #ifndef STP_RUNTIME_CUT_NEED_H
 #define STP_RUNTIME_CUT_NEED_H
 
+#include "runtime/cut/occlusion.h"
 #include "runtime/cut/scene.h"
 #include "runtime/stream/block_cache.h"
 
@@ -17,16 +18,18 @@ typedef struct stp_need_below {
     const void *context;
 } stp_need_below;
 
-/* The finest level that a patch in sight of a resident block is drawn at. In a linked chunk,
- * patches that are too coarse even at level 0 ask for nothing if the block below comes. estimate:
- * the answer by the table, which is never coarser than the patches ask for. */
+/* The finest level that a patch in sight of a resident block is drawn at. Patches that `occlusion`
+ * hides are not in sight. In a linked chunk, patches that are too coarse even at level 0 ask for
+ * nothing if the block below comes. estimate: the answer by the table, which is never coarser than
+ * the patches ask for. */
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                   const stp_resident *resident, int estimate, const stp_need_below *below);
+                   const stp_occlusion *occlusion, const stp_resident *resident, int estimate,
+                   const stp_need_below *below);
 
 /* Tells which blocks below a resident block need be drawn: calls `refer` for each of its patches in
  * sight that has a block below. coarse: the patch is too coarse even at level 0. */
 void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                     const stp_resident *resident,
+                     const stp_occlusion *occlusion, const stp_resident *resident,
                      void (*refer)(void *context, uint32_t below, bool coarse), void *context);
 
 #endif

@@ -17,6 +17,7 @@ typedef struct look {
     const stp_draw *draws;
     size_t *found[STP_SIGHT_COUNT]; /* by draw: how many items */
     float *radius_px;               /* by draw: the greatest */
+    size_t *hidden;                 /* by draw: how many patches */
 } look;
 
 /* Marks the tiles that a ball in eye space may cover. */
@@ -68,7 +69,8 @@ bool stp_patch_in_sight(const stp_sight *s, const stp_sight_params *params, cons
     size_t below = state_below(s, brief);
     bool refined = below >= STP_CUT_LINKED ? *links_of(s, below, brief) : below != STP_CUT_LEFT;
     return !refined && is_left(s, s->cut->blocks[draw->block].state, patch) &&
-           stp_rule_visible(params->frame, &bound, eye);
+           stp_rule_visible(params->frame, &bound, eye) &&
+           !stp_occlusion_hides(params->occlusion, bound.centre, bound.radius);
 }
 
 /* Whether a patch in sight is left to the linked block below, which is in this state. If so, marks
@@ -178,6 +180,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
     const stp_gpu_frame *frame = stp_culling_narrow(
         &room, params->frame, params->scene, draw->block, params->eye, l->sight->openings[index]);
     float greatest = 0.0f;
+    size_t hidden = 0;
     for (uint32_t i = 0; i < r->placement.patches.count; i++) {
         float eye[3];
         const stp_patch_brief *brief = &r->mirror.briefs[i];
@@ -188,6 +191,10 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         if ((below < STP_CUT_LINKED && below != STP_CUT_LEFT) ||
             !stp_rule_visible(frame, &bound, eye))
             continue;
+        if (stp_occlusion_hides(params->occlusion, bound.centre, bound.radius)) {
+            hidden++;
+            continue;
+        }
         stp_rule_sight sight = stp_rule_look(params->frame, &bound);
         if (below >= STP_CUT_LINKED &&
             leave_below(l, below, draw, &r->mirror.patches[i], brief, &sight))
@@ -210,6 +217,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         greatest = radius_px > greatest ? radius_px : greatest;
     }
     l->radius_px[index] = greatest;
+    l->hidden[index] = hidden;
     return STP_OK;
 }
 
@@ -290,14 +298,19 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
     STP_TRY(stp_grow(&s->openings, &s->opening_capacity, count + 1, sizeof *s->openings,
                      "lists of patches", err));
     STP_TRY(stp_alloc(&l.radius_px, count + 1, sizeof *l.radius_px, "lists of patches", err));
+    STP_TRY(stp_alloc(&l.hidden, count + 1, sizeof *l.hidden, "lists of patches", err));
     STP_TRY(look_at_tiers(&l, count, err));
     s->radius_px = 0.0f;
-    for (size_t i = 0; i < count; i++)
+    s->hidden = 0;
+    for (size_t i = 0; i < count; i++) {
         s->radius_px = fmaxf(s->radius_px, l.radius_px[i]);
+        s->hidden += l.hidden[i];
+    }
     for (int i = 0; i < STP_SIGHT_COUNT; i++)
         close_gaps(&s->lists[i], l.found[i], count);
 done:
     free(l.radius_px);
+    free(l.hidden);
     free(found);
     return status;
 }

@@ -37,6 +37,7 @@ typedef struct stp_sight {
     size_t below_capacity;
     uint32_t (*openings)[STP_OPENING_WORDS]; /* by draw: the set through which it may be seen */
     size_t opening_capacity;
+    size_t hidden;   /* patches that the occlusion hides, of the draws looked at */
     float radius_px; /* greatest projected radius of any sample that may be drawn of the draws
                         looked at */
 } stp_sight;
@@ -47,8 +48,9 @@ typedef struct stp_sight_params {
     const stp_gpu_frame *frame;
     stp_dvec3 eye;
     stp_pool *pool;
-    stp_tiles *tiles; /* gets marks where patches in sight may cover tiles */
-    bool vertices;    /* fill STP_SIGHT_VERTICES */
+    stp_tiles *tiles;               /* gets marks where patches in sight may cover tiles */
+    bool vertices;                  /* fill STP_SIGHT_VERTICES */
+    const stp_occlusion *occlusion; /* what an earlier picture hides; may be NULL */
     /* A square whose level 0 is drawn is listed under STP_SIGHT_SQUARES if its samples are seen
      * with a greater radius than this: of a grid, of a map. Infinity: none is. */
     float grids_px, maps_px;

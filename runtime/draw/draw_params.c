@@ -31,6 +31,7 @@
     ARRAY(hidden_classes)                                                                          \
     VALUE(smooth_edges)                                                                            \
     VALUE(cull)                                                                                    \
+    VALUE(occlusion)                                                                               \
     VALUE(grid_draw)                                                                               \
     VALUE(maps_as)                                                                                 \
     VALUE(every_sample)                                                                            \

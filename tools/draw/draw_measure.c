@@ -63,6 +63,8 @@ struct cJSON *draw_measure_json(draw_measure *m, const stp_renderer *renderer,
     cJSON_AddNumberToObject(json, "points_drawn", (double)m->last.points_drawn);
     cJSON_AddNumberToObject(json, "points_chosen", (double)m->cut.points);
     cJSON_AddNumberToObject(json, "patches_drawn", (double)m->cut.patches);
+    cJSON_AddNumberToObject(json, "patches_hidden", (double)m->last.patches_hidden);
+    cJSON_AddNumberToObject(json, "blocks_hidden", m->last.blocks_hidden);
     cJSON_AddNumberToObject(json, "chunks_drawn", m->last.chunks_drawn);
     cJSON_AddNumberToObject(json, "chunks_missing", m->most_missing);
     cJSON_AddBoolToObject(json, "cut_complete", m->most_missing == 0);

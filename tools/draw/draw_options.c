@@ -13,7 +13,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#define PART_OPTIONS 5
+#define PART_OPTIONS 6
 #define OWN_OPTIONS                                                                                \
     (DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT - PART_OPTIONS - DRAW_SOURCE_OPTION_COUNT)
 
@@ -59,6 +59,9 @@ static void fill_parts(draw_options *o, cli_option out[PART_OPTIONS])
         {"--clip", 0, CLI_STRING, &o->clip, "x0,y0,z0,x1,y1,z1", "draw only this box", NULL},
         {"--cull", 0, CLI_CHOICE, &o->cull, DRAW_CULLS,
          "leave out samples seen from behind: proven hidden ones, none, all (auto)", NULL},
+        {"--occlusion", 0, CLI_CHOICE, &o->occlusion, DRAW_OCCLUSIONS,
+         "neither read nor draw what other surfaces hide; same picture (auto: on in the viewer)",
+         NULL},
         {"--classes", 0, CLI_STRING, &o->classes, "LIST",
          "draw only these classes: numbers or names, like 2,building", NULL},
         {"--hide-classes", 0, CLI_STRING, &o->hidden_classes, "LIST",
@@ -394,6 +397,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
         .edl = o->edl,
         .smooth_edges = o->aa == DRAW_AA_EDGES,
         .cull = (stp_cull)o->cull,
+        .occlusion = (stp_occlusion_use)o->occlusion,
         .grid_draw = (stp_grid_draw)o->grid_draw,
         .maps_as = (stp_maps_as)o->maps_as,
     };

@@ -13,7 +13,7 @@ typedef struct draw_options {
     camera_options camera;
     const char *shader_folder, *cache_folder;
     double threshold_px, radius_cap_px;
-    int lod, reconstruct, aa, shade, cull, grid_draw, maps_as, colour, palette, home;
+    int lod, reconstruct, aa, shade, cull, occlusion, grid_draw, maps_as, colour, palette, home;
     const char *colour_name, *attribute; /* --colour; the attribute that it names; NULL: none */
     const char *terms, *colour_range, *contours, *light, *clip, *classes, *hidden_classes, *where;
     double edl, overlay, exaggerate;
@@ -36,6 +36,7 @@ typedef struct draw_options {
 #define DRAW_COLOURS "rgb|none|intensity|class|elevation|outliers|fit"
 #define DRAW_PALETTES "auto|grey|viridis|heat"
 #define DRAW_CULLS "auto|none|back"
+#define DRAW_OCCLUSIONS "auto|on|off"
 #define DRAW_GRIDS "auto|points|triangles"
 #define DRAW_MAPS "auto|mesh|splats|blend|plain|points"
 #define DRAW_HOMES "first|whole"

@@ -15,10 +15,10 @@
  * are recorded instead of camera options. */
 static bool is_passed_over(const cli_option *option)
 {
-    static const char *const names[] = {"--gpu-memory",  "--cpu-memory", "--cache",  "--cache-size",
-                                        "--no-cache",    "--size",       "--camera", "--eye",
-                                        "--look",        "--up",         "--fovy",   "--view",
-                                        "--allow-damage"};
+    static const char *const names[] = {
+        "--gpu-memory", "--cpu-memory", "--cache",        "--cache-size", "--no-cache",
+        "--size",       "--camera",     "--eye",          "--look",       "--up",
+        "--fovy",       "--view",       "--allow-damage", "--occlusion"};
     bool found = option->help == NULL; /* another spelling */
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         found |= strcmp(option->name, names[i]) == 0;
