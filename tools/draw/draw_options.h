@@ -22,7 +22,7 @@ typedef struct draw_options {
     bool has_threshold, has_shade, has_cache_bytes, no_cache, allow_damage;
 } draw_options;
 
-#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 32)
+#define DRAW_OPTION_COUNT (CAMERA_OPTION_COUNT + 33)
 #define DRAW_SOURCE_OPTION_COUNT 8 /* the last ones: of what is read and held */
 /* Those in between, without --view, change the picture and leave the camera where it is. */
 #define DRAW_LOOK_OPTION (CAMERA_OPTION_COUNT + 1)
