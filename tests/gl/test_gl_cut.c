@@ -442,8 +442,8 @@ static size_t check_needs(made_scene *s)
         const stp_draw *draw = &s->cut.draws[i];
         int need[2];
         for (int k = 0; k < 2; k++)
-            need[k] = stp_block_need(&s->scene, &s->frame, s->eye, &s->cache.residents[draw->block],
-                                     draw->finest, &below[k]);
+            need[k] = stp_block_need(&s->scene, &s->frame, s->eye, NULL,
+                                     &s->cache.residents[draw->block], draw->finest, &below[k]);
         assert_true(need[1] <= need[0] && need[0] <= finest_drawn(s, draw));
         less += need[1] < need[0];
     }

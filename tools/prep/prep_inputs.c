@@ -5,6 +5,7 @@
 #include "formats/scan/coordinate_step.h"
 #include "tools/prep/prep_grids.h"
 #include "tools/prep/prep_plants.h"
+#include "tools/prep/prep_twice.h"
 #include "tools/prep/prep_web.h"
 
 #include <inttypes.h>
@@ -471,44 +472,6 @@ done:
     return status;
 }
 
-/* An input and its index. */
-typedef struct placed {
-    const prep_input *facts;
-    size_t place;
-} placed;
-
-static int compare_placed(const void *a, const void *b)
-{
-    const placed *x = a, *y = b;
-    if (x->facts->device != y->facts->device)
-        return x->facts->device < y->facts->device ? -1 : 1;
-    if (x->facts->inode != y->facts->inode)
-        return x->facts->inode < y->facts->inode ? -1 : 1;
-    return (x->place > y->place) - (x->place < y->place);
-}
-
-/* Rejects a file that is named twice: each of its points would be stored twice. */
-static stp_status check_twice(const prep_inputs *in, stp_error *err)
-{
-    stp_status status = STP_OK;
-    placed *order = NULL;
-    STP_TRY(stp_alloc(&order, in->count, sizeof *order, "inputs", err));
-    for (size_t i = 0; i < in->count; i++)
-        order[i] = (placed){&in->facts[i], i};
-    qsort(order, in->count, sizeof *order, compare_placed);
-    for (size_t i = 1; i < in->count && status == STP_OK; i++) {
-        const prep_input *a = order[i - 1].facts, *b = order[i].facts;
-        if (a->inode != 0 && a->inode == b->inode && a->device == b->device)
-            status = stp_error_set(err, STP_INVALID_ARGUMENT,
-                                   "%s is the same file as %s: give it once, or each of its "
-                                   "points would be stored twice",
-                                   in->paths[order[i].place], in->paths[order[i - 1].place]);
-    }
-done:
-    free(order);
-    return status;
-}
-
 size_t prep_inputs_unreadable(const prep_inputs *in)
 {
     size_t count = 0;
@@ -532,7 +495,7 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
         if (status != STP_OK)
             go_back(in, source, &all, &any, &mark);
     }
-    STP_TRY(check_twice(in, err));
+    STP_TRY(prep_inputs_check_twice(in, err));
     if (prep_inputs_unreadable(in) == in->count)
         return stp_error_set(err, STP_FORMAT,
                              "none of the %zu inputs can be read: nothing is written", in->count);
