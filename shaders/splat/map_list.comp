@@ -24,9 +24,10 @@ layout(location = 4) uniform uvec2 squares; // the first, and one past the last
 uint stp_map_triangles(uint listed, ivec2 at)
 {
     uint there = 0u, triangles = 0u;
-    for (int i = 0; i < 9; i++)
+    int places = listing ? 9 : 0; // counting needs none; a software driver skips loops, but no branch
+    for (int i = 0; i < places; i++)
         there |= uint(stp_square_there(listed, at + ivec2(i % 3, i / 3) - 1)) << i;
-    for (int i = 0; i < 8; i++) {
+    for (int i = 0; i < places - 1; i++) {
         int first = (i & 1) + 3 * (i >> 1 & 1);             // the cell's first sample
         uint needed = (i < 4 ? 11u : 26u) << first;         // 0, 1, 3 or 1, 3, 4 from there
         triangles |= uint((there & needed) == needed) << i;

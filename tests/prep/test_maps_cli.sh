@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Tests elevation maps from the command line: what prep, its figures, info and export say, which
-# options do not fit together, and that the model is drawn.
+# options do not fit together, and that the model is drawn, each way.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 model="$FOLDER/m.stipple"
@@ -103,5 +103,18 @@ if "$STIPPLE" --help | found '^  render '; then
     done
     run "$STIPPLE" compare "$FOLDER/points.png" "$FOLDER/m.png"
     awk '$1 == "psnr_db" && $2 < 25 { exit 1 }' "$FOLDER/out" || fail "the picture of maps: $(cat "$FOLDER/out")"
+    # Each way to draw maps is a picture of its own, near enough to that of points.
+    declare -A pictures=()
+    for way in mesh splats blend plain points; do
+        run "$STIPPLE" render "$model" -o "$FOLDER/$way.png" --size 200x200 --threshold 0 --maps-as $way --force --quiet
+        expect_code 0
+        run "$STIPPLE" compare "$FOLDER/points.png" "$FOLDER/$way.png"
+        awk '$1 == "psnr_db" && $2 < 20 { exit 1 }' "$FOLDER/out" || fail "--maps-as $way: $(cat "$FOLDER/out")"
+        pictures[$(cksum <"$FOLDER/$way.png")]=$way
+    done
+    [ ${#pictures[@]} = 5 ] || fail "--maps-as: ${#pictures[@]} pictures of 5 ways: ${pictures[*]}"
+    run "$STIPPLE" render "$model" -o "$FOLDER/x.png" --maps-as discs
+    expect_code 2
+    expect_text err "--maps-as"
 fi
 end_test
