@@ -228,6 +228,20 @@ void stp_frame_touch(stp_renderer *r)
         stp_block_cache_touch(r->cache, r->cut.passed[i], r->stamp);
 }
 
+/* Draws what is resident, to find out what it hides. */
+static stp_status guess(stp_renderer *r, const stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_drawing coarse = {.view = d->view, .params = d->params, .waits = true};
+    STP_TRY(stp_sight_begin(&r->sight, &r->cut, err));
+    STP_TRY(stp_frame_pass(r, &coarse, r->cut.draws, r->cut.draw_count, err));
+    STP_TRY(stp_frame_finish(r, &coarse, (double)r->sight.radius_px, err));
+    STP_TRY(stp_occlude_guessed(r, err));
+    STP_TRY(stp_tiles_begin(&r->tiles, d->view->width, d->view->height,
+                            stp_pool_thread_count(r->pool), err));
+done:
+    return status;
+}
 /* Loads what patches ask for, tier by tier: patches that are there tell which blocks below are
  * needed. *complete: nothing is missing, and the cut is chosen; else there was no more room, and
  * the picture takes passes. */
@@ -242,7 +256,7 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete,
         cut_view view = {r, &r->frame, r->eye, r->occluding.used, NULL};
         STP_TRY(select_for(r, d, &r->cut, &view, true, err));
         if (stp_occlude_wants_guess(r)) {
-            STP_TRY(stp_frame_guess(r, d, err));
+            STP_TRY(guess(r, d, err));
             view.occlusion = r->occluding.used;
             STP_TRY(select_for(r, d, &r->cut, &view, true, err));
         }

@@ -1,5 +1,5 @@
-/* The members of a renderer, and the functions that renderer.c, frame.c, frame_load.c, settle.c and
- * draw/readback.c share. Only these files include this header. */
+/* The members of a renderer, and the functions that renderer.c, frame.c, frame_load.c,
+ * frame_pass.c, settle.c and draw/readback.c share. Only these files include this header. */
 #ifndef STP_RUNTIME_RENDERER_PARTS_H
 #define STP_RUNTIME_RENDERER_PARTS_H
 
@@ -163,8 +163,6 @@ void stp_renderer_bind_frame(const stp_renderer *r);
 
 /* Uploads r->frame for the shaders. */
 void stp_frame_upload(const stp_renderer *r);
-/* Draws what is resident of the cut, for what it hides. Errors: GL, OUT_OF_MEMORY. */
-stp_status stp_frame_guess(stp_renderer *r, const stp_drawing *d, stp_error *err);
 /* Draws one frame's picture. Errors: IO, GL, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_frame_draw(stp_renderer *r, stp_drawing *d, const stp_view *ahead, stp_error *err);
 
