@@ -18,6 +18,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <xxhash.h>
 
 #define DEFAULT_LAMBDA 1.7
 /* Memory of a unit per point; the part of the memory for all units. */
@@ -87,6 +88,10 @@ stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err)
     double now = stp_clock_seconds();
     stats->stage_seconds[stage] = now - job->since;
     stats->stage_peak_bytes[stage] = stp_peak_rss_bytes();
+    if (job->params->ranks) {
+        stats->stage_sent_bytes[stage] = job->params->ranks->sent_bytes;
+        job->params->ranks->sent_bytes = 0;
+    }
     job->since = now;
     int next = stage + 1;
     while (is_left_out(next, stats))
@@ -159,7 +164,9 @@ static stp_status write_tree(stp_prep_job *job, stp_error *err)
                                    .attributes = attributes_of(source, stats),
                                    .orientation = stats->orientation,
                                    .lambda = tree->lambda};
-    stp_status status = stp_chunk_writer_create(&writer, job->path, &out, err);
+    stp_status status = STP_OK;
+    if (stp_ranks_is_first(params->ranks))
+        status = stp_chunk_writer_create(&writer, job->path, &out, err);
     if (status != STP_OK)
         return status;
     stp_prep_facts about = {source,
@@ -192,7 +199,8 @@ stp_surface_params stp_prep_surface_params(const stp_prep_job *job)
     return (stp_surface_params){.k = job->k,
                                 .pieces = !stp_orient_by_file(&job->orient),
                                 .stations = stp_orient_stations(&job->orient),
-                                .unit_points = unit_points(job)};
+                                .unit_points = unit_points(job),
+                                .ranks = job->params->ranks};
 }
 
 /* Chooses the grids that normals are rounded to. */
@@ -402,15 +410,17 @@ void stp_prep_job_begin(stp_prep_job *job)
 {
     const stp_prep_params *params = job->params;
     job->k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
-    job->tree = (stp_tree_params){
-        .lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
-        .resolution = resolution_of(job->source, params),
-        .codec = params->format == 1 ? params->codec : stp_codec_in_blocks(params->codec)};
+    job->tree = (stp_tree_params){.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
+                                  .resolution = resolution_of(job->source, params),
+                                  .codec = params->format == 1 ? params->codec
+                                                               : stp_codec_in_blocks(params->codec),
+                                  .ranks = params->ranks};
     job->orient = (stp_orient_params){.mode = params->orient,
                                       .position = params->orient_position,
                                       .from_file = job->source->attributes & STP_POINT_HAS_NORMAL};
     *job->stats = (stp_prep_stats){.box = stp_dbox_empty(),
                                    .resolution = job->tree.resolution,
+                                   .rank_count = params->ranks ? params->ranks->count : 0,
                                    .keeps_grid = keeps_grid(job->source, params),
                                    .join_layers = params->join_layers,
                                    .makes_maps = params->maps != NULL,
@@ -464,6 +474,20 @@ done:
     return status;
 }
 
+/* Fails if ranks read different points: then their models would differ, too. */
+static stp_status agree(const stp_prep_job *job, stp_error *err)
+{
+    const stp_prep_stats *stats = job->stats;
+    const stp_cloud *cloud = &job->cloud;
+    const uint64_t numbers =
+        job->numbers ? stats->points_in * stp_attribute_list_bytes(job->source->kept) : 0;
+    const uint64_t found[] = {XXH3_64bits(cloud->points, cloud->count * sizeof *cloud->points),
+                              XXH3_64bits(job->numbers, numbers),
+                              XXH3_64bits(&stats->box, sizeof stats->box), stats->points_in};
+    return stp_ranks_agree(job->params->ranks, XXH3_64bits(found, sizeof found),
+                           "read other points than", err);
+}
+
 static stp_status run(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -479,6 +503,8 @@ static stp_status run(stp_prep_job *job, stp_error *err)
     if (job->params->planned)
         job->params->planned(&job->plan);
     STP_TRY(stp_prep_read(job, err));
+    if (job->params->ranks)
+        STP_TRY(agree(job, err));
     STP_TRY(stp_prep_cut_shapes(job, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_READ, err));
     if (stats->keeps_grid)

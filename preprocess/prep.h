@@ -109,6 +109,7 @@ typedef struct stp_prep_params {
     bool force;
     uint64_t memory_bytes;   /* the process's limit; 0: half the machine's */
     const char *temp_folder; /* NULL: the output's folder */
+    stp_ranks *ranks;        /* that prepare the model together, borrowed; NULL: none */
     /* Called with the run's needs before a point is read. May be NULL. */
     void (*planned)(const stp_prep_plan *plan);
 } stp_prep_params;
@@ -145,6 +146,8 @@ typedef struct stp_prep_stats {
     uint64_t normals_seen; /* normals from windows of images, because of noise along the rays */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
+    unsigned rank_count; /* processes that prepared the model; 0: one, without MPI */
+    uint64_t stage_sent_bytes[STP_PREP_STAGE_COUNT]; /* from rank to rank (ranks.h) */
     uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* peak memory up to the stage's end; 0: stage
                                                         left out */
 } stp_prep_stats;

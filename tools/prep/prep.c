@@ -8,6 +8,7 @@
 #include "tools/prep/prep_inputs.h"
 #include "tools/prep/prep_maps.h"
 #include "tools/prep/prep_paths.h"
+#include "tools/prep/prep_ranks.h"
 #include "tools/prep/prep_report.h"
 #include "tools/prep/prep_run.h"
 #include "tools/prep/prep_values.h"
@@ -35,6 +36,7 @@ typedef struct prep_options {
     prep_region region;
     prep_maps maps;
     cli_common common;
+    prep_ranks ranks;
 } prep_options;
 
 /* Runs the stages. The files of rejects and statistics appear after the model. */
@@ -48,6 +50,7 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     stp_append_result appended = {0};
     bool is_added = false;
     STP_TRY(prep_inputs_survey(in, &source, err));
+    STP_TRY(prep_ranks_agree(params->ranks, in, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
     in->params.pool = pool;
     if (o->rejects)
@@ -112,6 +115,7 @@ static stp_prep_params prep_params(const prep_options *o)
     params.force = o->force;
     params.memory_bytes = o->memory;
     params.temp_folder = o->temp;
+    params.ranks = stp_meeting_ranks(o->ranks.meeting);
     return params;
 }
 
@@ -151,6 +155,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C works from here on */
     prep_run_expect(&params, o->progress == 1, stages);
+    STP_TRY(stp_meeting_at(o->ranks.meeting, o->output, progress, err));
     STP_TRY(parse_values(o, &params, &grid, err));
     STP_TRY(prep_parse_sample(o->sample, &in.params.sample_count, &in.vertices, err));
     STP_TRY(prep_parse_region(&o->region, &region, &in.params.region, err));
@@ -292,6 +297,8 @@ static int check_options(const prep_options *o)
         return cli_usage(&cli_prep, "--append: the model has its form; leave out --outliers, "
                                     "--layers, --attributes, --hybrid, --lines, --format, "
                                     "--shade and --maps");
+    if (o->append && o->ranks.meeting)
+        return cli_usage(&cli_prep, "--append: one process adds points: leave out mpirun");
     if (o->line_radius < 0.0)
         return cli_usage(&cli_prep, "--line-radius: give a positive length");
     return CLI_CONTINUE;
@@ -305,8 +312,14 @@ static int run_checked(prep_options *o, const char *const *paths, size_t count)
         code = check_maps(o);
     if (code != CLI_CONTINUE)
         return code;
+    if (!stp_ranks_is_first(stp_meeting_ranks(o->ranks.meeting))) {
+        o->common.quiet = true;
+        o->stats = o->rejects = NULL;
+    }
     keep_freed_memory();
-    return run_prep(o, paths, count, &error) == STP_OK ? CLI_DONE : cli_fail(&cli_prep, &error);
+    return run_prep(o, paths, count, &error) == STP_OK
+               ? CLI_DONE
+               : prep_ranks_fail(&o->ranks, &cli_prep, &error);
 }
 
 #define GROUPED_OPTIONS (PREP_GRID_OPTIONS + PREP_REGION_OPTIONS + PREP_MAPS_OPTIONS)
@@ -389,6 +402,11 @@ static int prep_main(int argc, char **argv)
     prep_options o = {
         .orient = "auto", .neighbours = STP_PREP_NEIGHBOURS, .format = DEFAULT_FORMAT};
     size_t count = 0;
+    stp_error error = {0};
+    if (prep_ranks_begin(&o.ranks, &error) != STP_OK)
+        return cli_fail(&cli_prep, &error);
     int code = parse(&o, argc, argv, paths, &count);
-    return code == CLI_CONTINUE ? run_checked(&o, paths, count) : code;
+    if (code == CLI_CONTINUE)
+        code = run_checked(&o, paths, count);
+    return prep_ranks_end(&o.ranks, &cli_prep, code);
 }
