@@ -406,6 +406,17 @@ static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *par
            params->orient == STP_ORIENT_AUTO;
 }
 
+stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params)
+{
+    const bool grid = keeps_grid(source, params);
+    return (stp_prep_size){.points = source->point_count,
+                           .number_bytes =
+                               source->kept ? stp_attribute_list_bytes(source->kept) : 0,
+                           .grid = grid,
+                           .bent = grid && source->files[0].raster_nodes,
+                           .maps = params->maps != NULL};
+}
+
 void stp_prep_job_begin(stp_prep_job *job)
 {
     const stp_prep_params *params = job->params;
@@ -491,14 +502,8 @@ static stp_status agree(const stp_prep_job *job, stp_error *err)
 static stp_status run(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_prep_source *source = job->source;
     stp_prep_stats *stats = job->stats;
-    const stp_prep_size size = {.points = source->point_count,
-                                .number_bytes =
-                                    source->kept ? stp_attribute_list_bytes(source->kept) : 0,
-                                .grid = stats->keeps_grid,
-                                .bent = stats->keeps_grid && source->files[0].raster_nodes,
-                                .maps = stats->makes_maps};
+    const stp_prep_size size = stp_prep_size_of(job->source, job->params);
     STP_TRY(stp_prep_plan_room(job, &size, err));
     if (job->params->planned)
         job->params->planned(&job->plan);

@@ -167,6 +167,8 @@ static inline double stp_prep_maps_mean(const stp_maps_counts *maps, const stp_t
 /* Names of the stages, in order. */
 extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];
 
+/* How much a run over this source with these parameters has to prepare. */
+stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params);
 /* Plans a run. Errors: IO (no such folder, not enough space in it), LIMIT (too little memory for
  * any model), OUT_OF_MEMORY. */
 stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_prep_size *size,

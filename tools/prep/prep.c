@@ -8,6 +8,7 @@
 #include "tools/prep/prep_inputs.h"
 #include "tools/prep/prep_maps.h"
 #include "tools/prep/prep_paths.h"
+#include "tools/prep/prep_plan.h"
 #include "tools/prep/prep_ranks.h"
 #include "tools/prep/prep_report.h"
 #include "tools/prep/prep_run.h"
@@ -27,7 +28,7 @@ typedef struct prep_options {
         *system, *attributes, *where, *sample;
     uint64_t neighbours, seed, memory;
     double outlier_distance, line_radius;
-    bool recompute_normals, hybrid, strict, force, append, salvage;
+    bool recompute_normals, hybrid, strict, force, append, salvage, plan;
     int lines;    /* 1: meshes of plants become lines */
     int withheld; /* 1: withheld points are kept */
     int codec, format, progress, outliers, shade;
@@ -52,6 +53,10 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     STP_TRY(prep_inputs_survey(in, &source, err));
     STP_TRY(prep_ranks_agree(params->ranks, in, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
+    if (o->plan) {
+        status = prep_plan_print(o->output, &source, params, stp_pool_thread_count(pool), err);
+        goto done;
+    }
     in->params.pool = pool;
     if (o->rejects)
         STP_TRY(prep_inputs_begin_rejects(in, o->rejects, o->force, err));
@@ -297,6 +302,8 @@ static int check_options(const prep_options *o)
         return cli_usage(&cli_prep, "--append: the model has its form; leave out --outliers, "
                                     "--layers, --attributes, --hybrid, --lines, --format, "
                                     "--shade and --maps");
+    if (o->append && o->plan)
+        return cli_usage(&cli_prep, "--plan plans a new model: leave out --append");
     if (o->append && o->ranks.meeting)
         return cli_usage(&cli_prep, "--append: one process adds points: leave out mpirun");
     if (o->line_radius < 0.0)
@@ -385,6 +392,8 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
         {"--strict", 0, CLI_FLAG, &o->strict, NULL, "write nothing if an input is unreadable",
          NULL},
         {"--progress", 0, CLI_CHOICE, &o->progress, "text|json", "format of progress (text)", NULL},
+        {"--plan", 0, CLI_FLAG, &o->plan, NULL,
+         "print what the run needs and how long it takes, on 1 to 1024 machines", NULL},
         {"--append", 0, CLI_FLAG, &o->append, NULL, "add points to the model M.stipple", NULL},
         {"--force", 'f', CLI_FLAG, &o->force, NULL, "replace existing files", NULL},
     };
