@@ -248,12 +248,17 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
     bool guessed =
         stats->orientation == STP_ORIENTATION_PROPAGATED ||
         (stats->orientation == STP_ORIENTATION_MIXED && !stp_orient_stations(&job->orient));
+    /* Voxels are as fine as memory allows, and all ranks need the same. */
+    uint64_t memory = job->plan.memory_bytes;
+    stp_status status = stp_ranks_broadcast(job->params->ranks, 0, &memory, sizeof memory, err);
+    if (status != STP_OK)
+        return status;
     const stp_enclosure_params params = {
         .lambda = job->tree.lambda,
-        .memory_bytes = job->plan.memory_bytes / CLOSED_ROOM,
+        .memory_bytes = memory / CLOSED_ROOM,
         .guessed = guessed,
     };
-    stp_status status = stp_enclosure_find(&job->outside, &job->cloud, &params, job->pool, err);
+    status = stp_enclosure_find(&job->outside, &job->cloud, &params, job->pool, err);
     if (status != STP_OK)
         return status;
     stats->closed_count = job->outside.point_count;
@@ -336,6 +341,25 @@ static double least_cell(const stp_prep_source *source)
     return cell;
 }
 
+/* Fails unless the points, and what is known of them, are the same on all ranks: else their parts
+ * would not fit together. Files may differ, or processors whose mathematics round otherwise. */
+static stp_status agree(const stp_prep_job *job, const char *what, stp_error *err)
+{
+    const stp_prep_stats *stats = job->stats;
+    const stp_cloud *c = &job->cloud;
+    const size_t numbers =
+        job->numbers ? stats->points_in * stp_attribute_list_bytes(job->source->kept) : 0;
+    if (!job->params->ranks)
+        return STP_OK;
+    const uint64_t found[] = {XXH3_64bits(c->points, c->count * sizeof *c->points),
+                              XXH3_64bits(c->marks, c->marks ? c->count * sizeof *c->marks : 0),
+                              XXH3_64bits(c->sheets, c->sheets ? c->count * sizeof *c->sheets : 0),
+                              XXH3_64bits(job->numbers, numbers),
+                              XXH3_64bits(&stats->box, sizeof stats->box),
+                              stats->points_in};
+    return stp_ranks_agree(job->params->ranks, XXH3_64bits(found, sizeof found), what, err);
+}
+
 /* Runs all stages from the stations that files claim to the first view. */
 static stp_status treat_points(stp_prep_job *job, stp_error *err)
 {
@@ -357,6 +381,7 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     stp_prep_choose_stations(job);
     STP_TRY(find_surface(job, err));
     STP_TRY(find_closed(job, err));
+    STP_TRY(agree(job, "found another surface than", err));
     STP_TRY(stp_first_view_of_points(&stats->first, &job->cloud, job->source, err));
     STP_TRY(make_maps(job, err));
     STP_TRY(keep_images(job, err));
@@ -485,20 +510,6 @@ done:
     return status;
 }
 
-/* Fails if ranks read different points: then their models would differ, too. */
-static stp_status agree(const stp_prep_job *job, stp_error *err)
-{
-    const stp_prep_stats *stats = job->stats;
-    const stp_cloud *cloud = &job->cloud;
-    const uint64_t numbers =
-        job->numbers ? stats->points_in * stp_attribute_list_bytes(job->source->kept) : 0;
-    const uint64_t found[] = {XXH3_64bits(cloud->points, cloud->count * sizeof *cloud->points),
-                              XXH3_64bits(job->numbers, numbers),
-                              XXH3_64bits(&stats->box, sizeof stats->box), stats->points_in};
-    return stp_ranks_agree(job->params->ranks, XXH3_64bits(found, sizeof found),
-                           "read other points than", err);
-}
-
 static stp_status run(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -508,8 +519,7 @@ static stp_status run(stp_prep_job *job, stp_error *err)
     if (job->params->planned)
         job->params->planned(&job->plan);
     STP_TRY(stp_prep_read(job, err));
-    if (job->params->ranks)
-        STP_TRY(agree(job, err));
+    STP_TRY(agree(job, "read other points than", err));
     STP_TRY(stp_prep_cut_shapes(job, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_READ, err));
     if (stats->keeps_grid)

@@ -17,9 +17,9 @@ export OMPI_MCA_btl_vader_single_copy_mechanism=none # containers forbid it, whi
 launch=(mpirun --allow-run-as-root --oversubscribe --bind-to none)
 
 "$STIPPLE" gen statue -n 100000 --order random -o "$FOLDER/statue.ply" --quiet || fail "no scan"
-"$STIPPLE" gen bumpy -n 80000 --noise 0.1 -o "$FOLDER/mixed/a.las" --quiet || fail "no scan"
-"$STIPPLE" gen building -n 90000 -o "$FOLDER/mixed/b.ply" --quiet || fail "no scan"
-"$STIPPLE" gen sphere -n 20000 -o "$FOLDER/mixed/c.xyz" --quiet || fail "no scan"
+"$STIPPLE" gen bumpy -n 60000 --noise 0.1 -o "$FOLDER/mixed/a.las" --quiet || fail "no scan"
+"$STIPPLE" gen building -n 60000 -o "$FOLDER/mixed/b.ply" --quiet || fail "no scan"
+awk 'BEGIN { for (i = 0; i < 5000; i++) print i % 70 * 0.1, int(i / 70) * 0.1, 20 }' >"$FOLDER/mixed/c.xyz"
 
 # Any number of ranks must give the bytes of one process.
 check_bytes() { # numbers of ranks, words of prep
@@ -44,7 +44,13 @@ check_bytes "$all 3" "$FOLDER/statue.ply"
 check_bytes "$all" "$FOLDER/mixed" --attributes all --memory 150M --outliers mark
 check_bytes "$all" "$FOLDER/statue.ply" --layers joined --codec zstd --precision 0.001
 check_bytes "$all" "$FOLDER/mixed/b.ply" --maps
-rm "$model"
+# A rank with less memory must find the same closed surfaces.
+both=("$STIPPLE" prep "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --threads 1 --quiet --force)
+"${both[@]}" -o "$FOLDER/one.stipple" || fail "no model"
+run "${launch[@]}" -n 1 "${both[@]}" -o "$model" : -n 1 "${both[@]}" --memory 100M -o "$model"
+expect_code 0
+cmp -s "$model" "$FOLDER/one.stipple" || fail "ranks of different memory: other bytes"
+rm -f "$model"
 
 # One line of ours, whatever mpirun says beside, and nothing left.
 expect_end() { # text

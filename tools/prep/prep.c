@@ -392,15 +392,13 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
         {"--strict", 0, CLI_FLAG, &o->strict, NULL, "write nothing if an input is unreadable",
          NULL},
         {"--progress", 0, CLI_CHOICE, &o->progress, "text|json", "format of progress (text)", NULL},
-        {"--plan", 0, CLI_FLAG, &o->plan, NULL,
-         "print what the run needs and how long it takes, on 1 to 1024 machines", NULL},
+        {"--plan", 0, CLI_FLAG, &o->plan, NULL, "print needs and time on 1 to 1024 machines", NULL},
         {"--append", 0, CLI_FLAG, &o->append, NULL, "add points to the model M.stipple", NULL},
         {"--force", 'f', CLI_FLAG, &o->force, NULL, "replace existing files", NULL},
     };
     cli_option options[sizeof own / sizeof *own + GROUPED_OPTIONS];
-    cli_option *rest = options + sizeof own / sizeof *own;
     memcpy(options, own, sizeof own);
-    fill_groups(o, rest);
+    fill_groups(o, options + sizeof own / sizeof *own);
     return cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                      PREP_PATHS_LIMIT, count, &o->common);
 }

@@ -71,7 +71,7 @@ int prep_ranks_fail(prep_ranks *r, const cli_command *command, const stp_error *
     if (!ranks)
         return cli_fail(command, err);
     const bool speaks = stp_meeting_speaks(r->meeting);
-    if (ranks->self > 0)
+    if (ranks->self > 0 && strncmp(err->message, "rank ", 5) != 0)
         snprintf(named.message, sizeof named.message, "%s: %.900s", ranks->names[ranks->self],
                  err->message[0] ? err->message : stp_status_text(err->status));
     if (speaks && r->messages >= 0)
