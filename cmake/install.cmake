@@ -3,9 +3,14 @@
 # knows where it lies, so it may be installed anywhere and moved as a whole.
 set(docs "${CMAKE_INSTALL_DOCDIR}")
 # Nothing is installed of a build that is not complete.
-set(needed $<TARGET_FILE:stipple> $<TARGET_FILE:stipple-image> $<TARGET_FILE:stipple-tiff>
-    $<TARGET_FILE:stipple-proj>
-    ${PROJECT_BINARY_DIR}/stipple.1)
+set(modules stipple-image stipple-tiff stipple-proj)
+if(STIPPLE_MPI)
+    list(APPEND modules stipple-mpi)
+endif()
+set(needed $<TARGET_FILE:stipple> ${PROJECT_BINARY_DIR}/stipple.1)
+foreach(module ${modules})
+    list(APPEND needed $<TARGET_FILE:${module}>)
+endforeach()
 if(STIPPLE_RUNTIME)
     list(APPEND needed $<TARGET_FILE:libstipple>)
 endif()
@@ -15,7 +20,7 @@ install(CODE "foreach(file \"$<JOIN:${needed},\" \">\")
     endif()
 endforeach()")
 install(TARGETS stipple)
-install(TARGETS stipple-image stipple-tiff stipple-proj DESTINATION ${CMAKE_INSTALL_LIBDIR}/stipple)
+install(TARGETS ${modules} DESTINATION ${CMAKE_INSTALL_LIBDIR}/stipple)
 # Pages keep their places, so that their links hold.
 install(FILES README.md ARCHITECTURE.md CHANGELOG.md LICENSE DESTINATION ${docs})
 install(DIRECTORY docs DESTINATION ${docs} PATTERN plan.md EXCLUDE)

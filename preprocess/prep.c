@@ -18,6 +18,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <xxhash.h>
 
 #define DEFAULT_LAMBDA 1.7
 /* Memory of a unit per point; the part of the memory for all units. */
@@ -87,6 +88,10 @@ stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err)
     double now = stp_clock_seconds();
     stats->stage_seconds[stage] = now - job->since;
     stats->stage_peak_bytes[stage] = stp_peak_rss_bytes();
+    if (job->params->ranks) {
+        stats->stage_sent_bytes[stage] = job->params->ranks->sent_bytes;
+        job->params->ranks->sent_bytes = 0;
+    }
     job->since = now;
     int next = stage + 1;
     while (is_left_out(next, stats))
@@ -159,7 +164,9 @@ static stp_status write_tree(stp_prep_job *job, stp_error *err)
                                    .attributes = attributes_of(source, stats),
                                    .orientation = stats->orientation,
                                    .lambda = tree->lambda};
-    stp_status status = stp_chunk_writer_create(&writer, job->path, &out, err);
+    stp_status status = STP_OK;
+    if (stp_ranks_is_first(params->ranks))
+        status = stp_chunk_writer_create(&writer, job->path, &out, err);
     if (status != STP_OK)
         return status;
     stp_prep_facts about = {source,
@@ -192,7 +199,8 @@ stp_surface_params stp_prep_surface_params(const stp_prep_job *job)
     return (stp_surface_params){.k = job->k,
                                 .pieces = !stp_orient_by_file(&job->orient),
                                 .stations = stp_orient_stations(&job->orient),
-                                .unit_points = unit_points(job)};
+                                .unit_points = unit_points(job),
+                                .ranks = job->params->ranks};
 }
 
 /* Chooses the grids that normals are rounded to. */
@@ -240,12 +248,17 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
     bool guessed =
         stats->orientation == STP_ORIENTATION_PROPAGATED ||
         (stats->orientation == STP_ORIENTATION_MIXED && !stp_orient_stations(&job->orient));
+    /* Voxels are as fine as memory allows, and all ranks need the same. */
+    uint64_t memory = job->plan.memory_bytes;
+    stp_status status = stp_ranks_broadcast(job->params->ranks, 0, &memory, sizeof memory, err);
+    if (status != STP_OK)
+        return status;
     const stp_enclosure_params params = {
         .lambda = job->tree.lambda,
-        .memory_bytes = job->plan.memory_bytes / CLOSED_ROOM,
+        .memory_bytes = memory / CLOSED_ROOM,
         .guessed = guessed,
     };
-    stp_status status = stp_enclosure_find(&job->outside, &job->cloud, &params, job->pool, err);
+    status = stp_enclosure_find(&job->outside, &job->cloud, &params, job->pool, err);
     if (status != STP_OK)
         return status;
     stats->closed_count = job->outside.point_count;
@@ -341,6 +354,25 @@ static double least_cell(const stp_prep_source *source)
     return cell;
 }
 
+/* Fails unless the points, and what is known of them, are the same on all ranks: else their parts
+ * would not fit together. Files may differ, or processors whose mathematics round otherwise. */
+static stp_status agree(const stp_prep_job *job, const char *what, stp_error *err)
+{
+    const stp_prep_stats *stats = job->stats;
+    const stp_cloud *c = &job->cloud;
+    const size_t numbers =
+        job->numbers ? stats->points_in * stp_attribute_list_bytes(job->source->kept) : 0;
+    if (!job->params->ranks)
+        return STP_OK;
+    const uint64_t found[] = {XXH3_64bits(c->points, c->count * sizeof *c->points),
+                              XXH3_64bits(c->marks, c->marks ? c->count * sizeof *c->marks : 0),
+                              XXH3_64bits(c->sheets, c->sheets ? c->count * sizeof *c->sheets : 0),
+                              XXH3_64bits(job->numbers, numbers),
+                              XXH3_64bits(&stats->box, sizeof stats->box),
+                              stats->points_in};
+    return stp_ranks_agree(job->params->ranks, XXH3_64bits(found, sizeof found), what, err);
+}
+
 /* Runs all stages from the stations that files claim to the first view. */
 static stp_status treat_points(stp_prep_job *job, stp_error *err)
 {
@@ -362,6 +394,7 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     stp_prep_choose_stations(job);
     STP_TRY(find_surface(job, err));
     STP_TRY(find_closed(job, err));
+    STP_TRY(agree(job, "found another surface than", err));
     STP_TRY(stp_first_view_of_points(&stats->first, &job->cloud, job->source, err));
     STP_TRY(make_maps(job, err));
     STP_TRY(keep_images(job, err));
@@ -411,19 +444,33 @@ static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *par
            params->orient == STP_ORIENT_AUTO;
 }
 
+stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params)
+{
+    const bool grid = keeps_grid(source, params);
+    const uint64_t places = (uint64_t)source->raster.columns * source->raster.rows;
+    return (stp_prep_size){.points = grid ? places : source->point_count,
+                           .number_bytes =
+                               source->kept ? stp_attribute_list_bytes(source->kept) : 0,
+                           .grid = grid,
+                           .bent = grid && source->raster_nodes,
+                           .maps = params->maps != NULL};
+}
+
 void stp_prep_job_begin(stp_prep_job *job)
 {
     const stp_prep_params *params = job->params;
     job->k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
-    job->tree = (stp_tree_params){
-        .lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
-        .resolution = resolution_of(job->source, params),
-        .codec = params->format == 1 ? params->codec : stp_codec_in_blocks(params->codec)};
+    job->tree = (stp_tree_params){.lambda = params->lambda > 0.0 ? params->lambda : DEFAULT_LAMBDA,
+                                  .resolution = resolution_of(job->source, params),
+                                  .codec = params->format == 1 ? params->codec
+                                                               : stp_codec_in_blocks(params->codec),
+                                  .ranks = params->ranks};
     job->orient = (stp_orient_params){.mode = params->orient,
                                       .position = params->orient_position,
                                       .from_file = job->source->attributes & STP_POINT_HAS_NORMAL};
     *job->stats = (stp_prep_stats){.box = stp_dbox_empty(),
                                    .resolution = job->tree.resolution,
+                                   .rank_count = params->ranks ? params->ranks->count : 0,
                                    .keeps_grid = keeps_grid(job->source, params),
                                    .join_layers = params->join_layers,
                                    .makes_maps = params->maps != NULL,
@@ -480,19 +527,13 @@ done:
 static stp_status run(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_prep_source *source = job->source;
     stp_prep_stats *stats = job->stats;
-    const uint64_t places = (uint64_t)source->raster.columns * source->raster.rows;
-    const stp_prep_size size = {.points = stats->keeps_grid ? places : source->point_count,
-                                .number_bytes =
-                                    source->kept ? stp_attribute_list_bytes(source->kept) : 0,
-                                .grid = stats->keeps_grid,
-                                .bent = stats->keeps_grid && source->raster_nodes,
-                                .maps = stats->makes_maps};
+    const stp_prep_size size = stp_prep_size_of(job->source, job->params);
     STP_TRY(stp_prep_plan_room(job, &size, err));
     if (job->params->planned)
         job->params->planned(&job->plan);
     STP_TRY(stp_prep_read(job, err));
+    STP_TRY(agree(job, "read other points than", err));
     STP_TRY(stp_prep_cut_shapes(job, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_READ, err));
     if (stats->keeps_grid)

@@ -112,6 +112,7 @@ typedef struct stp_prep_params {
     bool force;
     uint64_t memory_bytes;   /* the process's limit; 0: half the machine's */
     const char *temp_folder; /* NULL: the output's folder */
+    stp_ranks *ranks;        /* that prepare the model together, borrowed; NULL: none */
     /* Called with the run's needs before a point is read. May be NULL. */
     void (*planned)(const stp_prep_plan *plan);
 } stp_prep_params;
@@ -150,6 +151,8 @@ typedef struct stp_prep_stats {
     uint64_t normals_seen; /* normals from windows of images, because of noise along the rays */
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
+    unsigned rank_count; /* processes that prepared the model; 0: one, without MPI */
+    uint64_t stage_sent_bytes[STP_PREP_STAGE_COUNT]; /* from rank to rank (ranks.h) */
     uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* peak memory up to the stage's end; 0: stage
                                                         left out */
 } stp_prep_stats;
@@ -169,6 +172,8 @@ static inline double stp_prep_maps_mean(const stp_maps_counts *maps, const stp_t
 /* Names of the stages, in order. */
 extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];
 
+/* How much a run over this source with these parameters has to prepare. */
+stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params);
 /* Plans a run. Errors: IO (no such folder, not enough space in it), LIMIT (too little memory for
  * any model), OUT_OF_MEMORY. */
 stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_prep_size *size,

@@ -167,7 +167,7 @@ static bool is_kept(const connection *c, uint32_t i)
            (c->stations && !stp_facing_plainly(&c->unit->cloud.points[at], c->stations));
 }
 
-static stp_status keep_lists(connection *c, size_t *bytes, stp_error *err)
+static stp_status keep_lists(connection *c, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_graph *graph = c->out;
@@ -190,12 +190,12 @@ static stp_status keep_lists(connection *c, size_t *bytes, stp_error *err)
                 end, self, other == STP_NEIGHBOUR_NONE ? other : c->unit->places[other]);
         }
     }
-    *bytes = (size_t)(end - graph->lists);
+    graph->list_bytes = (size_t)(end - graph->lists);
 done:
     return status;
 }
 
-static stp_status stow(stp_graph *graph, size_t list_bytes, stp_spill *spill, stp_error *err)
+stp_status stp_graph_stow(stp_graph *graph, stp_spill *spill, stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(stp_spill_move(spill, &graph->edges, graph->edge_count, sizeof *graph->edges, "edges",
@@ -204,7 +204,7 @@ static stp_status stow(stp_graph *graph, size_t list_bytes, stp_spill *spill, st
                            err));
     STP_TRY(stp_spill_move(spill, &graph->kept, graph->kept_count, sizeof *graph->kept,
                            "neighbours", err));
-    STP_TRY(stp_spill_move(spill, &graph->lists, list_bytes, 1, "neighbours", err));
+    STP_TRY(stp_spill_move(spill, &graph->lists, graph->list_bytes, 1, "neighbours", err));
 done:
     return status;
 }
@@ -221,7 +221,7 @@ stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell
                     .edge_count =
                         unit->neighbours.k < EDGE_NEIGHBOURS ? unit->neighbours.k : EDGE_NEIGHBOURS,
                     .out = &graph};
-    size_t edges = (size_t)c.count * c.edge_count, list_bytes = 0;
+    size_t edges = (size_t)c.count * c.edge_count;
     STP_TRY(stp_forest_create(&c.forest, c.count, NULL, err));
     STP_TRY(stp_alloc(&c.sure, edges, sizeof *c.sure, "edges", err));
     STP_TRY(stp_alloc(&c.order, edges, sizeof *c.order, "edges", err));
@@ -229,8 +229,8 @@ stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell
     join_cell(&c);
     STP_TRY(number_pieces(&c, err));
     drop_joined(&c);
-    STP_TRY(keep_lists(&c, &list_bytes, err));
-    STP_TRY(stow(&graph, list_bytes, unit->whole->spill, err));
+    STP_TRY(keep_lists(&c, err));
+    STP_TRY(stp_graph_stow(&graph, unit->whole->spill, err));
     *out = graph;
     graph = (stp_graph){0};
 done:

@@ -34,6 +34,7 @@ typedef struct stp_graph {
      * one after the other (place_list.h). */
     uint32_t *kept, kept_count;
     uint8_t *lists;
+    size_t list_bytes;
 } stp_graph;
 
 /* Joins a cell's points. Sets in the whole cloud the points' sheets to the number of their piece in
@@ -47,6 +48,8 @@ stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell
  * begin at piece_begin. Errors: OUT_OF_MEMORY. */
 stp_status stp_graph_resolve(stp_graph *graph, const stp_cloud *cloud, const stp_cell *cell,
                              uint32_t piece_begin, stp_error *err);
+/* Moves the arrays, which are plain memory, into the spill. Errors: OUT_OF_MEMORY, IO. */
+stp_status stp_graph_stow(stp_graph *graph, stp_spill *spill, stp_error *err);
 void stp_graph_clear(stp_graph *graph, stp_spill *spill);
 
 #endif

@@ -5,6 +5,7 @@
 #include "preprocess/surface/given_normals.h"
 #include "preprocess/surface/normals.h"
 #include "preprocess/surface/spacing.h"
+#include "preprocess/surface/surface_ranks.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -14,21 +15,26 @@ typedef struct finding {
     const stp_surface_params *params;
     const stp_progress *progress;
     atomic_uint_fast64_t done_count, grown_count, errors[STP_NORMAL_ERROR_BINS];
+    stp_rank_part own;   /* cells that this rank looks at */
     uint32_t *unit_ends; /* by unit: one past its last cell */
-    uint32_t unit_count;
+    uint32_t unit_count, own_points;
     stp_graph *graphs; /* by cell */
     vec3s *averaged;   /* averaged normals by point, if given ones are noisy: a copy, since units
                           still read the given ones */
 } finding;
 
-/* Groups consecutive cells into units. */
+/* Groups consecutive cells of this rank into units. */
 static stp_status make_units(finding *f, stp_error *err)
 {
     const stp_cloud *cloud = f->cloud;
     stp_status status =
         stp_alloc(&f->unit_ends, cloud->cell_count, sizeof *f->unit_ends, "cells", err);
-    for (uint32_t c = 0, begin = 0; status == STP_OK && c < cloud->cell_count; c++) {
-        bool last = c + 1 == cloud->cell_count;
+    f->own =
+        stp_surface_cells(f->params->ranks, f->params->ranks ? f->params->ranks->self : 0, cloud);
+    if (f->own.end > f->own.begin)
+        f->own_points = cloud->cells[f->own.end - 1].end - cloud->cells[f->own.begin].begin;
+    for (uint32_t c = f->own.begin, begin = c; status == STP_OK && c < f->own.end; c++) {
+        bool last = c + 1 == f->own.end;
         if (last || cloud->cells[c + 1].end - cloud->cells[begin].begin > f->params->unit_points) {
             f->unit_ends[f->unit_count++] = c + 1;
             begin = c + 1;
@@ -60,7 +66,7 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     finding *f = context;
     stp_unit unit = {0};
     stp_normal_errors errors = {{0}};
-    uint32_t first = index > 0 ? f->unit_ends[index - 1] : 0, end = f->unit_ends[index];
+    uint32_t first = index > 0 ? f->unit_ends[index - 1] : f->own.begin, end = f->unit_ends[index];
     unsigned rings = f->params->pieces ? STP_UNIT_RINGS : STP_UNIT_RINGS - 1;
     (void)worker;
     STP_TRY(stp_unit_create(&unit, f->cloud, first, end, f->params->k, rings, err));
@@ -77,9 +83,31 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     atomic_fetch_add(&f->grown_count, write_back(f->cloud, &unit));
     uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
     status = stp_progress_update(f->progress, f->params->shifts ? "layers" : "surface", done,
-                                 f->cloud->count, err);
+                                 f->own_points, err);
 done:
     stp_unit_clear(&unit);
+    return status;
+}
+
+/* Adds up what the ranks counted. */
+static stp_status sum_counts(stp_surface_counts *found, stp_normal_errors *errors, finding *f,
+                             stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = f->params->ranks;
+    for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
+        uint64_t counts[STP_NORMAL_ERROR_BINS + 1] = {atomic_load(&f->grown_count)};
+        for (unsigned i = 0; i < STP_NORMAL_ERROR_BINS; i++)
+            counts[i + 1] = atomic_load(&f->errors[i]);
+        STP_TRY(stp_ranks_broadcast(ranks, rank, counts, sizeof counts, err));
+        found->grown += counts[0];
+        for (unsigned i = 0; i < STP_NORMAL_ERROR_BINS; i++) {
+            found->computed += counts[i + 1];
+            errors->counts[i] += counts[i + 1];
+        }
+    }
+    found->normal_error = stp_normal_errors_median(errors);
+done:
     return status;
 }
 
@@ -113,7 +141,7 @@ stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surf
     stp_status status = STP_OK;
     finding f = {.cloud = cloud, .params = params, .progress = progress};
     stp_surface_counts found = {0};
-    stp_normal_errors errors;
+    stp_normal_errors errors = {{0}};
     STP_TRY(make_units(&f, err));
     if (params->pieces)
         STP_TRY(stp_alloc(&f.graphs, cloud->cell_count, sizeof *f.graphs, "cells", err));
@@ -121,11 +149,10 @@ stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surf
         STP_TRY(stp_spill_alloc(cloud->spill, &f.averaged, cloud->count, sizeof *f.averaged,
                                 "normals", err));
     STP_TRY(stp_cloud_run(cloud, pool, f.unit_count, find_unit, &f, err));
+    STP_TRY(stp_surface_share(params->ranks, cloud,
+                              &(stp_surface_arrays){f.graphs, f.averaged, params->shifts}, err));
     found.averaged = f.averaged ? take_averaged(&f) : 0;
-    found.grown = atomic_load(&f.grown_count);
-    for (unsigned i = 0; i < STP_NORMAL_ERROR_BINS; i++)
-        found.computed += errors.counts[i] = atomic_load(&f.errors[i]);
-    found.normal_error = stp_normal_errors_median(&errors);
+    STP_TRY(sum_counts(&found, &errors, &f, err));
     if (counts)
         *counts = found;
     *graphs = f.graphs;

@@ -7,9 +7,8 @@
 #include "formats/chunk/block_table.h"
 #include "preprocess/patch/world_lattice.h"
 #include "preprocess/tree/cell_cut.h"
-#include "preprocess/tree/chunk_build.h"
-#include "preprocess/tree/chunk_numbers.h"
 #include "preprocess/tree/leaf_order.h"
+#include "preprocess/tree/tier_chunk.h"
 
 #include <limits.h>
 #include <stdatomic.h>
@@ -39,17 +38,10 @@ typedef struct span {
     uint32_t begin, end;
 } span;
 
-typedef struct built {
-    stp_built_chunk chunk;
-    void *payload;
-    stp_bytes records; /* of its blocks */
-    stp_chunk_entry entry;
-    stp_dbox box; /* of a leaf's samples as stored, world */
-    stp_chunk_numbers numbers;
-} built;
+typedef stp_tier_chunk built;
 
 typedef struct tree {
-    stp_chunk_writer *writer;
+    stp_chunk_writer *writer; /* of rank 0; else NULL */
     stp_cloud *cloud;
     const stp_tree_params *params;
     stp_point_item_params items;
@@ -66,6 +58,9 @@ typedef struct tree {
     built *tier; /* all chunks of the tier, in order; each is measured with those around it */
     stp_chunk_boxes reaches; /* of the tier's chunks: boxes of their patches' bounds, world */
     uint32_t tier_count, wave_begin;
+    stp_rank_part own; /* chunks of the tier that this rank builds, measures and encodes */
+    uint32_t *around;  /* chunks of other ranks that reach into own ones: built here, too */
+    size_t around_count, around_capacity;
 
     uint32_t **children; /* by handle */
     uint32_t *child_counts;
@@ -136,15 +131,21 @@ static stp_status advance(tree *t, stp_error *err)
     return stp_progress_update(t->progress, "patches", done, t->progress_total, err);
 }
 
-static stp_status build_one(void *context, size_t index, unsigned worker, stp_error *err)
+static stp_status build_any(const tree *t, uint32_t index, built *out, stp_error *err)
+{
+    *out = (built){.box = stp_dbox_empty()};
+    return t->below ? build_inner(t, t->spans[index], out, err)
+                    : build_leaf(t, t->leaves[index], out, err);
+}
+
+static stp_status build_one(void *context, size_t place, unsigned worker, stp_error *err)
 {
     stp_status status = STP_OK;
     tree *t = context;
+    const uint32_t index = t->own.begin + (uint32_t)place;
     built *out = &t->tier[index];
     (void)worker;
-    *out = (built){.box = stp_dbox_empty()};
-    STP_TRY(t->below ? build_inner(t, t->spans[index], out, err)
-                     : build_leaf(t, t->leaves[index], out, err));
+    STP_TRY(build_any(t, index, out, err));
     STP_TRY(stp_chunk_numbers_make(&out->numbers, &out->chunk, &t->params->numbers, t->cloud->spill,
                                    err));
     free(out->chunk.sources); /* 4 bytes a sample: needed no longer, and the tier waits long */
@@ -157,6 +158,17 @@ static stp_status build_one(void *context, size_t index, unsigned worker, stp_er
     STP_TRY(advance(t, err));
 done:
     return status;
+}
+
+/* Builds a chunk of another rank, to measure own ones against. */
+static stp_status build_around(void *context, size_t place, unsigned worker, stp_error *err)
+{
+    const tree *t = context;
+    const uint32_t index = t->around[place];
+    (void)worker;
+    const stp_status status = build_any(t, index, &t->tier[index], err);
+    return status == STP_OK ? stp_built_chunk_stow(&t->tier[index].chunk, t->cloud->spill, err)
+                            : status;
 }
 
 static stp_status add_surrounding(void *context, uint32_t index, stp_surroundings *out,
@@ -195,24 +207,24 @@ done:
 
 static void clear_tier(tree *t)
 {
-    for (uint32_t i = 0; t->tier && i < t->tier_count; i++) {
-        stp_built_chunk_clear(&t->tier[i].chunk);
-        free(t->tier[i].payload);
-        free(t->tier[i].records.data);
-        stp_chunk_numbers_clear(&t->tier[i].numbers, t->cloud->spill);
-    }
+    for (uint32_t i = 0; t->tier && i < t->tier_count; i++)
+        stp_tier_chunk_clear(&t->tier[i], t->cloud->spill);
     free(t->tier);
     t->tier = NULL;
+    free(t->around);
+    t->around = NULL;
+    t->around_count = t->around_capacity = 0;
     stp_chunk_boxes_clear(&t->reaches);
 }
 
-/* Appends a finished chunk and keeps its vertices as a node. */
+/* Appends a finished chunk, on rank 0, and keeps its vertices as a node. */
 static stp_status write_one(tree *t, built *b, span children, node *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t handle = 0;
-    STP_TRY(
-        stp_chunk_writer_append_made(t->writer, b->payload, &b->records, &b->entry, &handle, err));
+    uint32_t handle = t->stats.chunk_count;
+    if (t->writer)
+        STP_TRY(stp_chunk_writer_append_made(t->writer, b->payload, &b->records, &b->entry, &handle,
+                                             err));
     STP_TRY(stp_grow(&t->children, &t->children_capacity, (size_t)handle + 1, sizeof *t->children,
                      "chunks", err));
     STP_TRY(stp_grow(&t->child_counts, &t->child_counts_capacity, (size_t)handle + 1,
@@ -244,7 +256,7 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
                   .points_under = b->entry.points_under};
     b->chunk.vertices = NULL;
     b->chunk.run_ends = NULL;
-    free(b->payload);
+    stp_spill_free(t->cloud->spill, b->payload);
     b->payload = NULL;
     free(b->records.data);
     b->records = (stp_bytes){0};
@@ -252,23 +264,126 @@ done:
     return status;
 }
 
+static span children_of(const tree *t, uint32_t index)
+{
+    return t->below ? t->spans[index] : (span){0, 0};
+}
+
+/* Lists the chunks of other ranks that reach into own ones. */
+static stp_status list_around(tree *t, stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool *listed = NULL;
+    STP_TRY(stp_alloc(&listed, t->tier_count, sizeof *listed, "chunks", err));
+    for (uint32_t self = t->own.begin; self < t->own.end; self++)
+        for (uint32_t i = 0; i < t->tier_count; i++) {
+            i = stp_chunk_boxes_next(&t->reaches, &t->reaches.boxes[self], i);
+            if (i == STP_CHUNK_NONE)
+                break;
+            if (listed[i] || (i >= t->own.begin && i < t->own.end))
+                continue;
+            listed[i] = true;
+            STP_TRY(stp_grow(&t->around, &t->around_capacity, t->around_count + 1,
+                             sizeof *t->around, "chunks", err));
+            t->around[t->around_count++] = i;
+        }
+done:
+    free(listed);
+    return status;
+}
+
+/* Builds this rank's chunks of the tier, and those around them. */
+static stp_status build_tier(tree *t, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = t->params->ranks;
+    t->own = stp_ranks_own(ranks, t->tier_count);
+    STP_TRY(stp_cloud_run(t->cloud, t->pool, t->own.end - t->own.begin, build_one, t, err));
+    for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
+        const stp_rank_part part = stp_ranks_part(ranks, rank, t->tier_count);
+        STP_TRY(stp_ranks_broadcast(ranks, rank, t->reaches.boxes + part.begin,
+                                    (part.end - part.begin) * sizeof *t->reaches.boxes, err));
+    }
+    stp_chunk_boxes_join(&t->reaches);
+    STP_TRY(list_around(t, err));
+    STP_TRY(stp_cloud_run(t->cloud, t->pool, t->around_count, build_around, t, err));
+done:
+    return status;
+}
+
+/* Puts a payload aside until rank 0 takes it. */
+static stp_status stow_payload(const tree *t, built *b, stp_error *err)
+{
+    return stp_spill_move(t->cloud->spill, &b->payload, b->entry.segment_end[STP_SEGMENT_COUNT - 1],
+                          1, "chunks", err);
+}
+
+/* Gives a chunk to those ranks that need it: all, or of payloads rank 0. */
+static stp_status share_one(const tree *t, uint32_t index, unsigned owner, stp_bytes *packet,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = t->params->ranks;
+    built *b = &t->tier[index];
+    const stp_attribute_list *list = t->params->numbers.list;
+    const uint32_t attributes = list ? list->count : 0;
+    packet->size = 0;
+    if (ranks->self == owner)
+        STP_TRY(stp_tier_chunk_pack(packet, b, err));
+    STP_TRY(stp_ranks_broadcast_bytes(ranks, owner, packet, err));
+    if (ranks->self != owner)
+        STP_TRY(
+            stp_tier_chunk_take(b, (stp_cursor){packet->data, packet->size}, t->cloud->spill, err));
+    if (owner == 0)
+        goto done;
+    packet->size = 0;
+    if (ranks->self == owner)
+        STP_TRY(stp_tier_chunk_pack_file(packet, b, attributes, err));
+    STP_TRY(stp_ranks_send_bytes(ranks, owner, packet, err));
+    if (ranks->self == 0)
+        STP_TRY(
+            stp_tier_chunk_take_file(b, (stp_cursor){packet->data, packet->size}, attributes, err));
+done:
+    return status;
+}
+
+/* Exchanges the finished chunks of all ranks, and writes them in order. */
+static stp_status write_shared(tree *t, node *nodes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_bytes packet = {0};
+    for (unsigned owner = 0; owner < t->params->ranks->count; owner++) {
+        const stp_rank_part part = stp_ranks_part(t->params->ranks, owner, t->tier_count);
+        for (uint32_t i = part.begin; i < part.end; i++) {
+            stp_spill_relieve(t->cloud->spill);
+            STP_TRY(share_one(t, i, owner, &packet, err));
+            STP_TRY(write_one(t, &t->tier[i], children_of(t, i), &nodes[i], err));
+        }
+    }
+done:
+    free(packet.data);
+    return status;
+}
+
 /* Builds and writes `count` chunks. Makes one node each. */
 static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *err)
 {
     stp_status status = STP_OK;
+    const bool alone = stp_ranks_count(t->params->ranks) == 1;
     STP_TRY(stp_alloc(&t->tier, count, sizeof *t->tier, "chunks", err));
     t->tier_count = count;
     STP_TRY(stp_chunk_boxes_create(&t->reaches, count, err));
-    STP_TRY(stp_cloud_run(t->cloud, t->pool, count, build_one, t, err));
-    stp_chunk_boxes_join(&t->reaches);
-    for (t->wave_begin = 0; t->wave_begin < count; t->wave_begin += WAVE_CHUNKS) {
-        uint32_t left = count - t->wave_begin;
+    STP_TRY(build_tier(t, err));
+    for (t->wave_begin = t->own.begin; t->wave_begin < t->own.end; t->wave_begin += WAVE_CHUNKS) {
+        uint32_t left = t->own.end - t->wave_begin;
         uint32_t wave = left < WAVE_CHUNKS ? left : WAVE_CHUNKS;
         STP_TRY(stp_cloud_run(t->cloud, t->pool, wave, finish_one, t, err));
         for (uint32_t at = t->wave_begin; at < t->wave_begin + wave; at++)
-            STP_TRY(write_one(t, &t->tier[at], t->below ? t->spans[at] : (span){0, 0}, &nodes[at],
-                              err));
+            STP_TRY(alone ? write_one(t, &t->tier[at], children_of(t, at), &nodes[at], err)
+                          : stow_payload(t, &t->tier[at], err));
     }
+    if (!alone)
+        STP_TRY(write_shared(t, nodes, err));
 done:
     clear_tier(t);
     return status;
@@ -364,7 +479,7 @@ static stp_status write_numbers(tree *t, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_attribute_list *list = t->params->numbers.list;
-    for (uint32_t handle = 0; list && handle < t->stats.chunk_count; handle++) {
+    for (uint32_t handle = 0; list && t->writer && handle < t->stats.chunk_count; handle++) {
         stp_chunk_numbers *n = &t->numbers[handle];
         STP_TRY(stp_chunk_writer_append_numbers(t->writer, handle, list, n->bytes, n->size, n->rows,
                                                 err));
@@ -407,7 +522,8 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     t->items = stp_tree_item_params(params, &box);
     STP_TRY(stp_cells_cut(cloud, &t->items, pool, err));
     STP_TRY(stp_leaf_order(cloud, &params->sources, &t->leaves, &t->leaf_count, err));
-    t->progress_total = 2 * (uint64_t)t->leaf_count;
+    t->own = stp_ranks_own(params->ranks, t->leaf_count);
+    t->progress_total = 2 * (uint64_t)(t->own.end - t->own.begin);
     STP_TRY(build_tiers(t, &root, err));
     STP_TRY(write_numbers(t, err));
     json = metadata(context, &t->stats);
@@ -415,8 +531,9 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
         status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the metadata");
         goto done;
     }
-    STP_TRY(stp_chunk_writer_finish(writer, root, (const uint32_t *const *)t->children,
-                                    t->child_counts, &t->box, json, &t->stats.file_bytes, err));
+    if (t->writer)
+        STP_TRY(stp_chunk_writer_finish(writer, root, (const uint32_t *const *)t->children,
+                                        t->child_counts, &t->box, json, &t->stats.file_bytes, err));
     *stats = t->stats;
 done:
     free(json);

@@ -9,6 +9,7 @@
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/patch/displacement.h"
 #include "preprocess/patch/point_item.h"
+#include "preprocess/ranks/ranks.h"
 #include "preprocess/tree/leaf_order.h"
 
 /* The attributes of the inputs' points that a model keeps. */
@@ -25,6 +26,7 @@ typedef struct stp_tree_params {
     stp_codec codec;
     stp_leaf_sources sources;  /* borrowed */
     stp_point_numbers numbers; /* borrowed; list NULL: no attributes */
+    stp_ranks *ranks;          /* that share the work, borrowed; NULL: this process alone */
 } stp_tree_params;
 
 typedef struct stp_tree_stats {
@@ -43,6 +45,7 @@ typedef char *stp_metadata_maker(void *context, const stp_tree_stats *stats);
 stp_point_item_params stp_tree_item_params(const stp_tree_params *params, const stp_dbox *box);
 
 /* Builds all chunks, appends them to the writer and finishes it (*writer becomes NULL in any case).
+ * *writer is NULL on ranks other than 0, which build chunks for rank 0 to write.
  * Uses up the cloud: its points may be lost. The cloud may be empty if there are other
  * sources of leaves. Chunks are built on the pool in waves and written in order: the same bytes for
  * any number of threads. Errors: those of stp_chunk_build and the writer, CANCELLED. */

@@ -382,8 +382,6 @@ static stp_status take_news(stp_block_cache *c, stp_cache_load *l, stp_error *er
         bool failed = load->state == STP_LOAD_FAILED, broken = failed && is_damage(load);
         bool own = is_own(l, load);
         stp_error error = load->error;
-        if (!stp_upload_ring_may_copy(&c->ring))
-            stp_upload_ring_fence(&c->ring);
         take_in(c, load, l->stamp, &bytes);
         if (failed && !broken && own)
             return stp_error_set(err, error.status, "%s", error.message);

@@ -108,6 +108,11 @@ void stp_upload_ring_copy(const stp_upload_ring *ring, stp_lazy_buffer *buffer, 
 
 void stp_upload_ring_copied(stp_upload_ring *ring, stp_range piece)
 {
+    if (!stp_upload_ring_may_copy(ring)) {
+        stp_upload_ring_fence(ring);
+        if (!stp_upload_ring_may_copy(ring)) /* no fence has passed yet */
+            (void)pass_oldest(ring, true);
+    }
     ring->copied[ring->copied_count++] = piece;
 }
 

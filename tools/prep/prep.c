@@ -9,6 +9,8 @@
 #include "tools/prep/prep_maps.h"
 #include "tools/prep/prep_meshes.h"
 #include "tools/prep/prep_paths.h"
+#include "tools/prep/prep_plan.h"
+#include "tools/prep/prep_ranks.h"
 #include "tools/prep/prep_report.h"
 #include "tools/prep/prep_run.h"
 #include "tools/prep/prep_values.h"
@@ -27,7 +29,7 @@ typedef struct prep_options {
         *system, *attributes, *where, *sample;
     uint64_t neighbours, seed, memory;
     double outlier_distance, line_radius;
-    bool recompute_normals, hybrid, strict, force, append, salvage;
+    bool recompute_normals, hybrid, strict, force, append, salvage, plan;
     int lines;    /* 1: meshes of plants become lines */
     int withheld; /* 1: withheld points are kept */
     int codec, format, progress, outliers, shade;
@@ -36,6 +38,7 @@ typedef struct prep_options {
     prep_region region;
     prep_maps maps;
     cli_common common;
+    prep_ranks ranks;
 } prep_options;
 
 /* Runs the stages. The files of rejects and statistics appear after the model. */
@@ -50,10 +53,15 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     stp_mesh *mesh = NULL;
     bool is_added = false;
     STP_TRY(prep_inputs_survey(in, &source, err));
+    STP_TRY(prep_ranks_agree(params->ranks, in, err));
     if (params->maps)
         STP_TRY(prep_meshes_read(in, &mesh, err));
     source.mesh = mesh;
     STP_TRY(stp_pool_create(&pool, (unsigned)o->common.threads, err));
+    if (o->plan) {
+        status = prep_plan_print(o->output, &source, params, stp_pool_thread_count(pool), err);
+        goto done;
+    }
     in->params.pool = pool;
     if (o->rejects)
         STP_TRY(prep_inputs_begin_rejects(in, o->rejects, o->force, err));
@@ -118,6 +126,7 @@ static stp_prep_params prep_params(const prep_options *o)
     params.force = o->force;
     params.memory_bytes = o->memory;
     params.temp_folder = o->temp;
+    params.ranks = stp_meeting_ranks(o->ranks.meeting);
     return params;
 }
 
@@ -157,6 +166,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     cli_progress_stage stages[STP_PREP_STAGE_COUNT];
     const stp_progress *progress = cli_progress(&o->common); /* Ctrl-C works from here on */
     prep_run_expect(&params, o->progress == 1, stages);
+    STP_TRY(stp_meeting_at(o->ranks.meeting, o->output, progress, err));
     STP_TRY(parse_values(o, &params, &grid, err));
     STP_TRY(prep_parse_sample(o->sample, &in.params.sample_count, &in.vertices, err));
     STP_TRY(prep_parse_region(&o->region, &region, &in.params.region, err));
@@ -299,6 +309,10 @@ static int check_options(const prep_options *o)
         return cli_usage(&cli_prep, "--append: the model has its form; leave out --outliers, "
                                     "--layers, --attributes, --hybrid, --lines, --format, "
                                     "--shade and --maps");
+    if (o->append && o->plan)
+        return cli_usage(&cli_prep, "--plan plans a new model: leave out --append");
+    if (o->append && o->ranks.meeting)
+        return cli_usage(&cli_prep, "--append: one process adds points: leave out mpirun");
     if (o->line_radius < 0.0)
         return cli_usage(&cli_prep, "--line-radius: give a positive length");
     return CLI_CONTINUE;
@@ -312,8 +326,14 @@ static int run_checked(prep_options *o, const char *const *paths, size_t count)
         code = check_maps(o);
     if (code != CLI_CONTINUE)
         return code;
+    if (!stp_ranks_is_first(stp_meeting_ranks(o->ranks.meeting))) {
+        o->common.quiet = true;
+        o->stats = o->rejects = NULL;
+    }
     keep_freed_memory();
-    return run_prep(o, paths, count, &error) == STP_OK ? CLI_DONE : cli_fail(&cli_prep, &error);
+    return run_prep(o, paths, count, &error) == STP_OK
+               ? CLI_DONE
+               : prep_ranks_fail(&o->ranks, &cli_prep, &error);
 }
 
 #define GROUPED_OPTIONS (PREP_GRID_OPTIONS + PREP_REGION_OPTIONS + PREP_MAPS_OPTIONS)
@@ -379,13 +399,13 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
         {"--strict", 0, CLI_FLAG, &o->strict, NULL, "write nothing if an input is unreadable",
          NULL},
         {"--progress", 0, CLI_CHOICE, &o->progress, "text|json", "format of progress (text)", NULL},
+        {"--plan", 0, CLI_FLAG, &o->plan, NULL, "print needs and time on 1 to 1024 machines", NULL},
         {"--append", 0, CLI_FLAG, &o->append, NULL, "add points to the model M.stipple", NULL},
         {"--force", 'f', CLI_FLAG, &o->force, NULL, "replace existing files", NULL},
     };
     cli_option options[sizeof own / sizeof *own + GROUPED_OPTIONS];
-    cli_option *rest = options + sizeof own / sizeof *own;
     memcpy(options, own, sizeof own);
-    fill_groups(o, rest);
+    fill_groups(o, options + sizeof own / sizeof *own);
     return cli_parse(&cli_prep, options, sizeof options / sizeof *options, argc, argv, paths, 1,
                      PREP_PATHS_LIMIT, count, &o->common);
 }
@@ -396,6 +416,11 @@ static int prep_main(int argc, char **argv)
     prep_options o = {
         .orient = "auto", .neighbours = STP_PREP_NEIGHBOURS, .format = DEFAULT_FORMAT};
     size_t count = 0;
+    stp_error error = {0};
+    if (prep_ranks_begin(&o.ranks, &error) != STP_OK)
+        return cli_fail(&cli_prep, &error);
     int code = parse(&o, argc, argv, paths, &count);
-    return code == CLI_CONTINUE ? run_checked(&o, paths, count) : code;
+    if (code == CLI_CONTINUE)
+        code = run_checked(&o, paths, count);
+    return prep_ranks_end(&o.ranks, &cli_prep, code);
 }

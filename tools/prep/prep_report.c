@@ -71,6 +71,16 @@ static void add_displacement(cJSON *to, const stp_displacement *d)
     cJSON_AddNumberToObject(to, "changed", (double)d->changed);
 }
 
+/* Bytes from rank to rank, by stage. */
+static void add_ranks(cJSON *to, const stp_prep_stats *s)
+{
+    cJSON_AddNumberToObject(to, "ranks", s->rank_count);
+    cJSON *sent = cJSON_AddObjectToObject(to, "stage_sent_bytes");
+    for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
+        if (s->stage_peak_bytes[i] > 0)
+            cJSON_AddNumberToObject(sent, stp_prep_stage_names[i], (double)s->stage_sent_bytes[i]);
+}
+
 cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
 {
     double points = (double)s->points_out;
@@ -125,6 +135,8 @@ cJSON *prep_report_json(const stp_prep_stats *s, const prep_inputs *inputs)
     for (int i = 0; i < STP_PREP_STAGE_COUNT; i++)
         if (s->stage_peak_bytes[i] > 0)
             cJSON_AddNumberToObject(peaks, stp_prep_stage_names[i], (double)s->stage_peak_bytes[i]);
+    if (s->rank_count > 0)
+        add_ranks(root, s);
     return root;
 }
 

@@ -1,0 +1,113 @@
+/* Parts of work, and packets from rank to rank. */
+#include "preprocess/ranks/ranks.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+stp_rank_part stp_ranks_part(const stp_ranks *ranks, unsigned rank, uint32_t count)
+{
+    const unsigned parts = stp_ranks_count(ranks);
+    return (stp_rank_part){(uint32_t)((uint64_t)count * rank / parts),
+                           (uint32_t)((uint64_t)count * (rank + 1) / parts)};
+}
+
+stp_rank_part stp_ranks_own(const stp_ranks *ranks, uint32_t count)
+{
+    return stp_ranks_part(ranks, ranks ? ranks->self : 0, count);
+}
+
+stp_status stp_ranks_broadcast(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
+                               stp_error *err)
+{
+    if (stp_ranks_count(ranks) == 1 || bytes == 0)
+        return STP_OK;
+    ranks->sent_bytes += bytes * (ranks->count - 1);
+    return ranks->broadcast(ranks, from, data, bytes, err);
+}
+
+/* Makes room for the bytes that come. */
+static stp_status receive(stp_bytes *bytes, uint64_t size, stp_error *err)
+{
+    bytes->size = 0;
+    return stp_bytes_append(bytes, NULL, size, err);
+}
+
+stp_status stp_ranks_broadcast_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes,
+                                     stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t size = bytes->size;
+    if (stp_ranks_count(ranks) == 1)
+        return STP_OK;
+    STP_TRY(stp_ranks_broadcast(ranks, from, &size, sizeof size, err));
+    if (from != ranks->self)
+        STP_TRY(receive(bytes, size, err));
+    STP_TRY(stp_ranks_broadcast(ranks, from, bytes->data, bytes->size, err));
+done:
+    return status;
+}
+
+stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t size = bytes->size;
+    if (ranks->self != from && ranks->self != 0)
+        return STP_OK;
+    STP_TRY(ranks->send_first(ranks, from, &size, sizeof size, err));
+    if (ranks->self == 0)
+        STP_TRY(receive(bytes, size, err));
+    STP_TRY(ranks->send_first(ranks, from, bytes->data, bytes->size, err));
+    ranks->sent_bytes += sizeof size + size;
+done:
+    return status;
+}
+
+stp_status stp_ranks_agree(stp_ranks *ranks, uint64_t number, const char *what, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t first = number;
+    unsigned odd = 0;
+    for (unsigned r = 0; r < stp_ranks_count(ranks); r++) {
+        uint64_t other = number;
+        STP_TRY(stp_ranks_broadcast(ranks, r, &other, sizeof other, err));
+        first = r == 0 ? other : first;
+        odd = odd == 0 && other != first ? r : odd;
+    }
+    if (odd > 0)
+        status = stp_error_set(err, STP_INVALID_ARGUMENT,
+                               "%s has %s %s: all machines must see the same files under the same "
+                               "names, and be of one kind",
+                               ranks->names[odd], what, ranks->names[0]);
+done:
+    return status;
+}
+
+stp_status stp_packet_take(stp_cursor *from, void *out, size_t size, stp_error *err)
+{
+    if (size > from->left)
+        return stp_error_set(err, STP_INTERNAL,
+                             "a packet ends %zu bytes early: the ranks run "
+                             "different programs",
+                             size - from->left);
+    if (size > 0)
+        memcpy(out, from->bytes, size);
+    stp_cursor_skip(from, size);
+    return STP_OK;
+}
+
+stp_status stp_packet_take_array(stp_cursor *from, void *out, size_t count, size_t size,
+                                 stp_error *err)
+{
+    void *array = NULL;
+    stp_status status = stp_alloc(&array, count, size, "a packet", err);
+    if (status == STP_OK)
+        status = stp_packet_take(from, array, count * size, err);
+    if (status != STP_OK) {
+        free(array);
+        return status;
+    }
+    memcpy(out, &array, sizeof array);
+    return STP_OK;
+}

@@ -1,0 +1,73 @@
+/* The processes that prepare one model together, called ranks as MPI calls them.
+ *
+ * All ranks run the same stages over the same points and decide alike. Where a stage takes long,
+ * each rank does a part and gives the results to all others: then every rank goes on with what a
+ * lone process would have. Rank 0 alone writes the model. The functions here do nothing if ranks is
+ * NULL: a process is alone unless mpirun started several (meeting.h). All ranks call the
+ * same functions in the same order. Threads: the main thread only. */
+#ifndef STP_PREPROCESS_RANKS_RANKS_H
+#define STP_PREPROCESS_RANKS_RANKS_H
+
+#include "base/progress.h"
+#include "formats/chunk/codec/column.h"
+
+/* The longest name of a machine, with its terminating zero. */
+#define STP_HOST_BYTES 64
+
+typedef struct stp_ranks stp_ranks;
+struct stp_ranks {
+    unsigned self, count;         /* self in [0, count) */
+    const char *const *names;     /* by rank, for messages: "rank 1 on node07" */
+    const stp_progress *progress; /* whoever waits gives up when it says so; NULL: never */
+    uint64_t sent_bytes; /* by all ranks so far, as rank 0 knows; a copy to each rank counts */
+
+    /* Gives rank `from`'s bytes to every rank, or to rank 0 alone. Errors: IO, CANCELLED. */
+    stp_status (*broadcast)(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
+                            stp_error *err);
+    stp_status (*send_first)(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
+                             stp_error *err);
+    /* Waits for all ranks and ends what connects them. Errors: likewise. */
+    stp_status (*finish)(stp_ranks *ranks, stp_error *err);
+    /* Ends all processes. */
+    void (*abort_all)(int code);
+};
+
+/* What one rank does of things in a row. */
+typedef struct stp_rank_part {
+    uint32_t begin, end;
+} stp_rank_part;
+
+static inline bool stp_ranks_is_first(const stp_ranks *ranks)
+{
+    return !ranks || ranks->self == 0;
+}
+
+static inline unsigned stp_ranks_count(const stp_ranks *ranks)
+{
+    return ranks ? ranks->count : 1;
+}
+
+/* The part of `count` things that a rank does; this rank's own. */
+stp_rank_part stp_ranks_part(const stp_ranks *ranks, unsigned rank, uint32_t count);
+stp_rank_part stp_ranks_own(const stp_ranks *ranks, uint32_t count);
+
+/* Gives bytes of rank `from` to every rank. The others' data, as long, are replaced. */
+stp_status stp_ranks_broadcast(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
+                               stp_error *err);
+/* The same for bytes whose number only rank `from` knows. */
+stp_status stp_ranks_broadcast_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes,
+                                     stp_error *err);
+/* Gives bytes of rank `from`, which is not 0, to rank 0. The other ranks do nothing. */
+stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes, stp_error *err);
+
+/* Fails on every rank if they have other numbers than rank 0. what: is said of the first
+ * that has: "other points than". Errors: INVALID_ARGUMENT, CANCELLED. */
+stp_status stp_ranks_agree(stp_ranks *ranks, uint64_t number, const char *what, stp_error *err);
+
+/* Reads `size` bytes of a packet into out, which may be NULL if size is 0. Errors: INTERNAL. */
+stp_status stp_packet_take(stp_cursor *from, void *out, size_t size, stp_error *err);
+/* The same into new memory. Errors: OUT_OF_MEMORY, INTERNAL. */
+stp_status stp_packet_take_array(stp_cursor *from, void *out, size_t count, size_t size,
+                                 stp_error *err);
+
+#endif

@@ -1,0 +1,35 @@
+/* A chunk of a tier from its build to its place in the file, and the packets in which ranks give it
+ * to each other. */
+#ifndef STP_PREPROCESS_TREE_TIER_CHUNK_H
+#define STP_PREPROCESS_TREE_TIER_CHUNK_H
+
+#include "preprocess/ranks/ranks.h"
+#include "preprocess/tree/chunk_build.h"
+#include "preprocess/tree/chunk_numbers.h"
+
+typedef struct stp_tier_chunk {
+    stp_built_chunk chunk;
+    void *payload;     /* in the spill if several ranks build the tier */
+    stp_bytes records; /* of its blocks */
+    stp_chunk_entry entry;
+    stp_dbox box; /* of a leaf's samples as stored, world */
+    stp_chunk_numbers numbers;
+} stp_tier_chunk;
+
+void stp_tier_chunk_clear(stp_tier_chunk *c, stp_spill *spill);
+
+/* Appends what every rank needs of a chunk: its entry, its vertices and what is summed up. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_tier_chunk_pack(stp_bytes *out, const stp_tier_chunk *c, stp_error *err);
+/* Sets these, also of a chunk that was built here to measure others. Errors: OUT_OF_MEMORY, IO,
+ * INTERNAL. */
+stp_status stp_tier_chunk_take(stp_tier_chunk *out, stp_cursor from, stp_spill *spill,
+                               stp_error *err);
+/* The same of what only the file needs: payload, records and attributes, attribute_count of them.
+ */
+stp_status stp_tier_chunk_pack_file(stp_bytes *out, const stp_tier_chunk *c,
+                                    uint32_t attribute_count, stp_error *err);
+stp_status stp_tier_chunk_take_file(stp_tier_chunk *out, stp_cursor from, uint32_t attribute_count,
+                                    stp_error *err);
+
+#endif

@@ -1,0 +1,111 @@
+#!/usr/bin/env bash
+# Tests prep as several ranks: the same bytes as one process, for any number of ranks; one line and no
+# file if ranks differ, fail or are killed. Long runs try more ranks and kill more of them.
+set -uo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+mkdir "$FOLDER/models" "$FOLDER/mixed"
+model=$FOLDER/models/m.stipple
+
+if [ ! -e "$(dirname "$STIPPLE")/libstipple-mpi.so" ]; then
+    run env OMPI_COMM_WORLD_SIZE=2 "$STIPPLE" prep "$FOLDER/none.ply" -o "$model"
+    expect_failure "2 processes are to prepare one model, but this stipple has no MPI"
+    [ "$failures" = 0 ] || end_test
+    skip_test "this build has no MPI (-DSTIPPLE_MPI=ON)"
+fi
+command -v mpirun >/dev/null || skip_test "there is no mpirun"
+export OMPI_MCA_btl_vader_single_copy_mechanism=none # containers forbid it, which would be said on stderr
+launch=(mpirun --allow-run-as-root --oversubscribe --bind-to none)
+
+"$STIPPLE" gen statue -n 100000 --order random -o "$FOLDER/statue.ply" --quiet || fail "no scan"
+"$STIPPLE" gen bumpy -n 60000 --noise 0.1 -o "$FOLDER/mixed/a.las" --quiet || fail "no scan"
+"$STIPPLE" gen building -n 60000 -o "$FOLDER/mixed/b.ply" --quiet || fail "no scan"
+awk 'BEGIN { for (i = 0; i < 5000; i++) print i % 70 * 0.1, int(i / 70) * 0.1, 20 }' >"$FOLDER/mixed/c.xyz"
+
+# Any number of ranks must give the bytes of one process.
+check_bytes() { # numbers of ranks, words of prep
+    local ranks n
+    read -ra ranks <<<"$1"
+    shift
+    run "$STIPPLE" prep "$@" -o "$FOLDER/one.stipple" --threads 2 --force
+    expect_code 0
+    for n in "${ranks[@]}"; do
+        run "${launch[@]}" -n "$n" "$STIPPLE" prep "$@" -o "$model" --threads 1 --quiet --force
+        expect_code 0
+        expect_empty out
+        expect_empty err
+        cmp -s "$model" "$FOLDER/one.stipple" || fail "$n ranks, $*: other bytes"
+        [ "$(ls -A "$FOLDER/models")" = m.stipple ] || fail "$n ranks: left $(ls -A "$FOLDER/models")"
+    done
+}
+
+all=2
+if is_long; then all="1 2 3 4 8"; fi
+check_bytes "$all 3" "$FOLDER/statue.ply"
+check_bytes "$all" "$FOLDER/mixed" --attributes all --memory 150M --outliers mark
+check_bytes "$all" "$FOLDER/statue.ply" --layers joined --codec zstd --precision 0.001
+check_bytes "$all" "$FOLDER/mixed/b.ply" --maps
+# A rank with less memory must find the same closed surfaces.
+both=("$STIPPLE" prep "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --threads 1 --quiet --force)
+"${both[@]}" -o "$FOLDER/one.stipple" || fail "no model"
+run "${launch[@]}" -n 1 "${both[@]}" -o "$model" : -n 1 "${both[@]}" --memory 100M -o "$model"
+expect_code 0
+cmp -s "$model" "$FOLDER/one.stipple" || fail "ranks of different memory: other bytes"
+rm -f "$model"
+
+# One line of ours, whatever mpirun says beside, and nothing left.
+expect_end() { # text
+    [ "$code" != 0 ] || fail "$command: exit 0"
+    [ "$(grep -c '^stipple prep: ' "$FOLDER/err")" = 1 ] || fail "$1: $(grep '^stipple' "$FOLDER/err")"
+    expect_text err "$1"
+    [ ! -e "$model" ] || fail "$1: there is a model"
+}
+one=("$STIPPLE" prep "$FOLDER/statue.ply" -o "$model" --threads 1 --quiet)
+run "${launch[@]}" -n 1 "${one[@]}" : -n 2 "$STIPPLE" prep "$FOLDER/mixed/b.ply" -o "$model" --threads 1 --quiet
+expect_end "has another $FOLDER/statue.ply than rank 0"
+run "${launch[@]}" -n 2 "${one[@]}" : -n 1 "${one[@]}" --memory 90M --temp "$FOLDER/none"
+expect_end "rank 2 on "
+run "${launch[@]}" -n 3 "${one[@]}" --neighbours 1
+expect_end "--neighbours: give 3 to 64"
+run "${launch[@]}" -n 3 "$STIPPLE" prep "$FOLDER/none.ply" -o "$model"
+expect_end "none.ply"
+run "${launch[@]}" -n 2 "$STIPPLE" prep "$FOLDER/statue.ply" -o "$FOLDER/none/m.stipple"
+expect_end "none/m.stipple"
+[ -z "$(ls -A "$FOLDER/models")" ] || fail "failures left $(ls -A "$FOLDER/models")"
+
+# Kills one of three ranks after a while.
+kill_one() { # milliseconds, which
+    local launcher children
+    "${launch[@]}" -n 3 "${one[@]}" >"$FOLDER/out" 2>"$FOLDER/err" &
+    launcher=$!
+    command="kill of rank $2 after $1 ms"
+    sleep "$(($1 / 1000)).$(printf %03d $(($1 % 1000)))"
+    mapfile -t children < <(pgrep -P $launcher -x stipple)
+    [ ${#children[@]} = 3 ] && kill -KILL "${children[$2]}" 2>/dev/null && killed=$((killed + 1))
+    code=0
+    wait $launcher || code=$?
+    if [ "$code" = 0 ] || [ -e "$model" ]; then # the kill came after the end
+        cmp -s "$model" "$FOLDER/whole.stipple" || fail "$command: no whole model"
+        rm -f "$model"
+    else
+        # as long as MPI starts, no rank can say anything
+        if found '^stipple prep: ' "$FOLDER/err"; then
+            expect_end "nothing was written"
+            spoken=$((spoken + 1))
+        fi
+    fi
+}
+"${one[@]:0:3}" -o "$FOLDER/whole.stipple" --threads 2 --quiet || fail "no model"
+began=$(date +%s%N)
+"${launch[@]}" -n 3 "${one[@]}" || fail "no run of three ranks"
+took=$((($(date +%s%N) - began) / 1000000))
+rm -f "$model"
+kills=2 killed=0 spoken=0
+if is_long; then kills=30; fi
+for i in $(seq "$kills"); do
+    kill_one $((took * (2 * i - 1) / 2 / kills)) $((i % 3))
+done
+[ $killed -ge $((kills / 2)) ] || fail "only $killed of $kills runs were killed"
+[ $spoken -ge $((killed / 2)) ] || fail "only $spoken of $killed killed runs said so"
+"${launch[@]}" -n 2 "${one[@]}" || fail "the run after the kills failed"
+[ "$(ls -A "$FOLDER/models")" = m.stipple ] || fail "after kills: $(ls -A "$FOLDER/models")"
+end_test
