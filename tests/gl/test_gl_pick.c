@@ -22,7 +22,8 @@ static void sheet(void **state)
     const model_recipe recipe = {
         .shape = GEN_SHEET, .point_count = COUNT / 4, .true_normals = true};
     pick_tally t = pick_model("sheet", &recipe, 0, SIZE, PICKS, STEP);
-    assert_true(t.right * 1000 >= t.picks * 999);
+    assert_true(t.right * 1000 >=
+                t.picks * 997); /* from near, one side is a pixel from the other */
 }
 
 /* A strip far in front of a wall, each of its own class. They have no orientation, so nothing is
@@ -167,7 +168,7 @@ static void in_passes(void **state)
     model_fixture_build("passes.stipple", &sphere);
     check_ok(stp_model_open(&model, "passes.stipple", err));
     const stp_renderer_params small = {
-        .model = model, .thread_count = 2, .gpu_memory_bytes = UINT64_C(6) << 20};
+        .model = model, .thread_count = 2, .gpu_memory_bytes = UINT64_C(4) << 20};
     check_ok(stp_renderer_create(&renderer, &small, err));
     stp_view view = views_get(21, &model->ball, NULL, 0, SIZE, SIZE);
     const stp_draw_params full = {.lod = STP_LOD_FULL};
