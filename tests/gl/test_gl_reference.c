@@ -223,7 +223,8 @@ static size_t project_settled(reference_pyramid *reference, const reference_disc
     size_t pixels = (size_t)reference->view.width * (size_t)reference->view.height;
     winners win = {&reference->view, discs, calloc(pixels, sizeof *win.sure_depth),
                    calloc(pixels, sizeof *win.disc)};
-    assert_true(win.sure_depth != NULL && win.disc != NULL);
+    if (win.sure_depth == NULL || win.disc == NULL)
+        fail_msg("no memory");
     for (size_t i = 0; i < pixels; i++)
         win.sure_depth[i] = INFINITY;
     find_winners(&win, count);
