@@ -108,6 +108,29 @@ static void stream_starts_without_memory(void **state)
     stp_object_texture_destroy(&texture);
 }
 
+/* Thrice as many pieces as may be copied and not free yet, without a fence in between. */
+static void pieces_beyond_the_limit_wait(void **state)
+{
+    (void)state;
+    enum { PIECES = 3 * STP_UPLOAD_COPIED_LIMIT };
+    stp_upload_ring ring;
+    check_ok(stp_upload_ring_create(&ring, PIECES * (uint64_t)STP_UPLOAD_UNIT_BYTES,
+                                    stp_road_is_software(), err));
+    for (int i = 0; i < PIECES; i++) {
+        stp_range piece;
+        stp_status status;
+        assert_true(stp_upload_ring_take(&ring, 1, &piece, &status, NULL));
+        stp_upload_ring_copied(&ring, piece);
+        assert_true(ring.copied_count <= STP_UPLOAD_COPIED_LIMIT);
+        assert_true(ring.fence_count <= STP_UPLOAD_FENCES_LIMIT);
+    }
+    stp_upload_ring_fence(&ring);
+    while (stp_upload_ring_wait(&ring))
+        ;
+    assert_int_equal(ring.copied_count, 0);
+    stp_upload_ring_destroy(&ring);
+}
+
 /* Blocks of 5000 samples, as many as a model of 4 million points has. */
 static void software_rings_are_small(void **state)
 {
@@ -145,7 +168,7 @@ int main(void)
         cmocka_unit_test(memory_comes_when_written), cmocka_unit_test(gpus_keep_their_own_memory),
         cmocka_unit_test(too_much_is_no_error),      cmocka_unit_test(stream_starts_without_memory),
         cmocka_unit_test(software_rings_are_small),  cmocka_unit_test(renderers_ask_for_it),
-        cmocka_unit_test(pages_hold_copies),
+        cmocka_unit_test(pages_hold_copies),         cmocka_unit_test(pieces_beyond_the_limit_wait),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);
