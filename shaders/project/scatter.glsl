@@ -3,8 +3,9 @@
 // They are two programs because software rasterisers run both sides of a branch, one sample after
 // the other if there are atomics.
 
-layout(r32ui, binding = 0) uniform uimage2D nearest_depth; // bits of a float that is never negative
-layout(r32ui, binding = 1) uniform uimage2D nearest_sample;
+// coherent: other invocations write what one reads, and a name read late would leave a tie unsettled.
+layout(r32ui, binding = 0) coherent uniform uimage2D nearest_depth; // bits of a float that is never negative
+layout(r32ui, binding = 1) coherent uniform uimage2D nearest_sample;
 
 layout(location = 6) uniform bool first_pass;
 
