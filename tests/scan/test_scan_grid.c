@@ -58,14 +58,20 @@ static void formats_agree(void **state)
     (void)state;
     const stp_grid_params none = {.has_invalid = true, .invalid = NONE};
     static const tiff_recipe recipes[] = {
-        {"w", 16, SAMPLEFORMAT_UINT, false, COMPRESSION_NONE},
-        {"w", 16, SAMPLEFORMAT_INT, true, COMPRESSION_LZW},
-        {"wb", 16, SAMPLEFORMAT_UINT, false, COMPRESSION_NONE},
-        {"wb", 32, SAMPLEFORMAT_IEEEFP, true, COMPRESSION_NONE},
-        {"w8", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_ADOBE_DEFLATE},
-        {"w", 32, SAMPLEFORMAT_UINT, true, COMPRESSION_NONE},
-        {"w", 32, SAMPLEFORMAT_INT, false, COMPRESSION_PACKBITS},
-        {"w", 64, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE},
+        {"w", 16, SAMPLEFORMAT_UINT, false, COMPRESSION_NONE, 0},
+        {"w", 16, SAMPLEFORMAT_INT, true, COMPRESSION_LZW, 0},
+        {"wb", 16, SAMPLEFORMAT_UINT, false, COMPRESSION_NONE, 0},
+        {"wb", 32, SAMPLEFORMAT_IEEEFP, true, COMPRESSION_NONE, 0},
+        {"w8", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_ADOBE_DEFLATE, 0},
+        {"w", 32, SAMPLEFORMAT_UINT, true, COMPRESSION_NONE, 0},
+        {"w", 32, SAMPLEFORMAT_INT, false, COMPRESSION_PACKBITS, 0},
+        {"w", 64, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE, 0},
+        {"w", 16, SAMPLEFORMAT_INT, true, COMPRESSION_LZW, PREDICTOR_HORIZONTAL},
+        {"w", 32, SAMPLEFORMAT_UINT, true, COMPRESSION_ADOBE_DEFLATE, PREDICTOR_HORIZONTAL},
+        {"wb", 32, SAMPLEFORMAT_UINT, true, COMPRESSION_ADOBE_DEFLATE, PREDICTOR_HORIZONTAL},
+        {"w", 32, SAMPLEFORMAT_IEEEFP, true, COMPRESSION_ADOBE_DEFLATE, PREDICTOR_FLOATINGPOINT},
+        {"w", 64, SAMPLEFORMAT_IEEEFP, true, COMPRESSION_LZW, PREDICTOR_FLOATINGPOINT},
+        {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_LZW, PREDICTOR_FLOATINGPOINT},
     };
     write_pgm();
     write_pgm_digits();
@@ -99,7 +105,7 @@ static void files_have_places(void **state)
     write_al3d();
     check_points("grid.al3d", NULL, (stp_dvec3){0.0, 1.0, 0.0}, 0.5, 0.25, true);
     for (int is_point = 0; is_point < 2; is_point++) {
-        const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE};
+        const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE, 0};
         const uint16_t keys[] = {1, 1, 0, 2, 1024, 0, 1, 1, 1025, 0, 1, (uint16_t)(1 + is_point)};
         const double scale[] = {2.0, 4.0, 0.0}, tie[] = {1.0, 1.0, 0.0, 500.0, 600.0, 0.0};
         /* our reader has named these tags to libtiff, when it read the first TIFF */
@@ -174,7 +180,7 @@ static void copies_stand_for_the_whole(void **state)
 static void numbers_have_a_meaning(void **state)
 {
     (void)state;
-    const tiff_recipe whole = {"w", 16, SAMPLEFORMAT_INT, false, COMPRESSION_NONE};
+    const tiff_recipe whole = {"w", 16, SAMPLEFORMAT_INT, false, COMPRESSION_NONE, 0};
     static const char *const metadata[] = {
         ("<GDALMetadata><Item name=\"OFFSET\" sample=\"0\" role=\"offset\">-7</Item>\n"
          "<Item name=\"SCALE\" sample=\"0\" role=\"scale\">0.25</Item></GDALMetadata>"),
@@ -192,7 +198,7 @@ static void numbers_have_a_meaning(void **state)
                         (m == 0 ? 0.25 * height_at(i) - 7.0 : height_at(i)));
         free(points);
     }
-    const tiff_recipe floats = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE};
+    const tiff_recipe floats = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE, 0};
     static const float none[] = {-9999.9f, -3.4028235e38f, -3.4028231e38f};
     static const char *const said[] = {"-9999.9", "-3.4028234663852886e+38", NULL};
     for (int n = 0; n < 3; n++) {
@@ -395,7 +401,7 @@ static void refusals(void **state)
 /* A grid in degrees has no normals and says its system. With a spacing it is one in the plane. */
 static void degrees(void **state)
 {
-    const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE};
+    const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE, 0};
     const uint16_t keys[] = {1, 1, 0, 2, 1024, 0, 1, 2, 2048, 0, 1, 4326};
     const double scale[] = {2.0, 4.0, 0.0};
     const stp_grid_params grid = {.dx = 1.0, .dy = 1.0};
@@ -419,7 +425,7 @@ static void degrees(void **state)
 /* A matrix in place of spacing and tie point: rows along x are read, turned ones refused. */
 static void matrices(void **state)
 {
-    const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE};
+    const tiff_recipe recipe = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE, 0};
     (void)state;
     for (int turned = 0; turned < 3; turned++) {
         double matrix[16] = {2.0, turned == 1 ? 0.1 : 0.0, 0.0, 100.0};

@@ -38,9 +38,11 @@ typedef struct tiff_raster {
     uint32_t width, height, channels;
     uint16_t bits, kind;            /* SAMPLEFORMAT_* */
     uint32_t tile_width, band_rows; /* tile_width 0: strips */
+    uint32_t band_width;            /* that of all tiles */
     unsigned char *band, *piece;    /* piece: one tile */
     uint32_t band_begin, band_end;
-    char message[256]; /* libtiff's last error */
+    uint16_t predictor; /* PREDICTOR_* that rows of the band still have; 0: none */
+    char message[256];  /* libtiff's last error */
 } tiff_raster;
 
 static int keep_error(TIFF *tiff, void *context, const char *module, const char *format,
@@ -234,20 +236,24 @@ static stp_status check_kind(const tiff_raster *t, uint16_t planar, uint16_t pho
 static stp_status make_band(tiff_raster *t, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t rows = 0, width = t->width;
+    uint32_t rows = 0;
+    t->band_width = t->width;
     uint64_t piece_bytes;
     if (TIFFIsTiled(t->tiff)) {
         (void)TIFFGetField(t->tiff, TIFFTAG_TILEWIDTH, &t->tile_width);
         (void)TIFFGetField(t->tiff, TIFFTAG_TILELENGTH, &rows);
-        if (t->tile_width == 0 || rows == 0)
-            return stp_error_set(err, STP_CORRUPT, "%s: its tiles have no size", t->path);
+        if (t->tile_width == 0 || t->tile_width > 2 * STP_RASTER_SIDE_LIMIT || rows == 0)
+            return stp_error_set(err, STP_CORRUPT, "%s: its tiles have no size, or are too wide",
+                                 t->path);
+        t->band_width = (t->width + t->tile_width - 1) / t->tile_width * t->tile_width;
         piece_bytes = (uint64_t)TIFFTileSize64(t->tiff);
     } else {
         rows = 1;
         piece_bytes = (uint64_t)TIFFScanlineSize64(t->tiff);
     }
-    const uint64_t pixel = (uint64_t)t->channels * (t->bits / 8), band = rows * pixel * width;
-    const uint64_t needed = t->tile_width > 0 ? rows * pixel * t->tile_width : pixel * width;
+    const uint64_t pixel = (uint64_t)t->channels * (t->bits / 8),
+                   band = rows * pixel * t->band_width;
+    const uint64_t needed = t->tile_width > 0 ? rows * pixel * t->tile_width : pixel * t->width;
     if (piece_bytes < needed || rows > STP_RASTER_SIDE_LIMIT || band > UINT64_C(1) << 31)
         return stp_error_set(err, STP_CORRUPT, "%s: its tiles or rows have a wrong size", t->path);
     t->band_rows = rows;
@@ -299,6 +305,18 @@ static void choose_copy(tiff_raster *t, uint32_t step, stp_raster_info *info)
     info->dy *= info->reduced;
 }
 
+/* Undoing the predictor is half of the time for packed tiles of floats, and rows that are left out
+ * need it not. So libtiff leaves it to unfold, except where it would swap the bytes of numbers. */
+static void take_predictor(tiff_raster *t)
+{
+    uint16_t predictor = PREDICTOR_NONE;
+    if (t->tile_width > 0 && !TIFFIsByteSwapped(t->tiff) &&
+        TIFFGetField(t->tiff, TIFFTAG_PREDICTOR, &predictor) &&
+        (predictor == PREDICTOR_HORIZONTAL || predictor == PREDICTOR_FLOATINGPOINT) &&
+        TIFFSetField(t->tiff, TIFFTAG_PREDICTOR, PREDICTOR_NONE))
+        t->predictor = predictor;
+}
+
 static stp_status open_tiff(void *state, stp_raster_info *info, const char *path,
                             stp_raster_use use, uint32_t step, stp_error *err)
 {
@@ -340,13 +358,40 @@ static stp_status open_tiff(void *state, stp_raster_info *info, const char *path
         choose_copy(t, step, info);
     if (status == STP_OK && t->width > 0 && t->width <= STP_RASTER_SIDE_LIMIT)
         status = make_band(t, err);
+    if (status == STP_OK && step > 1)
+        take_predictor(t);
     return status;
+}
+
+/* Undoes the predictor in a tile's row (TIFF 6.0, section 14, and Adobe's Photoshop TIFF Technical
+ * Note 3): numbers are differences to the one before; of floats bytes are, all first ones before
+ * all second ones. scratch: as long as the row. */
+static void unfold(const tiff_raster *t, unsigned char *row, unsigned char *scratch)
+{
+    const size_t bytes = t->bits / 8, count = (size_t)t->tile_width * t->channels;
+    if (t->predictor == PREDICTOR_HORIZONTAL) {
+        for (size_t i = t->channels; i < count; i++) {
+            uint64_t number = 0, before = 0; /* little-endian: the low bytes */
+            memcpy(&number, row + i * bytes, bytes);
+            memcpy(&before, row + (i - t->channels) * bytes, bytes);
+            number += before;
+            memcpy(row + i * bytes, &number, bytes);
+        }
+        return;
+    }
+    for (size_t i = t->channels; i < count * bytes; i++)
+        row[i] = (unsigned char)(row[i] + row[i - t->channels]);
+    memcpy(scratch, row, count * bytes);
+    for (size_t k = 0; k < bytes; k++)
+        for (size_t i = 0; i < count; i++)
+            row[i * bytes + bytes - 1 - k] = scratch[k * count + i];
 }
 
 /* Reads the tiles or the strip's row that hold a row. */
 static stp_status read_band(tiff_raster *t, uint32_t row, stp_error *err)
 {
-    const size_t pixel = (size_t)t->channels * (t->bits / 8), stride = pixel * t->width;
+    const size_t pixel = (size_t)t->channels * (t->bits / 8), tile = pixel * t->tile_width;
+    const size_t stride = pixel * t->band_width;
     t->band_begin = row / t->band_rows * t->band_rows;
     t->band_end = t->band_begin + t->band_rows;
     if (t->tile_width == 0) {
@@ -358,10 +403,8 @@ static stp_status read_band(tiff_raster *t, uint32_t row, stp_error *err)
     for (uint32_t x = 0; x < t->width; x += t->tile_width) {
         if (TIFFReadTile(t->tiff, t->piece, x, t->band_begin, 0, 0) < 0)
             return damaged(t, err);
-        const uint32_t left = t->width - x, part = left < t->tile_width ? left : t->tile_width;
         for (uint32_t y = 0; y < t->band_rows; y++)
-            memcpy(t->band + y * stride + x * pixel, t->piece + y * pixel * t->tile_width,
-                   part * pixel);
+            memcpy(t->band + y * stride + x * pixel, t->piece + y * tile, tile);
     }
     return STP_OK;
 }
@@ -399,10 +442,13 @@ static stp_status read_tiff(void *state, uint32_t row, double *values, stp_error
 {
     tiff_raster *t = state;
     stp_status status = STP_OK;
-    const size_t count = (size_t)t->width * t->channels;
+    const size_t pixel = (size_t)t->channels * (t->bits / 8);
     if (row < t->band_begin || row >= t->band_end)
         STP_TRY(read_band(t, row, err));
-    convert(t, t->band + (row - t->band_begin) * count * (t->bits / 8), count, values);
+    unsigned char *in = t->band + (row - t->band_begin) * pixel * t->band_width;
+    for (uint32_t x = 0; t->predictor != 0 && x < t->width; x += t->tile_width)
+        unfold(t, in + x * pixel, t->piece);
+    convert(t, in, (size_t)t->width * t->channels, values);
 done:
     return status;
 }
