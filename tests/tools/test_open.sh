@@ -152,6 +152,21 @@ test_commands() {
     expect_no_litter
 }
 
+# A camera's depths, taken for heights in pixels, stand like towers: a line says what to do.
+test_depths() {
+    local high
+    for high in 100 1000; do
+        awk -v high=$high 'BEGIN { print "P2 30 20 65535"; for (i = 0; i < 600; i++) print i % 2 * high }' >"$FOLDER/depths.pgm"
+        rm -rf "$XDG_CACHE_HOME"
+        render "$FOLDER/depths.pgm"
+        expect_code 0
+        cat "$FOLDER/err" >>"$FOLDER/said"
+    done
+    [ "$(cat "$FOLDER/said")" = "$FOLDER/depths.pgm: its heights differ by 34.5 times its width: if they are depths \
+of a camera, give prep --pinhole fx,fy,cx,cy (--disparity F,B for disparities), else --height-scale or --spacing" ] ||
+        fail "$command: $(cat "$FOLDER/said")"
+}
+
 make_pictures
 test_keeping
 test_bound
@@ -160,4 +175,5 @@ test_full_disk
 test_two_at_once
 test_failures
 test_commands
+test_depths
 end_test

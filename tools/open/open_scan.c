@@ -149,6 +149,8 @@ static stp_status run(open_scan *scan, bool *full, stp_error *err)
 done:
     prep_run_end();
     prep_report_unreadable(&in);
+    if (status == STP_OK)
+        prep_report_tall(&stats, &in);
     stp_pool_destroy(&pool);
     prep_inputs_clear(&in);
     return status;

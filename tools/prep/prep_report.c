@@ -380,6 +380,7 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
         fprintf(stderr,
                 "layers are joined: points were moved by at most %.3g, by %.3g on average\n",
                 s->joined.greatest, s->joined.mean);
+    prep_report_tall(s, inputs);
     prep_maps_print(s);
     if (inputs->numbers.left_out[0] != '\0')
         fprintf(stderr, "not kept of the points: %s (--attributes all keeps them)\n",
@@ -408,6 +409,21 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
             (double)s->tree.file_bytes / samples_of(s));
     prep_report_stages(s);
+}
+
+/* Heights in many times the units of columns are depths, more often than not. */
+#define TALL 4.0
+
+void prep_report_tall(const stp_prep_stats *s, const prep_inputs *inputs)
+{
+    const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
+    const double width = fmax(size.x, size.y);
+    if (s->keeps_grid && size.z > TALL * width)
+        fprintf(stderr,
+                "%s: its heights differ by %.3g times its width: if they are depths of a camera, "
+                "give prep --pinhole fx,fy,cx,cy (--disparity F,B for disparities), else "
+                "--height-scale or --spacing\n",
+                inputs->paths[0], size.z / width);
 }
 
 void prep_report_unreadable(const prep_inputs *inputs)
