@@ -66,8 +66,10 @@ static size_t edge_after(const stp_fill_front *f, size_t count, size_t edge)
     return best;
 }
 
-/* What the triangle of three of the loop's corners, in its order, adds to the cost. */
-static double cost_of(const stp_fill_front *f, const uint32_t corners[3])
+/* What the triangle of three of the loop's corners, in its order, adds to the cost. is_all: the
+ * loop has no others. Then it is no border of a map, which would be shut from behind: the triangle
+ * may turn against the corners' normals, in a fold. */
+static double cost_of(const stp_fill_front *f, const uint32_t corners[3], bool is_all)
 {
     const stp_dvec3 a = position(f, corners[0]), b = position(f, corners[1]);
     const stp_dvec3 n =
@@ -82,7 +84,7 @@ static double cost_of(const stp_fill_front *f, const uint32_t corners[3])
         alike = alike && stp_dvec3_dot(n, own) >= 2.0 * area * ALIKE;
         sum = stp_dvec3_add(sum, own);
     }
-    if (stp_dvec3_dot(n, sum) < 0.0)
+    if (stp_dvec3_dot(n, sum) < 0.0 && !is_all)
         return INFINITY;
     return alike ? area : UNLIKE_COST * area;
 }
@@ -109,7 +111,8 @@ static void triangulate(const stp_fill_front *f, loop *l)
             for (uint32_t k = i + 1; k < j; k++) {
                 const double below = l->cost[i][k] + l->cost[k][j];
                 const uint32_t corners[3] = {l->vertices[i], l->vertices[k], l->vertices[j]};
-                const double cost = below < l->cost[i][j] ? below + cost_of(f, corners) : INFINITY;
+                const double cost =
+                    below < l->cost[i][j] ? below + cost_of(f, corners, l->count == 3) : INFINITY;
                 if (cost < l->cost[i][j]) {
                     l->cost[i][j] = cost;
                     l->apex[i][j] = k;
