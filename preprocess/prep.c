@@ -301,6 +301,7 @@ static stp_status make_maps(stp_prep_job *job, stp_error *err)
                                       &job->tree.resolution, err));
         job->tree.sources.maps = &job->shapes.map_leaves;
         limit_normal_bits(job);
+        STP_TRY(stp_prep_fill_maps(job, err));
     }
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_MAPS, err));
 done:
@@ -474,6 +475,7 @@ void stp_prep_job_begin(stp_prep_job *job)
                                    .keeps_grid = keeps_grid(job->source, params),
                                    .join_layers = params->join_layers,
                                    .makes_maps = params->maps != NULL,
+                                   .fills_gaps = params->maps && params->maps->fill,
                                    .outliers = params->outliers,
                                    .outlier_distance = params->outlier_distance > 0.0
                                                            ? params->outlier_distance

@@ -147,6 +147,7 @@ typedef struct stp_prep_stats {
     bool keeps_grid;        /* the scan is a grid of heights and stays one (height_grid.h) */
     bool join_layers;       /* was requested */
     bool makes_maps;        /* was requested */
+    bool fills_gaps;        /* between maps: likewise */
     stp_joined_layers joined;
     stp_maps_counts maps;  /* points_out counts the points that they represent, too */
     uint64_t normals_seen; /* normals from windows of images, because of noise along the rays */

@@ -9,6 +9,7 @@
 /* The leaves of lines, of triangles, of maps and of depth images; they are never in temporary
  * files. */
 typedef struct stp_prep_shapes {
+    stp_triangle_set fill; /* between maps, and the source's triangles */
     stp_line_leaves lines;
     stp_triangle_leaves triangles;
     stp_map_leaves map_leaves;
@@ -77,6 +78,9 @@ stp_status stp_prep_side(double *out, const stp_prep_source *source, const stp_p
 /* Cuts the source's lines and triangles into leaves. Errors: LIMIT (they are too large for the
  * memory), EMPTY (there are no points either), OUT_OF_MEMORY. */
 stp_status stp_prep_cut_shapes(stp_prep_job *job, stp_error *err);
+/* Adds the triangles between maps to those of the source, and cuts all into leaves, if there are
+ * any between maps. Errors: those of stp_triangle_leaves_create. */
+stp_status stp_prep_fill_maps(stp_prep_job *job, stp_error *err);
 void stp_prep_clear_shapes(stp_prep_shapes *shapes);
 /* Counts a stored point in the statistics. */
 void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);

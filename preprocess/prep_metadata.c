@@ -67,6 +67,10 @@ static void add_resampled(cJSON *root, const stp_prep_facts *f, const stp_tree_s
     cJSON_AddNumberToObject(to, "cone_deg", f->cone_deg);
     cJSON_AddNumberToObject(to, "greatest", stp_prep_maps_greatest(m, tree));
     cJSON_AddNumberToObject(to, "mean", stp_prep_maps_mean(m, tree));
+    if (!f->stats->fills_gaps)
+        return;
+    cJSON_AddNumberToObject(to, "between", (double)m->between);
+    cJSON_AddNumberToObject(to, "open_edges", (double)m->open_edges);
 }
 
 static void add_intensity(cJSON *root, const stp_prep_source *source, const stp_prep_stats *stats)

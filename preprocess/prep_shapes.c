@@ -1,6 +1,9 @@
 /* Cuts lines and triangles into leaves; how far points and shapes reach. */
 #include "preprocess/prep_job.h"
 
+#include "base/memory.h"
+#include "preprocess/gaps/fill_triangles.h"
+
 static void add_finite(stp_dbox *box, const stp_line_vertex *vertices, uint64_t count)
 {
     for (uint64_t i = 0; i < count; i++)
@@ -89,8 +92,61 @@ done:
     return status;
 }
 
+/* Appends triangles and their vertices to triangles between maps. */
+static stp_status append(stp_triangle_set *set, const stp_triangle_set *other, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t vertex_capacity = set->vertex_count, lattice_capacity = set->vertex_count;
+    size_t capacity = set->triangle_count;
+    const uint64_t vertices = set->vertex_count + other->vertex_count;
+    if (vertices > UINT32_MAX)
+        return stp_error_set(err, STP_LIMIT,
+                             "the maps' borders and the triangles have more than 2^32 vertices: "
+                             "give --gaps overlap");
+    STP_TRY(stp_grow(&set->vertices, &vertex_capacity, vertices, sizeof *set->vertices, "triangles",
+                     err));
+    STP_TRY(stp_grow(&set->lattices, &lattice_capacity, vertices, sizeof *set->lattices,
+                     "triangles", err));
+    STP_TRY(stp_grow(&set->triangles, &capacity, set->triangle_count + other->triangle_count,
+                     sizeof *set->triangles, "triangles", err));
+    for (uint64_t t = 0; t < other->triangle_count; t++, set->triangle_count++)
+        for (int k = 0; k < 3; k++)
+            set->triangles[set->triangle_count][k] =
+                (uint32_t)set->vertex_count + other->triangles[t][k];
+    for (uint64_t v = 0; v < other->vertex_count; v++, set->vertex_count++) {
+        set->vertices[set->vertex_count] = other->vertices[v];
+        set->lattices[set->vertex_count] = STP_LATTICE_ANY;
+    }
+done:
+    return status;
+}
+
+stp_status stp_prep_fill_maps(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_prep_shapes *out = &job->shapes;
+    const stp_prep_source *source = job->source;
+    const stp_dbox box = stp_leaf_sources_box(&job->cloud, &job->tree.sources);
+    const stp_point_item_params items = stp_tree_item_params(&job->tree, &box);
+    double side = 0.0;
+    if (job->maps.fill.count == 0)
+        return STP_OK;
+    STP_TRY(stp_fill_triangles(&out->fill, &job->maps, &items, err));
+    if (source->triangles && source->triangles->triangle_count > 0)
+        STP_TRY(append(&out->fill, source->triangles, err));
+    STP_TRY(stp_prep_side(&side, source, job->stats, err));
+    stp_triangle_leaves_clear(&out->triangles);
+    STP_TRY(stp_triangle_leaves_create(&out->triangles, &out->fill, job->tree.resolution.precision,
+                                       side, err));
+    job->stats->triangles = out->triangles.counts;
+    job->tree.sources.triangles = &out->triangles;
+done:
+    return status;
+}
+
 void stp_prep_clear_shapes(stp_prep_shapes *shapes)
 {
+    stp_triangle_set_clear(&shapes->fill);
     stp_line_leaves_clear(&shapes->lines);
     stp_triangle_leaves_clear(&shapes->triangles);
     stp_map_leaves_clear(&shapes->map_leaves);

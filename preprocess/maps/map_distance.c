@@ -9,8 +9,7 @@ static double to_segment(stp_dvec3 p, stp_dvec3 a, stp_dvec3 b)
     return stp_dvec3_length(stp_dvec3_sub(d, stp_dvec3_scale(way, share)));
 }
 
-/* The corners differ, since they stand over different places of the grid. */
-static double to_triangle(stp_dvec3 p, const stp_dvec3 corners[3])
+double stp_triangle_distance(stp_dvec3 p, const stp_dvec3 corners[3])
 {
     const stp_dvec3 n = stp_dvec3_cross(stp_dvec3_sub(corners[1], corners[0]),
                                         stp_dvec3_sub(corners[2], corners[0]));
@@ -26,7 +25,8 @@ static double to_triangle(stp_dvec3 p, const stp_dvec3 corners[3])
     return fabs(stp_dvec3_dot(n, stp_dvec3_sub(p, corners[0]))) / stp_dvec3_length(n);
 }
 
-/* The distance to a square's triangles. */
+/* The distance to a square's triangles. These have areas, since their corners stand over different
+ * places of the grid. */
 static double to_square(const stp_map *map, uint32_t column, uint32_t row, stp_dvec3 p)
 {
     static const uint32_t right[4] = {0, 1, 1, 0}, down[4] = {0, 0, 1, 1};
@@ -43,9 +43,9 @@ static double to_square(const stp_map *map, uint32_t column, uint32_t row, stp_d
         return INFINITY;
     const stp_dvec3 first[3] = {at[0], at[1], at[2]}, second[3] = {at[0], at[2], at[3]};
     if (count == 4)
-        return stp_min(to_triangle(p, first), to_triangle(p, second));
+        return stp_min(stp_triangle_distance(p, first), stp_triangle_distance(p, second));
     const stp_dvec3 only[3] = {at[(missing + 1) % 4], at[(missing + 2) % 4], at[(missing + 3) % 4]};
-    return to_triangle(p, only);
+    return stp_triangle_distance(p, only);
 }
 
 /* The first of three squares about a place, of `count` in a row. */

@@ -160,6 +160,15 @@ typedef struct window {
     int exponent[WINDOW_SIDE][WINDOW_SIDE];  /* of their lattices */
 } window;
 
+stp_dvec3 stp_map_leaf_place(const stp_map *map, const stp_raster *raster, uint32_t column,
+                             uint32_t row, const stp_point_item_params *params, int *exponent)
+{
+    const vec3s normal = stp_normal_decode(stp_map_at(map, column, row)->normal);
+    const double spacing = spacing_of(map, column, row, normal, params->lambda);
+    *exponent = stp_point_exponent(stp_map_world(map, column, row), spacing, params);
+    return stp_map_snapped(map, raster, column, row, ldexp(1.0, *exponent));
+}
+
 static void load(const making *m, const stp_map_square *square, window *w)
 {
     const stp_map *map = m->map;
@@ -172,14 +181,9 @@ static void load(const making *m, const stp_map_square *square, window *w)
             if (column >= map->columns || row >= map->rows ||
                 !(stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED))
                 continue;
-            const vec3s normal = stp_normal_decode(stp_map_at(map, column, row)->normal);
-            const double spacing = spacing_of(map, column, row, normal, m->params->lambda);
-            const int exponent =
-                stp_point_exponent(stp_map_world(map, column, row), spacing, m->params);
             const stp_dvec3 at =
-                stp_map_snapped(map, &m->raster, column, row, ldexp(1.0, exponent));
+                stp_map_leaf_place(map, &m->raster, column, row, m->params, &w->exponent[j][i]);
             w->at[j][i] = at;
-            w->exponent[j][i] = exponent;
             w->height[j][i] = (const double[3]){at.x, at.y, at.z}[m->raster.axis];
         }
 }

@@ -33,6 +33,10 @@ stp_status stp_map_leaves_create(stp_map_leaves *out, const stp_maps *maps, doub
 stp_status stp_map_leaf_build(const stp_map_leaves *leaves, uint32_t leaf,
                               const stp_point_item_params *params, stp_built_chunk *out,
                               stp_error *err);
+/* Where a sample is put before it is rounded to the lattice of its square, which is the finest of
+ * the exponents of the square's samples. raster: the map's, of any origin. */
+stp_dvec3 stp_map_leaf_place(const stp_map *map, const stp_raster *raster, uint32_t column,
+                             uint32_t row, const stp_point_item_params *params, int *exponent);
 void stp_map_leaves_clear(stp_map_leaves *leaves);
 
 #endif

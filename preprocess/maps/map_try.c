@@ -30,14 +30,19 @@ typedef struct trial {
     stp_map_list *list;
 } trial;
 
-static double limit_of(const trial *t, uint32_t place)
+double stp_map_limit(const stp_cloud *cloud, const stp_maps_params *params, uint32_t place)
 {
-    const uint8_t marks = t->cloud->marks[place];
-    const double spacing = (double)t->cloud->points[place].spacing;
+    const uint8_t marks = cloud->marks[place];
+    const double spacing = (double)cloud->points[place].spacing;
     const double by_noise = spacing * (marks & STP_MARK_WIDEST ? WIDEST_OFF
                                        : marks & STP_MARK_WIDE ? WIDE_OFF
                                                                : QUIET_OFF);
-    return t->params->error > 0.0 ? fmin(t->params->error, by_noise) : by_noise;
+    return params->error > 0.0 ? fmin(params->error, by_noise) : by_noise;
+}
+
+static double limit_of(const trial *t, uint32_t place)
+{
+    return stp_map_limit(t->cloud, t->params, place);
 }
 
 /* Measures all own points. Returns how many lie off the map. */

@@ -32,6 +32,8 @@ stp_status stp_map_list_make(stp_map_list *out, const stp_cloud *cloud,
                              const stp_maps_params *params, const stp_face_tree *faces,
                              const uint32_t *parts, bool *mapped, uint32_t *places, uint32_t count,
                              stp_error *err);
+/* How far a point may be from the map that stands for it. */
+double stp_map_limit(const stp_cloud *cloud, const stp_maps_params *params, uint32_t place);
 void stp_map_list_clear(stp_map_list *list, stp_spill *spill);
 
 #endif

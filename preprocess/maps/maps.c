@@ -2,6 +2,8 @@
 #include "preprocess/maps/maps.h"
 
 #include "base/memory.h"
+#include "preprocess/gaps/map_account.h"
+#include "preprocess/gaps/map_trim.h"
 #include "preprocess/maps/map_try.h"
 #include "preprocess/maps/part_cut.h"
 #include "preprocess/maps/part_merge.h"
@@ -25,6 +27,7 @@ typedef struct work {
     uint32_t *order;   /* places, merged part after merged part */
     uint32_t *begins;  /* by merged part: where its places begin; then their number */
     uint32_t merged_count;
+    uint32_t *map_first;       /* by merged part: its first map; then the number of maps */
     stp_map_list *lists;       /* by merged part */
     atomic_uint_fast64_t done; /* points, of twice as many: cut, then sampled */
 } work;
@@ -171,7 +174,7 @@ static int compare_guests(const void *a, const void *b)
     return (p->list > q->list) - (p->list < q->list);
 }
 
-/* Gives each guest to the map that it is nearest to. */
+/* Gives each guest to the map that it is nearest to, and numbers it as that map's points. */
 static stp_status settle_guests(work *w, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -189,8 +192,10 @@ static stp_status settle_guests(work *w, stp_error *err)
         qsort(guests, n, sizeof *guests, compare_guests);
     for (size_t i = 0; i < n; i++) {
         bool *mapped = &w->mapped[guests[i].place];
-        if (!*mapped)
-            stp_maps_counts_add(&w->lists[guests[i].list].counts, guests[i].distance);
+        if (*mapped)
+            continue;
+        stp_maps_counts_add(&w->lists[guests[i].list].counts, guests[i].distance);
+        w->numbers[guests[i].place] = guests[i].list;
         *mapped = true;
     }
 done:
@@ -206,6 +211,8 @@ static stp_status gather(work *w, stp_maps *out, stp_error *err)
     for (uint32_t m = 0; m < w->merged_count; m++)
         all.counts.maps += w->lists[m].count;
     STP_TRY(stp_alloc(&all.maps, all.counts.maps, sizeof *all.maps, "maps", err));
+    STP_TRY(
+        stp_alloc(&w->map_first, (size_t)w->merged_count + 1, sizeof *w->map_first, "maps", err));
     for (uint32_t m = 0; m < w->merged_count; m++) {
         stp_map_list *list = &w->lists[m];
         for (size_t i = 0; i < list->count; i++)
@@ -213,12 +220,25 @@ static stp_status gather(work *w, stp_maps *out, stp_error *err)
         if (list->count > 0)
             stp_dbox_join(&all.box, &list->box);
         list->count = 0; /* the maps have moved */
+        w->map_first[m + 1] = all.count;
         all.counts.samples += list->counts.samples;
         all.counts.represented += list->counts.represented;
         all.counts.greatest = stp_max(all.counts.greatest, list->counts.greatest);
         all.counts.sum += list->counts.sum;
     }
     *out = all;
+done:
+    return status;
+}
+
+/* Makes the maps disjoint, fills what is between them, and counts again. */
+static stp_status fill_gaps(work *w, stp_maps *maps, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_map_owners owners = {w->numbers, w->map_first, w->mapped};
+    STP_TRY(stp_maps_trim(maps->maps, maps->count, err));
+    STP_TRY(stp_map_fill_create(&maps->fill, maps->maps, maps->count, err));
+    STP_TRY(stp_maps_account(maps, w->cloud, w->params, &owners, pool, err));
 done:
     return status;
 }
@@ -266,6 +286,7 @@ static void clear_work(work *w)
     free(w->lists);
     free(w->cell_first);
     free(w->begins);
+    free(w->map_first);
     stp_spill_free(w->cloud->spill, w->numbers);
     stp_spill_free(w->cloud->spill, w->order);
     stp_spill_free(w->cloud->spill, w->mapped);
@@ -294,6 +315,8 @@ stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params 
     STP_TRY(stp_cloud_run(cloud, pool, w.merged_count, sample_one, &w, err));
     STP_TRY(settle_guests(&w, err));
     STP_TRY(gather(&w, out, err));
+    if (params->fill)
+        STP_TRY(fill_gaps(&w, out, pool, err));
     out->counts.as_points = cloud->count - out->counts.represented;
     keep_others(cloud, w.mapped);
 done:
@@ -306,5 +329,6 @@ void stp_maps_clear(stp_maps *maps)
     for (uint32_t i = 0; i < maps->count; i++)
         stp_spill_free(maps->spill, maps->maps[i].samples);
     free(maps->maps);
+    stp_map_fill_clear(&maps->fill);
     *maps = (stp_maps){0};
 }

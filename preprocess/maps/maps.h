@@ -23,7 +23,7 @@
 #include "base/progress.h"
 #include "formats/scan/mesh/mesh.h"
 #include "preprocess/cloud/cloud.h"
-#include "preprocess/maps/map.h"
+#include "preprocess/gaps/map_fill.h"
 
 #define STP_MAP_POINTS_LEAST 32u
 #define STP_MAP_OFF_MOST 0.05
@@ -31,6 +31,7 @@
 typedef struct stp_maps_params {
     double cone_deg; /* greatest angle between a map's axis and a normal, 10 to 80 */
     double error;    /* farthest that a point may be from its map, world units; 0: by the spacing */
+    bool fill;       /* trim the maps, and fill what is between them (map_trim.h, map_fill.h) */
     const stp_mesh *mesh; /* whose triangles are the surface where they are near; borrowed; NULL:
                              the points alone tell the surface */
 } stp_maps_params;
@@ -39,6 +40,8 @@ typedef struct stp_maps_counts {
     uint64_t maps, samples;
     uint64_t represented; /* points that maps stand for */
     uint64_t as_points;   /* points that stay */
+    uint64_t between;     /* triangles that fill the gaps between maps */
+    uint64_t open_edges;  /* of cells and these triangles, that have one triangle */
     double greatest, sum; /* of the distances of represented points from their maps' surfaces */
 } stp_maps_counts;
 
@@ -47,7 +50,8 @@ typedef struct stp_maps {
     uint32_t count;
     stp_dbox box; /* of all samples, world */
     stp_maps_counts counts;
-    stp_spill *spill; /* where samples lie, borrowed */
+    stp_map_fill fill; /* empty unless it is wanted */
+    stp_spill *spill;  /* where samples lie, borrowed */
 } stp_maps;
 
 /* Makes the maps of a sorted cloud whose spacings, normals and marks are known. Errors:

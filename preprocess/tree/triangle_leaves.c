@@ -86,9 +86,25 @@ static stp_dbox part_box(const maker *m, const stp_triangle_part *part)
     return box;
 }
 
+/* The finest of the lattices on which the corners of the part lie; `free` is that of the others. */
+static int corners_lattice(const maker *m, const stp_triangle_part *part, int free)
+{
+    int finest = STP_LATTICE_ANY;
+    if (!m->set->lattices)
+        return free;
+    for (uint32_t t = 0; t < part->count; t++)
+        for (int k = 0; k < 3; k++) {
+            const int told = m->set->lattices[m->set->triangles[m->order[part->first + t]][k]];
+            const int own = told == STP_LATTICE_ANY ? free : told;
+            finest = own < finest ? own : finest;
+        }
+    return finest;
+}
+
 /* Chooses the part's lattice. Corners are kept to 1/1024 of the triangles' mean size and to the
- * precision asked for; if the part is large, the lattice is coarser. Returns whether the part is
- * small enough for the finer lattice and its triangles are near each other. */
+ * precision asked for, unless they have lattices of their own; if the part is large, the lattice is
+ * coarser. Returns whether the part is small enough for the finer lattice and its triangles are
+ * near each other. */
 static bool choose_lattice(const maker *m, stp_triangle_part *part)
 {
     const stp_dbox box = part_box(m, part);
@@ -103,8 +119,10 @@ static bool choose_lattice(const maker *m, stp_triangle_part *part)
         }
     const double reach = stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + wide;
     const double size = length / (3.0 * part->count), fine = size * STP_SPACING_PARTS / 1024.0;
-    const int wanted = stp_lattice_exponent(fine, 0.0, m->precision, box.max);
-    const int exponent = stp_lattice_exponent(fine, 2.0 * reach, m->precision, box.max);
+    const int free = stp_lattice_exponent(fine, 0.0, m->precision, box.max);
+    const int small = stp_lattice_exponent(fine, 2.0 * reach, m->precision, box.max);
+    const int wanted = corners_lattice(m, part, free);
+    const int exponent = small > free ? small : wanted;
     const stp_lattices lattices = stp_lattices_choose(exponent, &box, reach, m->side);
     part->exponent = part->coarsest = lattices.exponent;
     part->vertex_exponent = lattices.vertex_exponent;

@@ -73,6 +73,10 @@ static bool are_hidden(stp_gpu_frame *frame, const stp_draw_params *params, cons
         const stp_model *model = scene->models[i].model;
         if (params->hidden_models >> i & 1 || model->outside.point_count == 0)
             continue;
+        /* Nothing lies over an edge between maps. If one side is left out, the triangles at the
+         * edge are seen from behind, and normals tell too little of them. */
+        if (model->is_filled)
+            return false;
         if (!is_outside(view, params, model) ||
             !add_openings(frame, &model->outside, stp_unexaggerated(params, view->eye)))
             return false;

@@ -52,6 +52,9 @@ static void read_view(stp_model *model)
         up[0] == 0.0 && up[1] + up[2] == 1.0 && up[1] * up[2] == 0.0)
         model->up = (stp_dvec3){up[0], up[1], up[2]};
     model->is_grid = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(metadata, "grid"));
+    const cJSON *resampled = cJSON_GetObjectItemCaseSensitive(metadata, "resampled");
+    model->is_maps = cJSON_IsObject(resampled);
+    model->is_filled = cJSON_HasObjectItem(resampled, "between");
     model->first = camera;
     model->first_aspect = aspect;
     cJSON_Delete(metadata);

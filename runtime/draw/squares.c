@@ -59,20 +59,44 @@ static void place_on_map(stp_square_key *key, const stp_square *square, const st
     }
 }
 
+/* Places a square among those of a tilted grid, by columns and rows from where the grid meets the
+ * world's own axis along which its heights go. The same grid has other columns in each chunk, but
+ * the same slopes, which tell it from others. */
+static void place_on_tilted(stp_square_key *key, const stp_raster *raster, stp_dvec3 origin)
+{
+    const double from[3] = {origin.x, origin.y, origin.z};
+    const double *a = raster->across[0], *b = raster->across[1];
+    const double x = a[0] + from[(raster->axis + 1) % 3] - from[raster->axis] * a[3];
+    const double y = b[0] + from[(raster->axis + 2) % 3] - from[raster->axis] * b[3];
+    const double turn = STP_SQUARE_SIDE * (a[1] * b[2] - a[2] * b[1]);
+    key->at[0] += (b[2] * x - a[2] * y) / turn;
+    key->at[1] += (a[1] * y - b[1] * x) / turn;
+    for (int k = 0; k < 2; k++)
+        key->grid = mix(key->grid, raster->across[k] + 1, 3 * sizeof(double));
+}
+
 static stp_square_key key_of(const stp_project_params *params, uint32_t block,
                              const stp_square *square, const stp_raster *raster)
 {
     const uint32_t chunk = params->scene->blocks[block].chunk;
+    const stp_scene_model *model = stp_scene_find(params->scene, chunk);
+    const uint64_t number = (uint64_t)(model - params->scene->models);
+    const stp_dvec3 origin = stp_scene_entry(params->scene, block)->origin;
     stp_square_key key = {.at = {square->column, square->row}, .step = {{1.0, 0.0}, {0.0, 1.0}}};
-    if (stp_raster_is_upright(raster)) {
-        key.grid = (uint64_t)(stp_scene_find(params->scene, chunk) - params->scene->models);
-        place_on_map(&key, square, raster, stp_scene_entry(params->scene, block)->origin);
-    } else {
-        key.grid = mix(UINT64_MAX, &chunk, sizeof chunk);
-        key.grid = mix(key.grid, &raster->axis, sizeof raster->axis);
-        key.grid = mix(key.grid, raster->across, sizeof raster->across);
-        key.grid |= UINT64_C(1) << 63; /* no model's */
+    if (stp_raster_is_upright(raster) && !model->model->is_maps) {
+        key.grid = number;
+        place_on_map(&key, square, raster, origin);
+        return key;
     }
+    key.grid = mix(UINT64_MAX, &number, sizeof number);
+    key.grid = mix(key.grid, &raster->axis, sizeof raster->axis);
+    if (stp_raster_spreads(raster)) {
+        key.grid = mix(key.grid, &chunk, sizeof chunk);
+        key.grid = mix(key.grid, raster->across, sizeof raster->across);
+    } else {
+        place_on_tilted(&key, raster, origin);
+    }
+    key.grid |= UINT64_C(1) << 63; /* no model's */
     return key;
 }
 
@@ -95,13 +119,17 @@ static void set_grid(stp_gpu_square *out, const stp_gpu_frame *frame)
 }
 
 static stp_gpu_square record_of(const stp_square *square, const stp_raster *raster,
-                                const stp_gpu_patch *patch, const stp_gpu_chunk *chunk)
+                                const stp_gpu_patch *patch, const stp_gpu_chunk *chunk,
+                                const stp_model *model)
 {
+    const bool overlaps = model->is_maps || !stp_raster_is_upright(raster);
     stp_gpu_square out = {.step = patch->step,
                           .samples = {(uint32_t)square->samples, (uint32_t)(square->samples >> 32)},
                           .first = patch->first[0],
                           .axis = raster->axis,
-                          .overlaps = !stp_raster_is_upright(raster)};
+                          .flags = (overlaps ? STP_SQUARE_OVERLAPS : 0u) |
+                                   (model->is_maps ? STP_SQUARE_OF_MAP : 0u) |
+                                   (model->is_filled ? STP_SQUARE_FILLED : 0u)};
     for (int i = 0; i < 3; i++)
         out.origin[i] = patch->origin[i] + chunk->offset[i];
     /* A camera's columns and rows spread: they are taken as in the square's middle. */
@@ -127,6 +155,8 @@ static void list_draw(stp_squares *s, const stp_project_params *params, size_t d
         stp_block_cache_get(params->cache, stp_block_cache_slot(params->cache, block));
     const stp_gpu_chunk chunk =
         stp_gpu_chunk_from_draw(params->scene, &params->draws[draw], params->eye);
+    const stp_model *model =
+        stp_scene_find(params->scene, params->scene->blocks[block].chunk)->model;
     for (size_t i = list->begin[draw]; i < list->begin[draw + 1]; i++) {
         const uint32_t of = list->items[i] - r->placement.patches.begin;
         const stp_square *square = &r->mirror.squares[of];
@@ -134,7 +164,7 @@ static void list_draw(stp_squares *s, const stp_project_params *params, size_t d
         stp_gpu_square *record = &s->records[s->count];
         if ((s->maps != 0 && stp_raster_is_map(raster)) != splats)
             continue;
-        *record = record_of(square, raster, &r->mirror.patches[of], &chunk);
+        *record = record_of(square, raster, &r->mirror.patches[of], &chunk, model);
         record->patch = list->items[i];
         if (splats)
             set_grid(record, params->frame);

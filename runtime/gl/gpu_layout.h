@@ -51,6 +51,12 @@ enum {
 #define STP_NAME_PLACE_SHIFT 4
 #define STP_NAMED_SQUARES_LIMIT (1u << (29 - STP_NAME_SQUARE_SHIFT))
 
+/* Flags of a square: other surfaces go on at its borders; it is one of a map, whose cells are all
+ * surface; triangles lie between its map and others. */
+#define STP_SQUARE_OVERLAPS 1u
+#define STP_SQUARE_OF_MAP 2u
+#define STP_SQUARE_FILLED 4u
+
 /* Words of a bit set of all classes. */
 #define STP_CLASS_WORDS 8
 
@@ -124,7 +130,7 @@ typedef struct stp_gpu_square {
     uint32_t patch;        /* in the Object Texture */
     float column[2], row[2], up[2];
     uint32_t axis;
-    uint32_t overlaps; /* other surfaces go on at its borders */
+    uint32_t flags; /* STP_SQUARE_* */
     /* The squares around it, by rows, then by columns, as numbers among those drawn; UINT32_MAX:
      * none is drawn. */
     uint32_t beside[8];

@@ -205,7 +205,7 @@ stp_disc stp_square_disc(uint name, vec2 window)
     stp_disc disc = stp_square_mean(cell, weights, int(nearer.x) + 2 * int(nearer.y));
     disc.position = is_whole ? a + parts.x * (b - a) + parts.y * (c - a) : stp_disc_meet(disc, window);
     disc.normal = stp_square_normal(disc.normal, is_whole ? cross(b - a, c - a) : disc.normal, disc.position);
-    bool grows = stp_square_overlaps(listed) && (!is_whole || stp_square_ends(listed, at));
+    bool grows = (stp_square_flags(listed) & STP_SQUARE_OVERLAPS) != 0u && (!is_whole || stp_square_ends(listed, at));
     disc.radius = grows ? disc.radius : 0.0;
     return disc;
 }

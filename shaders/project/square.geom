@@ -24,11 +24,18 @@ void stp_piece_emit(vec3 corners[4], ivec2 at, uint which)
     EndPrimitive();
 }
 
+// A place relative to the eye, moved away from it.
+vec3 stp_square_behind(vec3 place, float by)
+{
+    vec3 back = vec3(axis_right.w, axis_up.w, axis_back.w);
+    return place - by * (STP_ORTHOGRAPHIC != 0 ? back : -normalize(place));
+}
+
 // first: column and row of the cell's first sample.
-void stp_cell_emit(ivec2 first, stp_square_axes axes)
+void stp_cell_emit(ivec2 first, stp_square_axes axes, uint flags)
 {
     stp_square_cell c = stp_square_cell_fetch(patch_index[0], first);
-    stp_square_surface s = stp_square_surface_find(c, axes);
+    stp_square_surface s = stp_square_surface_find(c, axes, (flags & STP_SQUARE_OF_MAP) != 0u);
     if (all(s.sides) && min(first.x, first.y) >= 0)
         stp_piece_emit(vec3[](c.samples[0].place, c.samples[1].place, c.samples[2].place, c.samples[3].place), first,
                        STP_SQUARE_WHOLE);
@@ -36,16 +43,23 @@ void stp_cell_emit(ivec2 first, stp_square_axes axes)
     int quarters = all(s.sides) ? 0 : 4;
     for (int own = 0; own < quarters; own++) {
         ivec2 at = first + ivec2(own & 1, own >> 1);
-        if (c.samples[own].there && at >> 3 == ivec2(0))
-            stp_piece_emit(stp_square_quarter(c, s, own), at, 0u);
+        if (!c.samples[own].there || at >> 3 != ivec2(0))
+            continue;
+        // Triangles lie in front of quarters, which show where these are not drawn.
+        vec3 corners[4] = stp_square_quarter(c, s, own);
+        float behind = (flags & STP_SQUARE_FILLED) != 0u ? length(s.by_column[own]) : 0.0;
+        for (int i = 0; i < 4; i++)
+            corners[i] = stp_square_behind(corners[i], behind);
+        stp_piece_emit(corners, at, 0u);
     }
 }
 
 void main()
 {
     stp_square_axes axes = stp_square_axes_fetch(patch_index[0]);
+    uint flags = stp_square_flags(patch_index[0]);
     for (int i = 0; i < STP_SQUARE_SHARE; i++) {
         int cell = gl_InvocationID * STP_SQUARE_SHARE + i;
-        stp_cell_emit(ivec2(cell % 9, cell / 9) - 1, axes);
+        stp_cell_emit(ivec2(cell % 9, cell / 9) - 1, axes, flags);
     }
 }

@@ -56,10 +56,9 @@ mat2x3 stp_square_grid_fetch(uint listed)
                   uintBitsToFloat(texelFetch(square_texture, base + 7).xyz));
 }
 
-// Whether other surfaces go on at the borders of a square's grid.
-bool stp_square_overlaps(uint listed)
+uint stp_square_flags(uint listed)
 {
-    return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 3).w != 0u;
+    return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 3).w;
 }
 
 // The place of a column and a row in Morton order.
@@ -174,24 +173,24 @@ struct stp_square_surface {
 };
 
 // Whether the surface goes on from a sample to the next: their distance is at most twice what either
-// tangent plane tells. Else there is a cliff.
-bool stp_square_joins(stp_square_sample a, stp_square_sample b, vec3 half_a, vec3 half_b)
+// tangent plane tells. Else there is a cliff. Maps have none: there is no sample beyond a cliff.
+bool stp_square_joins(stp_square_sample a, stp_square_sample b, vec3 half_a, vec3 half_b, bool of_map)
 {
     vec3 way = b.place - a.place;
-    return a.there && b.there && dot(way, way) <= 16.0 * max(dot(half_a, half_a), dot(half_b, half_b));
+    return a.there && b.there && (of_map || dot(way, way) <= 16.0 * max(dot(half_a, half_a), dot(half_b, half_b)));
 }
 
-stp_square_surface stp_square_surface_find(stp_square_cell c, stp_square_axes axes)
+stp_square_surface stp_square_surface_find(stp_square_cell c, stp_square_axes axes, bool of_map)
 {
     stp_square_surface s;
     for (int i = 0; i < 4; i++) {
         s.by_column[i] = 0.5 * stp_square_rise(c.samples[i], axes.column, axes.up);
         s.by_row[i] = 0.5 * stp_square_rise(c.samples[i], axes.row, axes.up);
     }
-    s.sides = bvec4(stp_square_joins(c.samples[0], c.samples[1], s.by_column[0], s.by_column[1]),
-                    stp_square_joins(c.samples[2], c.samples[3], s.by_column[2], s.by_column[3]),
-                    stp_square_joins(c.samples[0], c.samples[2], s.by_row[0], s.by_row[2]),
-                    stp_square_joins(c.samples[1], c.samples[3], s.by_row[1], s.by_row[3]));
+    s.sides = bvec4(stp_square_joins(c.samples[0], c.samples[1], s.by_column[0], s.by_column[1], of_map),
+                    stp_square_joins(c.samples[2], c.samples[3], s.by_column[2], s.by_column[3], of_map),
+                    stp_square_joins(c.samples[0], c.samples[2], s.by_row[0], s.by_row[2], of_map),
+                    stp_square_joins(c.samples[1], c.samples[3], s.by_row[1], s.by_row[3], of_map));
     return s;
 }
 

@@ -554,7 +554,9 @@ static void test_squares(void **state)
     squares[2].samples &= squares[2].samples - 1;
     assert_int_equal(stp_squares_encode(chunk, squares, &bytes, &table, NULL), STP_OK);
     assert_int_equal(stp_squares_decode(&table, chunk, &first, decoded, NULL), STP_CORRUPT);
-    assert_memory_equal(decoded, squares, 2 * sizeof *squares);
+    for (int i = 0; i < 2; i++) /* not the bytes between fields */
+        assert_true(decoded[i].samples == squares[i].samples && decoded[i].raster == 0 &&
+                    decoded[i].column == squares[i].column && decoded[i].row == squares[i].row);
     free(bytes.data);
     free(table.values);
     stp_chunk_destroy(&chunk);

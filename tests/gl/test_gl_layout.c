@@ -69,7 +69,7 @@ static const char decode[] =
     "    put4(s.lattice); put(float(s.mask.x)); put(float(s.mask.y)); put(float(s.first)); "
     "put(float(s.patch_index));\n"
     "    stp_square_axes a = stp_square_axes_fetch(1u);\n"
-    "    put3(a.column); put3(a.row); put3(a.up); put(stp_square_overlaps(1u) ? 1.0 : 0.0);\n"
+    "    put3(a.column); put3(a.row); put3(a.up); put(float(stp_square_flags(1u)));\n"
     "    for (int i = 0; i < 9; i++)\n"
     "        if (i != 4) put(float(stp_square_beside(1u, ivec2(i % 3, i / 3) - 1)));\n"
     "    mat2x3 g = stp_square_grid_fetch(1u); put3(g[0]); put3(g[1]);\n"
@@ -169,7 +169,7 @@ static const stp_gpu_square square = {.origin = {121, 122, 123},
                                       .row = {131, 132},
                                       .up = {133, 134},
                                       .axis = 1,
-                                      .overlaps = 1,
+                                      .flags = STP_SQUARE_OVERLAPS | STP_SQUARE_FILLED,
                                       .beside = {141, 142, 143, 144, 145, 146, 147, 148},
                                       .to_column = {149, 150, 151},
                                       .to_row = {152, 153, 154}};
@@ -193,7 +193,7 @@ static void want_square(expectation *e)
     want_across(e, square.column, 0.0);
     want_across(e, square.row, 0.0);
     want_across(e, square.up, 1.0);
-    want(e, square.overlaps);
+    want(e, square.flags);
     for (int i = 0; i < 8; i++)
         want(e, square.beside[i]);
     want_floats(e, square.to_column, 3);

@@ -2,10 +2,13 @@
  * at the true surface, a ball with waves: from 26 directions no pixel is open, at one level and at
  * mixed ones; depths and picks are those of the surface; roads draw the same bytes. Splats that
  * show the plane between samples are nearer to the truth than blended ones by 1 dB. Drawn in
- * reverse order, blended splats are the same. */
+ * reverse order, blended splats are the same. Where gaps between maps are filled, no pixel is open
+ * either, and the cells and the triangles between are one closed mesh. */
+#include "formats/chunk/codec/square.h"
 #include "runtime/camera/camera.h"
 #include "runtime/camera/orbit.h"
 #include "runtime/gl/shader.h"
+#include "runtime/renderer_parts.h"
 #include "tests/fixtures/gl_model.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/support/views.h"
@@ -14,6 +17,7 @@
 
 enum { SIZE = 160, PIXELS = SIZE * SIZE, POINTS = 40000, WAYS = 5 };
 #define MAPS_FILE "maps.stipple"
+#define FILLED_FILE "filled.stipple" /* the same with the gaps between maps filled */
 #define SHADER_FOLDER "maps-shaders"
 
 static const stp_maps_as ways[WAYS] = {STP_MAPS_MESH, STP_MAPS_SPLATS, STP_MAPS_BLEND,
@@ -58,10 +62,11 @@ static bool cast(const stp_view *view, int pixel, double slack, stp_dvec3 *out)
     return found >= 0.0 && deepest < -slack;
 }
 
+static stp_prep_stats made[2]; /* without and with filled gaps */
+
 static void make_maps(void **state)
 {
     (void)state;
-    stp_prep_stats stats;
     prep_cloud cloud = prep_cloud_make(POINTS);
     for (size_t i = 0; i < cloud.count; i++) { /* along a spiral */
         const double z = 1.0 - 2.0 * ((double)i + 0.5) / (double)cloud.count;
@@ -71,10 +76,12 @@ static void make_maps(void **state)
             p = stp_dvec3_scale(p, 1.0 - outside(p));
         cloud.points[i].position = p;
     }
-    check_ok(prep_cloud_run(
-        &cloud, MAPS_FILE, 2,
-        &(stp_prep_params){.codec = STP_CODEC_DRACO, .maps = &(stp_maps_params){.cone_deg = 60.0}},
-        &stats, err));
+    for (int fill = 0; fill < 2; fill++) {
+        const stp_maps_params maps = {.cone_deg = 60.0, .fill = fill == 1};
+        check_ok(prep_cloud_run(&cloud, fill ? FILLED_FILE : MAPS_FILE, 2,
+                                &(stp_prep_params){.codec = STP_CODEC_DRACO, .maps = &maps},
+                                &made[fill], err));
+    }
     free(cloud.points);
 }
 
@@ -152,6 +159,79 @@ static void no_pixel_is_open(void **state)
             assert_int_equal(sum->open, 0);
             assert_true(sum->worst < (mixed ? 0.1 : 0.05));
         }
+    gl_fixture_close(&f);
+}
+
+/* Filled gaps, too; and there the mesh lies nearer to the surface than where maps overlap. */
+static void no_pixel_between_filled_maps_is_open(void **state)
+{
+    (void)state;
+    static uint8_t rgba[4 * PIXELS];
+    static bool inside[PIXELS];
+    judgement sums[2][2] = {0};
+    gl_fixture files[2] = {0};
+    gl_fixture_open(&files[0], MAPS_FILE, NULL);
+    gl_fixture_open(&files[1], FILLED_FILE, NULL);
+    for (int i = 0; i < VIEWS_DIRECTIONS; i++) {
+        const stp_view view = views_get(i, &files[0].model->ball, NULL, 0, SIZE, SIZE);
+        stp_dvec3 hit;
+        for (int k = 0; k < PIXELS; k++)
+            inside[k] = cast(&view, k, 0.05, &hit);
+        for (int fill = 0; fill < 2; fill++)
+            for (int mixed = 0; mixed <= fill; mixed++) {
+                stp_draw_params params = params_for(STP_MAPS_MESH);
+                params.every_sample = mixed == 0;
+                params.threshold_px = 0.2;
+                gl_fixture_draw(&files[fill], &view, &params, NULL, rgba);
+                judge(&files[fill], &view, inside, &sums[fill][mixed]);
+            }
+    }
+    for (int fill = 0; fill < 2; fill++)
+        for (int mixed = 0; mixed <= fill; mixed++) {
+            const judgement *sum = &sums[fill][mixed];
+            print_message("%s, %s: %zu of %zu pixels open, the worst off by %g\n",
+                          fill ? "filled" : "overlapping", mixed ? "mixed levels" : "every sample",
+                          sum->open, sum->inside, sum->worst);
+            assert_int_equal(sum->open, 0);
+        }
+    assert_true(sums[1][0].worst < sums[0][0].worst && sums[1][1].worst < 0.1);
+    gl_fixture_close(&files[0]);
+    gl_fixture_close(&files[1]);
+}
+
+/* Whether a square has a sample at a column and row, both 0 to 8: then it is in a square beside. */
+static bool square_has(const stp_squares *s, size_t square, int column, int row)
+{
+    static const int which[2][2] = {{-1, 4}, {6, 7}}; /* by rows, then by columns */
+    const int side = which[row >> 3][column >> 3];
+    const uint32_t at = side < 0 ? (uint32_t)square : s->records[square].beside[side];
+    const uint32_t place = stp_square_morton((uint32_t)column & 7u, (uint32_t)row & 7u);
+    return at != UINT32_MAX && (s->records[at].samples[place >> 5] >> (place & 31u) & 1u) != 0;
+}
+
+/* All cells between four samples are drawn as such, also where the samples are in several chunks.
+ * The mesh is closed, so Euler's formula tells how many there are: triangles = 2 vertices - 4. */
+static void cells_go_on_in_other_chunks(void **state)
+{
+    (void)state;
+    static uint8_t rgba[4 * PIXELS];
+    gl_fixture f = {0};
+    size_t cells = 0;
+    gl_fixture_open(&f, FILLED_FILE, NULL);
+    const stp_view view = views_get(0, &f.model->ball, NULL, 0, SIZE, SIZE);
+    stp_draw_params params = params_for(STP_MAPS_MESH);
+    params.cull = STP_CULL_NONE;
+    gl_fixture_draw(&f, &view, &params, NULL, rgba);
+    const stp_squares *s = &f.renderer->project.squares;
+    for (size_t i = 0; i < s->triangles; i++)
+        for (int k = 0; k < 64; k++) {
+            const int c = k % 8, r = k / 8;
+            cells += square_has(s, i, c, r) && square_has(s, i, c + 1, r) &&
+                     square_has(s, i, c, r + 1) && square_has(s, i, c + 1, r + 1);
+        }
+    print_message("%zu cells in %u chunks\n", cells, made[1].tree.chunk_count);
+    assert_true(made[1].tree.chunk_count > 2 && made[1].maps.as_points == 0);
+    assert_int_equal(2 * cells + made[1].maps.between, 2 * made[1].maps.samples - 4);
     gl_fixture_close(&f);
 }
 
@@ -360,6 +440,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(make_maps),
         cmocka_unit_test(no_pixel_is_open),
+        cmocka_unit_test(no_pixel_between_filled_maps_is_open),
+        cmocka_unit_test(cells_go_on_in_other_chunks),
         cmocka_unit_test(roads_draw_the_same),
         cmocka_unit_test(coarse_samples_are_points),
         cmocka_unit_test(splats_are_nearer_to_the_truth),

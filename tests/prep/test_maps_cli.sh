@@ -45,6 +45,8 @@ refuse() { # options, and what the message says
 }
 refuse --cone 60 "give --maps, too"
 refuse --map-error 1 "give --maps, too"
+refuse --gaps fill "give --maps, too"
+refuse --maps --gaps wide "--gaps"
 refuse --maps --cone 5 "--cone: give 10 to 80"
 refuse --maps --cone 81 "--cone: give 10 to 80"
 refuse --maps --map-error -1 "--map-error: give a positive length"
@@ -53,6 +55,22 @@ refuse --maps --cone 0 "--cone: give 10 to 80"
 refuse --maps --precision exact "--precision exact"
 refuse --maps --attributes all "--attributes"
 refuse --maps --orient none "--orient none"
+
+# Gaps between maps are filled: the model says so, and the torus is closed.
+run "$STIPPLE" prep "$FOLDER/torus.ply" --maps --gaps fill -o "$FOLDER/filled.stipple" --stats "$FOLDER/filled.json"
+expect_code 0
+expect_text err " triangles fill the gaps between maps; 0 edges stay open"
+"$STIPPLE" verify "$FOLDER/filled.stipple" --quiet || fail "verify filled"
+for key in between open_edges; do
+    grep -q "\"$key\":" "$FOLDER/filled.json" || fail "stats without $key"
+done
+grep -q '"between":' "$FOLDER/stats.json" && fail "gaps are said to be filled, but are not"
+run "$STIPPLE" info "$FOLDER/filled.stipple"
+expect_text out " triangles fill the gaps between maps; 0 edges stay open"
+run "$STIPPLE" info "$FOLDER/filled.stipple" --json
+expect_text out '"between":'
+run "$STIPPLE" info "$model"
+grep -q "fill the gaps" "$FOLDER/out" && fail "info: gaps are filled, but are not"
 
 # A ceiling, exactly along the axes: its map looks down.
 awk 'BEGIN {

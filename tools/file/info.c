@@ -181,6 +181,11 @@ static void print_resampled(const cJSON *metadata)
     printf("resampled      %.0f maps of %.0f samples stand for %.0f points; %.0f stay points\n"
            "               the surface is at most %.3g from the points, %.3g on average\n",
            values[0], values[1], values[2], values[3], values[4], values[5]);
+    const cJSON *between = cJSON_GetObjectItemCaseSensitive(resampled, "between");
+    const cJSON *open = cJSON_GetObjectItemCaseSensitive(resampled, "open_edges");
+    if (cJSON_IsNumber(between) && cJSON_IsNumber(open))
+        printf("               %.0f triangles fill the gaps between maps; %.0f edges stay open\n",
+               between->valuedouble, open->valuedouble);
 }
 
 /* Prints "0.0004 at most, 0.0002 on average", as prep measured. */

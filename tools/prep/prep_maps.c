@@ -16,6 +16,8 @@ void prep_maps_fill(prep_maps *maps, cli_option out[PREP_MAPS_OPTIONS])
          "of --maps: how far normals may turn from a map's axis, 10 to 80 (60)", NULL},
         {"--map-error", 0, CLI_NUMBER, &maps->error, "LENGTH",
          "of --maps: points farther than this from their map stay points (by the spacing)", NULL},
+        {"--gaps", 0, CLI_CHOICE, &maps->gaps, "overlap|fill",
+         "of --maps: maps reach past their borders, or triangles join them (overlap)", NULL},
     };
     memcpy(out, options, sizeof options);
     maps->cone = maps->error = NAN; /* not given */
@@ -24,14 +26,15 @@ void prep_maps_fill(prep_maps *maps, cli_option out[PREP_MAPS_OPTIONS])
 const char *prep_maps_check(prep_maps *maps)
 {
     const bool has_cone = !isnan(maps->cone), has_error = !isnan(maps->error);
-    if (!maps->wanted && (has_cone || has_error))
-        return "--cone and --map-error are of maps: give --maps, too";
+    if (!maps->wanted && (has_cone || has_error || maps->gaps != 0))
+        return "--cone, --map-error and --gaps are of maps: give --maps, too";
     if (has_cone && !(maps->cone >= 10.0 && maps->cone <= 80.0))
         return "--cone: give 10 to 80";
     if (has_error && !(maps->error > 0.0))
         return "--map-error: give a positive length";
     maps->params = (stp_maps_params){.cone_deg = has_cone ? maps->cone : PREP_MAPS_CONE,
-                                     .error = has_error ? maps->error : 0.0};
+                                     .error = has_error ? maps->error : 0.0,
+                                     .fill = maps->gaps == 1};
     return NULL;
 }
 
@@ -44,6 +47,10 @@ void prep_maps_print(const stp_prep_stats *stats)
             "%" PRIu64 " maps of %" PRIu64 " samples stand for %" PRIu64 " points; %" PRIu64
             " stay points\n",
             m->maps, m->samples, m->represented, m->as_points);
+    if (stats->fills_gaps)
+        fprintf(stderr,
+                "%" PRIu64 " triangles fill the gaps between maps; %" PRIu64 " edges stay open\n",
+                m->between, m->open_edges);
     if (m->represented > 0)
         fprintf(stderr,
                 "the surface of the maps is at most %.3g from the points, %.3g on average\n",
@@ -62,4 +69,8 @@ void prep_maps_json(cJSON *root, const stp_prep_stats *stats)
     cJSON_AddNumberToObject(maps, "as_points", (double)m->as_points);
     cJSON_AddNumberToObject(maps, "greatest", stp_prep_maps_greatest(m, &stats->tree));
     cJSON_AddNumberToObject(maps, "mean", stp_prep_maps_mean(m, &stats->tree));
+    if (stats->fills_gaps) {
+        cJSON_AddNumberToObject(maps, "between", (double)m->between);
+        cJSON_AddNumberToObject(maps, "open_edges", (double)m->open_edges);
+    }
 }

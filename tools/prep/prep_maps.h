@@ -14,10 +14,11 @@ struct cJSON;
 typedef struct prep_maps {
     bool wanted;
     double cone, error;
+    int gaps;               /* 1: they are filled */
     stp_maps_params params; /* set by prep_maps_check */
 } prep_maps;
 
-#define PREP_MAPS_OPTIONS 3
+#define PREP_MAPS_OPTIONS 4
 
 void prep_maps_fill(prep_maps *maps, cli_option out[PREP_MAPS_OPTIONS]);
 /* Returns what is wrong with the options, or NULL. */

@@ -29,6 +29,9 @@
 /* A sample lies this near to its place in a tilted grid, in columns and rows: else one of several
  * grids would do as well as another. */
 #define TILTED_OFF_MOST 0.125
+/* Squares of fewer samples may lie on several tilted grids by chance: they belong to the one that
+ * they are nearest to. */
+#define SURE_SAMPLES 8u
 
 static const int16_t square_beside[TILTED_COLUMNS] = {STP_BESIDE_NONE,  0,
                                                       STP_BESIDE_KINDS, STP_BESIDE_KINDS,
@@ -42,8 +45,9 @@ static const uint8_t square_first[TILTED_COLUMNS] = {8, 8, [RASTER_COLUMN] = 5};
 
 /* ---- finding ---- */
 
-/* The column and row nearest to a position. */
-static bool find_place(const stp_raster *raster, const double position[3], uint32_t out[2])
+/* The column and row nearest to a position. *off: how far it is off at most, if it was less. */
+static bool find_place(const stp_raster *raster, const double position[3], uint32_t out[2],
+                       double *off)
 {
     const double(*a)[6] = raster->across;
     const double off_most = raster->level ? DBL_MAX : TILTED_OFF_MOST;
@@ -64,19 +68,21 @@ static bool find_place(const stp_raster *raster, const double position[3], uint3
         if (!(nearest >= 0.0 && nearest < limit) || fabs(place[k] - nearest) > off_most)
             return false;
         out[k] = (uint32_t)nearest;
+        *off = fmax(*off, fabs(place[k] - nearest));
     }
     return true;
 }
 
 static bool find_square(const stp_raster *raster, const stp_patch *patch, const stp_sample *samples,
-                        stp_square *out)
+                        stp_square *out, double *off)
 {
     int before = -1;
     *out = (stp_square){0};
+    *off = 0.0;
     for (unsigned i = 0; i < patch->counts[0]; i++) {
         const stp_dvec3 p = stp_sample_position(&samples[i], patch);
         uint32_t at[2];
-        if (!find_place(raster, (const double[3]){p.x, p.y, p.z}, at))
+        if (!find_place(raster, (const double[3]){p.x, p.y, p.z}, at, off))
             return false;
         const stp_square own = {.column = at[0] / STP_SQUARE_SIDE, .row = at[1] / STP_SQUARE_SIDE};
         const int bit = (int)stp_square_morton(at[0] % STP_SQUARE_SIDE, at[1] % STP_SQUARE_SIDE);
@@ -90,18 +96,25 @@ static bool find_square(const stp_raster *raster, const stp_patch *patch, const 
     return true;
 }
 
-/* Finds the square in one of the rasters, from `first` on. */
+/* Finds the square in one of the rasters: the first one, from `first` on; the nearest one, if the
+ * square has few samples. */
 static bool find_square_in(const stp_chunk *block, uint32_t p, uint32_t first, stp_square *out)
 {
-    for (uint32_t i = 0; i < block->raster_count; i++) {
+    const bool is_sure = block->patches[p].counts[0] >= SURE_SAMPLES;
+    double least = INFINITY;
+    for (uint32_t i = 0; i < block->raster_count && !(is_sure && least < INFINITY); i++) {
+        stp_square found;
+        double off;
         const uint32_t raster = (first + i) % block->raster_count;
-        if (find_square(&block->rasters[raster], &block->patches[p],
-                        block->samples[0] + block->level_begin[0][p], out)) {
-            out->raster = raster;
-            return true;
-        }
+        if (!find_square(&block->rasters[raster], &block->patches[p],
+                         block->samples[0] + block->level_begin[0][p], &found, &off) ||
+            off >= least)
+            continue;
+        found.raster = raster;
+        *out = found;
+        least = off;
     }
-    return false;
+    return least < INFINITY;
 }
 
 static bool follows(uint32_t place, uint32_t before)
