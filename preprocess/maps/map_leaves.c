@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/square.h"
+#include "formats/chunk/normal_grid.h"
 #include "preprocess/cloud/morton.h"
 #include "preprocess/maps/map_raster.h"
 
@@ -12,14 +13,16 @@
 
 /* A disc is at most as wide as where the surface is this many times as large as the plane. */
 #define STRETCH_MOST 4.0
-/* How much larger the surface is than the plane counts in steps of sqrt(2), up to this many: the
- * codec predicts radii by the same steps (square_level.c). */
-#define STRETCH_STEPS 4
 /* Radius of a disc at a border, in spacings of the grid: a fifth more than half a square's
  * diagonal, so that no gap is left between maps. */
 #define BORDER_RADIUS 0.86
 /* Least spacing of a disc, in spacings of the grid: discs of the default size then meet. */
 #define LEAST_SPACING 0.85
+
+/* Rounding moves merged normals by less than this part of how far the normals under them spread,
+ * but there are at least so many bits. */
+#define SPREAD_PARTS 2.0
+#define MERGED_BITS_LEAST 7u
 
 /* So many squares may lie together rather than that a map is cut. */
 #define TOGETHER_LEAST 32u
@@ -131,11 +134,7 @@ static double spacing_of(const stp_map *map, uint32_t column, uint32_t row, vec3
                          double lambda)
 {
     const double upwards = stp_dvec3_dot(stp_dvec3_from_float(normal), map->frame.axes[2]);
-    int steps = 0;
-    for (double ratio = M_SQRT2; steps < STRETCH_STEPS && ratio * upwards * upwards <= 1.0;
-         ratio *= 2.0)
-        steps++;
-    const double larger = exp2(0.5 * steps);
+    const double larger = stp_stretch(upwards);
     return map->frame.spacing *
            (is_border(map, column, row) ? BORDER_RADIUS * larger / lambda : sqrt(larger));
 }
@@ -146,8 +145,9 @@ typedef struct making {
     const stp_map *map;
     stp_raster raster; /* of the map */
     stp_item *items;
-    uint32_t *ends;     /* of the squares' items */
-    uint32_t *together; /* ends, among the squares, of those that lie together */
+    uint32_t *ends;        /* of the squares' items */
+    stp_patch_grid *grids; /* by square */
+    uint32_t *together;    /* ends, among the squares, of those that lie together */
     uint32_t count, squares, together_count;
     double moved, moved_most; /* how far samples were moved to places that the codec knows */
 } making;
@@ -222,6 +222,16 @@ static stp_item make_item(making *m, const stp_map_square *square, const window 
     return item;
 }
 
+/* The way along a map's axis, by a unit of its height. */
+static stp_dvec3 along_of(const stp_raster *raster)
+{
+    double along[3];
+    along[raster->axis] = 1.0;
+    for (unsigned k = 0; k < 2; k++)
+        along[(raster->axis + 1 + k) % 3] = raster->across[k][3];
+    return (stp_dvec3){along[0], along[1], along[2]};
+}
+
 /* Appends a square's samples in Morton order. */
 static void add_square(making *m, const stp_map_square *square)
 {
@@ -232,6 +242,8 @@ static void add_square(making *m, const stp_map_square *square)
         if (!isnan(w.height[j + STP_MAP_NORMAL_REACH][i + STP_MAP_NORMAL_REACH]))
             m->items[m->count++] = make_item(m, square, &w, i, j);
     }
+    m->grids[m->squares] =
+        (stp_patch_grid){.along = along_of(&m->raster), .spacing = m->map->frame.spacing};
     m->ends[m->squares++] = m->count;
 }
 
@@ -261,6 +273,32 @@ static void sort_by_map(const stp_map_square *squares, uint32_t count, uint64_t 
         out[i] = first | place;
     }
     qsort(out, count, sizeof *out, compare);
+}
+
+/* How far the normals of four samples that are merged are from their mean, radians, on average. */
+static double spread_of(const making *m)
+{
+    double sum = 0.0;
+    uint32_t count = 0;
+    for (uint32_t s = 0, i = 0; s < m->squares; i = m->ends[s++])
+        for (; i + 4 <= m->ends[s]; i += 4, count++) {
+            stp_dvec3 mean = {0.0, 0.0, 0.0};
+            for (uint32_t k = i; k < i + 4; k++)
+                mean = stp_dvec3_add(mean, stp_dvec3_scale(m->items[k].disc.normal, 0.25));
+            sum += sqrt(stp_max(0.0, 2.0 - 2.0 * stp_dvec3_length(mean)));
+        }
+    return count > 0 ? sum / count : 0.0;
+}
+
+/* Rounds merged normals to the coarsest grid that their spread hides. */
+static void choose_merged_bits(making *m)
+{
+    const double angle = spread_of(m) / SPREAD_PARTS;
+    unsigned bits = MERGED_BITS_LEAST;
+    while (bits < STP_MERGED_SQUARE_BITS && stp_normal_grid_angle(bits) > angle)
+        bits++;
+    for (uint32_t s = 0; s < m->squares; s++)
+        m->grids[s].merged_bits = bits;
 }
 
 /* Squares since the last ones that lie together. */
@@ -324,11 +362,14 @@ stp_status stp_map_leaf_build(const stp_map_leaves *leaves, uint32_t leaf,
     STP_TRY(
         stp_alloc(&m.items, (size_t)count * STP_SQUARE_SAMPLES, sizeof *m.items, "samples", err));
     STP_TRY(stp_alloc(&m.ends, count, sizeof *m.ends, "patches", err));
+    STP_TRY(stp_alloc(&m.grids, count, sizeof *m.grids, "patches", err));
     STP_TRY(stp_alloc(&m.together, count, sizeof *m.together, "patches", err));
     add_maps(&m, leaves->maps, squares, order, count);
+    choose_merged_bits(&m);
     const stp_item_group group = {.items = m.items,
                                   .run_ends = m.ends,
                                   .together_ends = m.together,
+                                  .run_grids = m.grids,
                                   .count = m.count,
                                   .run_count = m.squares,
                                   .together_count = m.together_count};
@@ -345,6 +386,7 @@ done:
     free(rasters);
     free(m.items);
     free(m.ends);
+    free(m.grids);
     free(m.together);
     return status;
 }

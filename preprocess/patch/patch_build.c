@@ -6,7 +6,8 @@
 
 #include <string.h>
 
-#define MERGED_SQUARE_BITS 9u
+/* Of maps: a radius this near to that of a full cell becomes it. */
+#define FULL_OCTAVES 0.25
 #define LATTICE_MIN (-160)
 #define LATTICE_MAX 160
 /* A bound below 2^(BOUND_OCTAVES + 1) steps has a code. */
@@ -23,7 +24,8 @@ typedef struct builder {
     /* by level: decoded discs and their areas */
     stp_disc discs[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
     double areas[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
-    stp_merge_error total; /* of the patch vertex */
+    stp_dvec3 places[STP_LEVEL_COUNT][STP_PATCH_SAMPLES]; /* centres before they are quantised */
+    stp_merge_error total;                                /* of the patch vertex */
 } builder;
 
 int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position)
@@ -133,11 +135,13 @@ static void take_decoded(stp_disc *disc, const stp_flat_disc *decoded, const stp
 /* Bits of the grid of a level's normals. A merged sample is twice as wide as those it is merged
  * from, and the noise of four normals in their mean is half that of one: both ask for a bit more.
  * Normals of squares follow from heights; for those of merged samples, which do so only nearly,
- * steps of 0.3 degrees will do. */
+ * steps of 0.3 degrees will do, on maps also wider ones. */
 static unsigned level_bits(const builder *b, int level)
 {
     const unsigned bits = b->ground->normal_bits + (unsigned)level;
-    const unsigned most = b->ground->even ? MERGED_SQUARE_BITS : STP_NORMAL_BITS;
+    const unsigned most = b->ground->grid   ? b->ground->grid->merged_bits
+                          : b->ground->even ? STP_MERGED_SQUARE_BITS
+                                            : STP_NORMAL_BITS;
     return bits < most ? bits : most;
 }
 
@@ -172,6 +176,7 @@ static bool store_items(builder *b)
         stp_disc *disc = &b->discs[0][i];
         *disc = item->disc;
         disc->centre = stp_dvec3_sub(disc->centre, b->ground->origin);
+        b->places[0][i] = disc->centre;
         samples[i] = (stp_sample){.normal = {item->normal[0], item->normal[1], item->normal[2]},
                                   .flags = item->flags,
                                   .intensity = item->intensity,
@@ -243,16 +248,47 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     return out;
 }
 
+/* Of a map: where the codec expects a merged sample, the mean of the finer samples' places moved
+ * along the map's axis until its height is a multiple of the step. */
+static stp_dvec3 place_on_map(const builder *b, int level, unsigned begin, unsigned end,
+                              double step)
+{
+    const stp_dvec3 along = b->ground->grid->along;
+    stp_dvec3 mean = {0.0, 0.0, 0.0};
+    for (unsigned i = begin; i < end; i++)
+        mean = stp_dvec3_add(mean, b->places[level - 1][i]);
+    mean = stp_dvec3_scale(mean, 1.0 / (end - begin));
+    const double height = along.x == 1.0 ? mean.x : along.y == 1.0 ? mean.y : mean.z;
+    const double rounded = stp_nearest_whole(height / step) * step;
+    return stp_dvec3_add(mean, stp_dvec3_scale(along, rounded - height));
+}
+
+/* Of a map: the radius of a merged disc whose cell is full, by the steepness of its normal. The
+ * codec expects it. */
+static double full_radius(const builder *b, const stp_disc *merged, int level)
+{
+    const stp_patch_grid *grid = b->ground->grid;
+    const double cosine = stp_dvec3_dot(merged->normal, stp_dvec3_normalize(grid->along));
+    return STP_MERGED_LAMBDA * ldexp(grid->spacing, level) * sqrt(stp_stretch(cosine));
+}
+
 /* A radius that covers the centres of the finer samples and the disc's own share of the surface. It
- * is at least a step of its lattice, so that it has a code in the chunk above, too. */
+ * is at least a step of its lattice, so that it has a code in the chunk above, too. Of a map it is
+ * the full one if that is near. */
 static double merged_radius(const builder *b, const stp_disc *merged, int level, unsigned begin,
                             unsigned end, double area, int lattice)
 {
     const stp_disc *finer = b->discs[level - 1];
     const bool alone = end - begin == 1; /* the sample itself, unmerged */
-    double radius = alone ? finer[begin].radius : STP_MERGED_LAMBDA * sqrt(area);
+    double radius = alone ? finer[begin].radius : STP_MERGED_LAMBDA * sqrt(area), reach = 0.0;
     for (unsigned i = begin; i < end && !alone; i++)
-        radius = stp_max(radius, stp_dvec3_length(stp_dvec3_sub(finer[i].centre, merged->centre)));
+        reach = stp_max(reach, stp_dvec3_length(stp_dvec3_sub(finer[i].centre, merged->centre)));
+    radius = stp_max(radius, reach);
+    if (b->ground->grid && !alone) {
+        const double full = full_radius(b, merged, level);
+        if (full >= reach && fabs(log2(radius / full)) < FULL_OCTAVES) /* false if radius is 0 */
+            radius = full;
+    }
     return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
 }
 
@@ -269,6 +305,9 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
         stp_sample like = {0};
         double area = 0.0;
         stp_disc disc = merge(b, level, begin, end, &like, &area);
+        if (b->ground->grid)
+            disc.centre = place_on_map(b, level, begin, end, ldexp(1.0, lattice));
+        b->places[level][j] = disc.centre;
         disc.radius = merged_radius(b, &disc, level, begin, end, area, lattice);
         store(b, level, j, &disc, on, like);
         unsigned first = stp_covered_begin(b->patch->counts, level, j, 0);

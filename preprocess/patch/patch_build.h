@@ -31,6 +31,9 @@ static inline double stp_nearest_whole(double x)
 /* A sample's position error is at most the local spacing over this. */
 #define STP_SPACING_PARTS 32.0
 
+/* Bits of the grid of merged normals of squares. */
+#define STP_MERGED_SQUARE_BITS 9u
+
 typedef struct stp_patch_samples {
     stp_sample level[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
 } stp_patch_samples;
@@ -48,6 +51,27 @@ int stp_lattice_exponent(double spacing, double radius, double precision, stp_dv
  * finer than `finest`. It grows with each of the three. */
 int stp_vertex_exponent(double area, double reach, int finest);
 
+/* The grid of an elevation map's patch. Merged samples lie where a codec expects them. */
+typedef struct stp_patch_grid {
+    stp_dvec3 along;      /* of the map's axis; the component of greatest magnitude is 1 */
+    double spacing;       /* between level-0 samples, world units */
+    unsigned merged_bits; /* of the grid of merged normals, at most STP_MERGED_SQUARE_BITS */
+} stp_patch_grid;
+
+/* How much larger a map's surface is than its plane counts in steps of sqrt(2), up to this many:
+ * the codec predicts radii by the same steps (square_level.c). */
+#define STP_STRETCH_STEPS 4
+
+/* How much larger the surface is where a normal has this cosine with the map's axis. */
+static inline double stp_stretch(double cosine)
+{
+    int steps = 0;
+    for (double ratio = M_SQRT2; steps < STP_STRETCH_STEPS && ratio * cosine * cosine <= 1.0;
+         ratio *= 2.0)
+        steps++;
+    return exp2(0.5 * steps);
+}
+
 /* What all patches of a chunk share. */
 typedef struct stp_patch_ground {
     stp_dvec3 origin; /* the chunk's: a multiple of every lattice of its items and vertices */
@@ -56,6 +80,7 @@ typedef struct stp_patch_ground {
     unsigned
         normal_bits; /* of the grid of level-0 normals; level l has l more, up to 12; squares 9 */
     bool even;       /* squares: merged by plain means, whatever their radii; then 9 bits */
+    const stp_patch_grid *grid; /* of the patch's map; NULL: none */
 } stp_patch_ground;
 
 /* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. On success

@@ -178,12 +178,18 @@ static void measure_displacement(assembly *a, const stp_item *items, const uint3
 
 /* Builds the run as one patch. If its items do not fit one lattice, halves it. */
 static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *order,
-                            uint32_t count, uint8_t child, stp_error *err)
+                            uint32_t count, uint8_t child, const stp_patch_grid *grid,
+                            stp_error *err)
 {
     stp_patch patch;
     stp_patch_samples samples;
     stp_item vertex;
-    const stp_patch_ground ground = {a->origin, !a->leaf, a->vertex_least, a->normal_bits, a->even};
+    const stp_patch_ground ground = {.origin = a->origin,
+                                     .copied = !a->leaf,
+                                     .vertex_least = a->vertex_least,
+                                     .normal_bits = a->normal_bits,
+                                     .even = a->even,
+                                     .grid = grid};
     if (stp_patch_build(items, order, count, &ground, &patch, &samples, &vertex)) {
         stp_patch_centre(&patch, &samples);
         patch.child = child;
@@ -198,9 +204,9 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
     }
     if (count == 1)
         return too_far(&items[order[0]], a->leaf, err);
-    stp_status status = build_run(a, items, order, count / 2, child, err);
+    stp_status status = build_run(a, items, order, count / 2, child, grid, err);
     if (status == STP_OK)
-        status = build_run(a, items, order + count / 2, count - count / 2, child, err);
+        status = build_run(a, items, order + count / 2, count - count / 2, child, grid, err);
     return status;
 }
 
@@ -340,7 +346,8 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
     }
     for (uint32_t run = 0; run < run_count; run++) {
         uint32_t begin = run ? ends[run - 1] : 0;
-        STP_TRY(build_run(a, group->items, order + begin, ends[run] - begin, child, err));
+        const stp_patch_grid *grid = group->run_grids ? &group->run_grids[run] : NULL;
+        STP_TRY(build_run(a, group->items, order + begin, ends[run] - begin, child, grid, err));
         STP_TRY(end_together(a, group, run, &next, err));
     }
 done:

@@ -1,0 +1,108 @@
+/* Tests how samples of elevation maps are merged: they lie where the codec expects them, and discs
+ * of full cells have the radius of their steepness. */
+#include "base/random.h"
+#include "formats/chunk/codec/square.h"
+#include "formats/chunk/normal_grid.h"
+#include "preprocess/patch/patch_build.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#define EXPONENT (-6)
+#define BITS 8u
+
+/* A map over a tilted plane: its columns and rows, and its axis. */
+static const stp_dvec3 by_column = {1.0, 0.0, -0.3}, by_row = {0.2, 1.1, -0.25};
+static const stp_patch_grid grid = {{0.37, 0.61, 1.0}, 1.2, BITS};
+
+static stp_dvec3 place_of(double column, double row, double height)
+{
+    stp_dvec3 p = stp_dvec3_scale(by_column, column);
+    p = stp_dvec3_add(p, stp_dvec3_scale(by_row, row));
+    return stp_dvec3_add(p, stp_dvec3_scale(grid.along, height - p.z));
+}
+
+/* A full square with rough heights that are multiples of the step, and rough normals. */
+static void build(double steepness, stp_patch *patch, stp_patch_samples *samples)
+{
+    stp_item items[STP_PATCH_SAMPLES] = {0}, vertex;
+    uint32_t order[STP_PATCH_SAMPLES];
+    const double step = ldexp(1.0, EXPONENT);
+    const stp_patch_ground ground = {
+        .vertex_least = EXPONENT - 8, .normal_bits = STP_NORMAL_BITS, .even = true, .grid = &grid};
+    for (uint32_t k = 0; k < STP_PATCH_SAMPLES; k++) {
+        const double height = step * floor(40.0 * stp_random_unit(1, k));
+        stp_item *item = &items[k];
+        order[k] = k;
+        item->exponent = EXPONENT;
+        item->flags = STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED;
+        item->disc.centre = place_of(stp_square_column(k), stp_square_row(k), height);
+        item->disc.normal = stp_dvec3_normalize((stp_dvec3){
+            grid.along.x + steepness + 0.4 * stp_random_unit(2, k), grid.along.y, grid.along.z});
+        stp_normal_encode_on(stp_dvec3_to_float(item->disc.normal), STP_NORMAL_BITS, item->normal);
+        item->area = grid.spacing * grid.spacing *
+                     stp_stretch(stp_dvec3_dot(item->disc.normal, stp_dvec3_normalize(grid.along)));
+        item->disc.radius = item->disc.reach = item->disc.bound = 1.7 * sqrt(item->area);
+    }
+    assert_true(stp_patch_build(items, order, STP_PATCH_SAMPLES, &ground, patch, samples, &vertex));
+    assert_int_equal(patch->exponent, EXPONENT);
+}
+
+/* Across the height a merged sample is off its place, the mean of its children's columns and rows
+ * at its own height, by half a step at most: by its rounding alone. */
+static void test_places(void **state)
+{
+    stp_patch patch;
+    stp_patch_samples samples;
+    const double half = ldexp(1.0, EXPONENT - 1) + 1e-9;
+    (void)state;
+    build(0.0, &patch, &samples);
+    for (int level = 1; level <= 2; level++)
+        for (uint32_t i = 0; i < patch.counts[level]; i++) {
+            const uint32_t first = i << 2 * level;
+            const double middle = 0.5 * ((1 << level) - 1);
+            const stp_dvec3 p = stp_sample_position(&samples.level[level][i], &patch);
+            const stp_dvec3 expected =
+                place_of(stp_square_column(first) + middle, stp_square_row(first) + middle, p.z);
+            assert_true(fabs(p.x - expected.x) <= half);
+            assert_true(fabs(p.y - expected.y) <= half);
+        }
+}
+
+/* Discs of a level are as large as their steepness says, and their normals on the map's grid. */
+static void test_radii_and_normals(void **state)
+{
+    static const double steepness[] = {0.0, 0.9, 2.5};
+    (void)state;
+    for (size_t s = 0; s < 3; s++) {
+        stp_patch patch;
+        stp_patch_samples samples;
+        build(steepness[s], &patch, &samples);
+        for (int level = 1; level <= 2; level++) {
+            const stp_sample *of = samples.level[level];
+            assert_int_equal(stp_normal_grid_shift(of, patch.counts[level]),
+                             STP_NORMAL_BITS - BITS);
+            for (uint32_t i = 0; i < patch.counts[level]; i++) {
+                const stp_dvec3 n = stp_dvec3_from_float(stp_normal_decode(of[i].normal));
+                const double stretch =
+                    stp_stretch(stp_dvec3_dot(n, stp_dvec3_normalize(grid.along)));
+                const double radius =
+                    STP_MERGED_LAMBDA * ldexp(grid.spacing, level) * sqrt(stretch);
+                assert_int_equal(of[i].radius, stp_radius_encode(radius, EXPONENT));
+            }
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_places),
+        cmocka_unit_test(test_radii_and_normals),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
