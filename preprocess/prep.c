@@ -258,6 +258,7 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
         .lambda = job->tree.lambda,
         .memory_bytes = memory / CLOSED_ROOM,
         .guessed = guessed,
+        .ranks = job->params->ranks,
     };
     status = stp_enclosure_find(&job->outside, &job->cloud, &params, job->pool, err);
     if (status != STP_OK)
