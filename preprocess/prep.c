@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/closed/enclosure.h"
+#include "preprocess/cloud/cloud_parts.h"
 #include "preprocess/orient/pixel_sheets.h"
 #include "preprocess/prep_job.h"
 #include "preprocess/prep_metadata.h"
@@ -257,6 +258,7 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
         .lambda = job->tree.lambda,
         .memory_bytes = memory / CLOSED_ROOM,
         .guessed = guessed,
+        .ranks = job->params->ranks,
     };
     status = stp_enclosure_find(&job->outside, &job->cloud, &params, job->pool, err);
     if (status != STP_OK)
@@ -382,8 +384,12 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     const double cell = least_cell(job->source);
     if (cell > 0.0) /* grids that become points, since their cells differ or they are treated */
         choose_height_precision(job, 0.0, cell / POINTS_CELL_PARTS);
-    STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
-    STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
+    if (job->in_parts) {
+        STP_TRY(stp_cloud_sort_parts(&job->cloud, job->params->ranks, job->pool, err));
+    } else {
+        STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
+        STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
+    }
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_SORT, err));
     if (stats->join_layers) {
         const stp_surface_params surface = stp_prep_surface_params(job);
@@ -535,12 +541,13 @@ static stp_status run(stp_prep_job *job, stp_error *err)
     if (job->params->planned)
         job->params->planned(&job->plan);
     STP_TRY(stp_prep_read(job, err));
-    STP_TRY(agree(job, "read other points than", err));
+    if (!job->in_parts)
+        STP_TRY(agree(job, "read other points than", err));
     STP_TRY(stp_prep_cut_shapes(job, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_READ, err));
     if (stats->keeps_grid)
         STP_TRY(treat_grid(job, err));
-    else if (job->cloud.count > 0)
+    else if (stats->points_out > 0)
         STP_TRY(treat_points(job, err));
     decide_intensity(&job->tree, stats);
     decide_attributes(job);

@@ -50,6 +50,13 @@ typedef struct stp_prep_source {
      */
     bool (*leaves_out)(void *context, const stp_error *why, size_t *file);
     const size_t *file; /* file of the points read last; NULL if leaves_out is NULL */
+    /* The last place, not behind `place`, at which a part may begin: every record of some files,
+     * every so manieth of others, else only the first. NULL: there are no parts. */
+    uint64_t (*part_begin)(void *context, uint64_t place);
+    /* From here on read gives the records from `begin`, a place of part_begin, to `end`, and the
+     * files have the point counts of their headers. 0 to UINT64_MAX: all of them, counted anew.
+     * Errors: those of read. */
+    stp_status (*read_part)(void *context, uint64_t begin, uint64_t end, stp_error *err);
     /* Called for each record that is not stored, with its number among all records: during reading,
      * and for dropped outliers after reading, again in ascending order. May be NULL. */
     stp_status (*rejected)(void *context, uint64_t place, stp_reject reason, stp_error *err);

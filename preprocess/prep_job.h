@@ -32,6 +32,7 @@ typedef struct stp_prep_job {
 
     stp_spill *spill;
     stp_cloud cloud;         /* empty if the scan is a grid of heights */
+    bool in_parts;           /* until they are sorted, each rank has a part of the points */
     stp_height_grid grid;    /* else without columns */
     stp_grid_part part;      /* the file at hand, if several files make the grid */
     stp_maps maps;           /* none unless they are wanted */
@@ -89,5 +90,13 @@ void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
  * of the source, EMPTY, CORRUPT (more points than the source counts), CANCELLED, OUT_OF_MEMORY, IO.
  */
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err);
+/* Decides whether each rank reads a part of the inputs alone: not if their order matters (lists of
+ * rejects, attributes, grids, stations and images that are checked). All ranks decide alike.
+ * Errors: CANCELLED, IO. */
+stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err);
+/* Lets `read` read this rank's part, and adds up what all ranks read. If any rank fails, each reads
+ * everything, which says why or leaves a file out. Errors: those of read. */
+stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job *, stp_error *),
+                              stp_error *err);
 
 #endif

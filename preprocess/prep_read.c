@@ -154,36 +154,25 @@ static void default_colour(stp_cloud *cloud)
             cloud->points[i].rgb[c] = STP_POINT_GREY;
 }
 
-stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
+/* Reads on until a file breaks off that cannot be left out, or to the end. */
+static stp_status read_records(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_cloud *cloud = &job->cloud;
     const stp_prep_source *source = job->source;
     stp_prep_stats *stats = job->stats;
     stp_point *points = NULL;
     stp_error own = {0}, *why = err ? err : &own;
     read_mark mark = {.file = SIZE_MAX};
-    if (stats->keeps_grid)
-        STP_TRY(stp_height_grid_create(&job->grid, &source->raster, source->raster_nodes,
-                                       source->attributes & STP_POINT_HAS_COLOUR, job->spill, err));
-    if (has_parts(job))
-        for (uint64_t i = 0; i < (uint64_t)source->raster.columns * source->raster.rows; i++)
-            stp_height_grid_leave_out(&job->grid, i);
-    STP_TRY(stp_cloud_create(cloud, stats->keeps_grid ? 0 : (uint32_t)source->point_count,
-                             job->spill, err));
-    if (source->kept && source->kept->count > 0)
-        STP_TRY(stp_spill_alloc(job->spill, &job->numbers, source->point_count,
-                                stp_attribute_list_bytes(source->kept), "attributes", err));
     STP_TRY(stp_alloc(&points, READ_POINTS, sizeof *points, "points", err));
     for (;;) {
         size_t count = 0;
         status = source->read(source->context, points, READ_POINTS, &count, why);
-        if (status != STP_OK && leave_out(job, why, &mark))
+        if (status != STP_OK && !job->in_parts && leave_out(job, why, &mark))
             continue;
         if (status != STP_OK || count == 0)
             break;
         if (source->file && *source->file != mark.file) {
-            mark = (read_mark){*source->file, cloud->count, *stats};
+            mark = (read_mark){*source->file, job->cloud.count, *stats};
             if (has_parts(job))
                 STP_TRY(stp_grid_part_begin(&job->part, &job->grid,
                                             &source->files[mark.file].raster, stats->points_in,
@@ -201,17 +190,39 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
         STP_TRY(
             stp_progress_update(job->progress, "read", stats->points_in, source->point_count, err));
     }
-    if (status != STP_OK)
-        goto done;
+done:
+    free(points);
+    return status;
+}
+
+stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = &job->cloud;
+    const stp_prep_source *source = job->source;
+    stp_prep_stats *stats = job->stats;
+    if (stats->keeps_grid)
+        STP_TRY(stp_height_grid_create(&job->grid, &source->raster, source->raster_nodes,
+                                       source->attributes & STP_POINT_HAS_COLOUR, job->spill, err));
+    if (has_parts(job))
+        for (uint64_t i = 0; i < (uint64_t)source->raster.columns * source->raster.rows; i++)
+            stp_height_grid_leave_out(&job->grid, i);
+    STP_TRY(stp_cloud_create(cloud, stats->keeps_grid ? 0 : (uint32_t)source->point_count,
+                             job->spill, err));
+    if (source->kept && source->kept->count > 0)
+        STP_TRY(stp_spill_alloc(job->spill, &job->numbers, source->point_count,
+                                stp_attribute_list_bytes(source->kept), "attributes", err));
+    STP_TRY(stp_prep_choose_parts(job, err));
+    STP_TRY(job->in_parts ? stp_prep_read_part(job, read_records, err) : read_records(job, err));
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(cloud);
-    stats->points_out = stats->keeps_grid ? job->grid.count : cloud->count;
+    if (!job->in_parts)
+        stats->points_out = stats->keeps_grid ? job->grid.count : cloud->count;
     if (stats->points_out == 0 && !(source->lines && source->lines->strip_count > 0) &&
         !(source->triangles && source->triangles->triangle_count > 0))
         status = stp_error_set(err, STP_EMPTY,
                                "%s: no valid point among %llu: there is nothing to write",
                                source->files[0].name, (unsigned long long)stats->points_in);
 done:
-    free(points);
     return status;
 }

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "preprocess/closed/openings.h"
+#include "preprocess/closed/voxel_share.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -47,6 +48,7 @@ typedef struct enclosing {
     double voxel;      /* side, world units */
     bool known_closed; /* most points are closed */
     atomic_uint closed_count;
+    stp_rank_part own; /* blocks of points that this rank looks at */
 } enclosing;
 
 static int compare_floats(const void *a, const void *b)
@@ -88,7 +90,7 @@ static voxel_disc disc_of(const enclosing *e, uint32_t i)
                         flat ? radius : 0.0};
 }
 
-/* A pass over all points, in tasks of BLOCK_POINTS points. */
+/* A pass over this rank's points, in tasks of BLOCK_POINTS points. */
 typedef struct pass {
     enclosing *e;
     void (*look)(enclosing *, uint32_t point);
@@ -97,7 +99,8 @@ typedef struct pass {
 static stp_status look_at_block(void *context, size_t index, unsigned worker, stp_error *err)
 {
     const pass *p = context;
-    uint32_t begin = (uint32_t)index * BLOCK_POINTS, left = p->e->cloud->count - begin;
+    uint32_t begin = (p->e->own.begin + (uint32_t)index) * BLOCK_POINTS;
+    uint32_t left = p->e->cloud->count - begin;
     (void)worker;
     (void)err;
     for (uint32_t i = begin; i < begin + (left < BLOCK_POINTS ? left : BLOCK_POINTS); i++)
@@ -105,12 +108,11 @@ static stp_status look_at_block(void *context, size_t index, unsigned worker, st
     return STP_OK;
 }
 
-static stp_status look_at_all(enclosing *e, void (*look)(enclosing *, uint32_t), stp_pool *pool,
+static stp_status look_at_own(enclosing *e, void (*look)(enclosing *, uint32_t), stp_pool *pool,
                               stp_error *err)
 {
     pass p = {e, look};
-    return stp_cloud_run(e->cloud, pool, ((size_t)e->cloud->count - 1) / BLOCK_POINTS + 1,
-                         look_at_block, &p, err);
+    return stp_cloud_run(e->cloud, pool, e->own.end - e->own.begin, look_at_block, &p, err);
 }
 
 static void claim(enclosing *e, uint32_t point)
@@ -255,7 +257,8 @@ static stp_status fit_grid(enclosing *e, stp_pool *pool, bool *found, stp_error 
         if (!measure(e, blocks))
             continue;
         STP_TRY(stp_voxel_grid_create(&e->grid, blocks, e->cloud->spill, err));
-        STP_TRY(look_at_all(e, claim, pool, err));
+        STP_TRY(look_at_own(e, claim, pool, err));
+        STP_TRY(stp_voxel_share_claims(&e->grid, e->params->ranks, err));
         *found = stp_voxel_grid_claimed(&e->grid) * SETS * sizeof(stp_voxel_bits) <=
                  e->params->memory_bytes;
         if (!*found)
@@ -290,12 +293,46 @@ static stp_status find_outside(const enclosing *e, stp_outside *out, stp_error *
     return status;
 }
 
-/* Marks the closed points again from scratch. */
+/* Marks the closed points of this rank again from scratch, and counts those of all. */
 static stp_status classify_all(enclosing *e, stp_pool *pool, stp_error *err)
 {
-    stp_status status = look_at_all(e, unmark, pool, err);
+    stp_status status = STP_OK;
+    stp_ranks *ranks = e->params->ranks;
+    STP_TRY(look_at_own(e, unmark, pool, err));
     atomic_store(&e->closed_count, 0);
-    return status == STP_OK ? look_at_all(e, classify, pool, err) : status;
+    STP_TRY(look_at_own(e, classify, pool, err));
+    const unsigned own = atomic_exchange(&e->closed_count, 0);
+    for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
+        unsigned count = own;
+        STP_TRY(stp_ranks_broadcast(ranks, rank, &count, sizeof count, err));
+        atomic_fetch_add(&e->closed_count, count);
+    }
+done:
+    return status;
+}
+
+static uint32_t block_count(const stp_cloud *cloud)
+{
+    return (cloud->count - 1) / BLOCK_POINTS + 1;
+}
+
+/* Gives each rank's marks to all. */
+static stp_status share_marks(const enclosing *e, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_cloud *cloud = e->cloud;
+    stp_ranks *ranks = e->params->ranks;
+    for (unsigned rank = 0; rank < stp_ranks_count(ranks) && stp_ranks_count(ranks) > 1; rank++) {
+        const stp_rank_part part = stp_ranks_part(ranks, rank, block_count(cloud));
+        for (uint32_t block = part.begin; block < part.end; block++) {
+            const uint32_t begin = block * BLOCK_POINTS, left = cloud->count - begin;
+            stp_spill_relieve(cloud->spill);
+            STP_TRY(stp_ranks_broadcast(ranks, rank, cloud->marks + begin,
+                                        left < BLOCK_POINTS ? left : BLOCK_POINTS, err));
+        }
+    }
+done:
+    return status;
 }
 
 static bool is_mostly_closed(const enclosing *e)
@@ -333,11 +370,13 @@ stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
 {
     stp_status status = STP_OK;
     stp_outside found = {0};
-    enclosing e = {.cloud = cloud, .params = params};
+    enclosing e = {
+        .cloud = cloud, .params = params, .own = stp_ranks_own(params->ranks, block_count(cloud))};
     bool fits = false;
     STP_TRY(fit_grid(&e, pool, &fits, err));
     if (fits) {
-        STP_TRY(look_at_all(&e, rasterise, pool, err));
+        STP_TRY(look_at_own(&e, rasterise, pool, err));
+        STP_TRY(stp_voxel_share_occupied(&e.grid, params->ranks, err));
         STP_TRY(stp_voxel_grid_flood(&e.grid, e.grid.occupied, err));
         STP_TRY(classify_all(&e, pool, err));
         for (size_t i = 0; i < sizeof seal_reaches / sizeof *seal_reaches && !is_mostly_closed(&e);
@@ -350,8 +389,9 @@ stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
     found.point_count = atomic_load(&e.closed_count);
     if ((double)found.point_count < CLOSED_SHARE * (double)cloud->count) {
         stp_outside_clear(&found);
-        STP_TRY(look_at_all(&e, unmark, pool, err));
+        STP_TRY(look_at_own(&e, unmark, pool, err));
     }
+    STP_TRY(share_marks(&e, err));
     if (found.point_count > 0)
         STP_TRY(find_outside(&e, &found, err));
     *out = found;

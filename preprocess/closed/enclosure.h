@@ -14,6 +14,7 @@
 
 #include "formats/chunk/outside.h"
 #include "preprocess/cloud/cloud.h"
+#include "preprocess/ranks/ranks.h"
 
 typedef struct stp_enclosure_params {
     double lambda;         /* radius of a disc over its spacing */
@@ -21,12 +22,13 @@ typedef struct stp_enclosure_params {
     /* The signs of the normals are guesses. A point that is closed on its other side is turned, and
      * only closed points count as oriented. */
     bool guessed;
+    stp_ranks *ranks; /* each looks at a part of the points; NULL: there is one process */
 } stp_enclosure_params;
 
 /* Sets STP_MARK_CLOSED in a cloud whose spacings, normals and signs are known. *out says where an
  * eye is outside; free it with stp_outside_clear. If the voxels that the spacing asks for do not
- * fit the given memory, no point is closed. The result is the same for any number of threads.
- * Errors: OUT_OF_MEMORY, IO. */
+ * fit the given memory, no point is closed. The result is the same for any number of threads
+ * and ranks. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
 stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
                               const stp_enclosure_params *params, stp_pool *pool, stp_error *err);
 

@@ -114,8 +114,17 @@ stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill,
 stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    cutter c = {.cloud = cloud};
+    STP_TRY(stp_morton_box(&cloud->box, cloud->points, cloud->count, cloud->spill, pool, err));
     STP_TRY(stp_morton_sort(cloud->points, cloud->count, cloud->spill, &cloud->box, pool, err));
+    STP_TRY(stp_cloud_arrange(cloud, pool, err));
+done:
+    return status;
+}
+
+stp_status stp_cloud_arrange(stp_cloud *cloud, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    cutter c = {.cloud = cloud};
     stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
     STP_TRY(cut(&c, &grid, (octant){0, cloud->count, 0}, err));
     STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, find_cell_box, cloud, err));

@@ -38,11 +38,17 @@ typedef struct room {
     stp_spill *spill; /* where the points lie */
 } room;
 
+typedef struct boxing {
+    const stp_cloud_point *points;
+    uint32_t count;
+    stp_dbox *boxes; /* of each block */
+    stp_spill *spill;
+} boxing;
+
 typedef struct sorter {
     stp_cloud_point *points;
     uint32_t count;
     order order;
-    stp_dbox *boxes;                    /* of each block */
     uint32_t (*histograms)[PART_COUNT]; /* of each block */
     uint32_t begin[PART_COUNT + 1];     /* of the parts */
     room *rooms;                        /* by worker */
@@ -248,20 +254,40 @@ static void sort_range(stp_cloud_point *points, uint32_t count, const order *o, 
         sort_range(points + begin[part], begin[part + 1] - begin[part], o, shift, r);
 }
 
-static uint32_t block_end(const sorter *s, uint32_t begin)
+static uint32_t block_count(uint32_t count)
 {
-    return s->count - begin < BLOCK ? s->count : begin + BLOCK;
+    return (uint32_t)(((uint64_t)count + BLOCK - 1) / BLOCK);
+}
+
+static uint32_t block_end(uint32_t count, uint32_t begin)
+{
+    return count - begin < BLOCK ? count : begin + BLOCK;
 }
 
 static stp_status find_box(void *context, size_t block, unsigned worker, stp_error *err)
 {
-    sorter *s = context;
+    const boxing *b = context;
     uint32_t begin = (uint32_t)block * BLOCK;
-    stp_spill_relieve(s->spill);
+    stp_spill_relieve(b->spill);
     (void)worker;
     (void)err;
-    s->boxes[block] = stp_points_box(s->points + begin, block_end(s, begin) - begin);
+    b->boxes[block] = stp_points_box(b->points + begin, block_end(b->count, begin) - begin);
     return STP_OK;
+}
+
+stp_status stp_morton_box(stp_dbox *box, const stp_cloud_point *points, uint32_t count,
+                          stp_spill *spill, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    boxing b = {.points = points, .count = count, .spill = spill};
+    STP_TRY(stp_alloc(&b.boxes, block_count(count), sizeof *b.boxes, "boxes", err));
+    STP_TRY(stp_pool_run(pool, block_count(count), find_box, &b, err));
+    *box = stp_dbox_empty();
+    for (uint32_t block = 0; block < block_count(count); block++)
+        stp_dbox_join(box, &b.boxes[block]);
+done:
+    free(b.boxes);
+    return status;
 }
 
 static stp_status count_parts(void *context, size_t block, unsigned worker, stp_error *err)
@@ -271,7 +297,7 @@ static stp_status count_parts(void *context, size_t block, unsigned worker, stp_
     stp_spill_relieve(s->spill);
     (void)worker;
     (void)err;
-    for (uint32_t i = begin; i < block_end(s, begin); i++)
+    for (uint32_t i = begin; i < block_end(s->count, begin); i++)
         s->histograms[block][part_of(&s->order, &s->points[i], CODE_BITS - PART_BITS)]++;
     return STP_OK;
 }
@@ -300,31 +326,28 @@ done:
     return status;
 }
 
-static void add_blocks(sorter *s, uint32_t block_count)
+static void add_blocks(sorter *s)
 {
-    for (uint32_t block = 0; block < block_count; block++)
+    for (uint32_t block = 0; block < block_count(s->count); block++)
         for (uint32_t part = 0; part < PART_COUNT; part++)
             s->begin[part] += s->histograms[block][part];
     place_parts(s->begin);
 }
 
-stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *spill, stp_dbox *box,
-                           stp_pool *pool, stp_error *err)
+stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *spill,
+                           const stp_dbox *box, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    sorter s = {.points = points, .count = count, .spill = spill};
+    sorter s = {.points = points,
+                .count = count,
+                .order = {.grid = stp_morton_grid_of(box)},
+                .spill = spill};
     unsigned workers = stp_pool_thread_count(pool);
-    uint32_t block_count = (uint32_t)(((uint64_t)count + BLOCK - 1) / BLOCK);
-    STP_TRY(stp_alloc(&s.boxes, block_count, sizeof *s.boxes, "sort keys", err));
-    STP_TRY(stp_alloc(&s.histograms, block_count, sizeof *s.histograms, "sort keys", err));
+    const uint32_t blocks = block_count(count);
+    STP_TRY(stp_alloc(&s.histograms, blocks, sizeof *s.histograms, "sort keys", err));
     STP_TRY(stp_alloc(&s.rooms, workers, sizeof *s.rooms, "sort keys", err));
-    STP_TRY(stp_pool_run(pool, block_count, find_box, &s, err));
-    *box = stp_dbox_empty();
-    for (uint32_t block = 0; block < block_count; block++)
-        stp_dbox_join(box, &s.boxes[block]);
-    s.order.grid = stp_morton_grid_of(box);
-    STP_TRY(stp_pool_run(pool, block_count, count_parts, &s, err));
-    add_blocks(&s, block_count);
+    STP_TRY(stp_pool_run(pool, blocks, count_parts, &s, err));
+    add_blocks(&s);
     move_to_parts(points, &s.order, CODE_BITS - PART_BITS, s.begin, spill);
     STP_TRY(stp_pool_run(pool, PART_COUNT, sort_part, &s, err));
 done:
@@ -335,6 +358,5 @@ done:
     }
     free(s.rooms);
     free(s.histograms);
-    free(s.boxes);
     return status;
 }

@@ -32,9 +32,12 @@ typedef struct stp_morton_place {
 /* Sorts things by code, in memory; equal codes by index. */
 void stp_morton_order(stp_morton_place *places, uint32_t count);
 
-/* Sorts the points and sets *box to their box. spill: where the points lie; NULL: in plain memory.
- * Errors: OUT_OF_MEMORY. */
-stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *spill, stp_dbox *box,
-                           stp_pool *pool, stp_error *err);
+/* Sets *box to the points' box. spill: where they lie; NULL: in plain memory. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_morton_box(stp_dbox *box, const stp_cloud_point *points, uint32_t count,
+                          stp_spill *spill, stp_pool *pool, stp_error *err);
+/* Sorts the points along the curve of the cube of a box around them. Errors: likewise. */
+stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *spill,
+                           const stp_dbox *box, stp_pool *pool, stp_error *err);
 
 #endif

@@ -1,9 +1,12 @@
 /* Ranks over MPI. */
 #include "preprocess/mpi/mpi_ranks.h"
 
+#include "base/memory.h"
+
 #include <mpi.h>
 #include <sched.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <time.h>
 
 /* Bytes of one call of MPI, which counts with int. */
@@ -74,6 +77,37 @@ static stp_status send_first(stp_ranks *ranks, unsigned from, void *data, size_t
     return status;
 }
 
+/* Bytes and places of each rank's part, as MPI wants them. */
+static void lay_out(int *counts, int *places, const size_t *bytes, unsigned ranks)
+{
+    int sum = 0;
+    for (unsigned r = 0; r < ranks; r++) {
+        counts[r] = (int)bytes[r];
+        places[r] = sum;
+        sum += counts[r];
+    }
+}
+
+static stp_status exchange(stp_ranks *ranks, const void *data, const size_t *sent, void *out,
+                           const size_t *received, stp_error *err)
+{
+    stp_status status = STP_OK;
+    MPI_Request request = MPI_REQUEST_NULL;
+    const unsigned count = ranks->count;
+    int *numbers = NULL;
+    STP_TRY(stp_alloc(&numbers, 4 * (size_t)count, sizeof *numbers, "ranks", err));
+    lay_out(numbers, numbers + count, sent, count);
+    lay_out(numbers + 2 * count, numbers + 3 * count, received, count);
+    const int code =
+        MPI_Ialltoallv(data, numbers, numbers + count, MPI_BYTE, out, numbers + 2 * count,
+                       numbers + 3 * count, MPI_BYTE, MPI_COMM_WORLD, &request);
+    /* NOLINTNEXTLINE(clang-analyzer-optin.mpi.MPI-Checker): await waits */
+    STP_TRY(await(ranks, code, &request, err));
+done:
+    free(numbers);
+    return status;
+}
+
 static stp_status finish(stp_ranks *ranks, stp_error *err)
 {
     MPI_Request request = MPI_REQUEST_NULL;
@@ -103,6 +137,7 @@ stp_status stp_mpi_open(stp_ranks *out, char host[STP_HOST_BYTES], stp_error *er
                        .count = (unsigned)count,
                        .broadcast = broadcast,
                        .send_first = send_first,
+                       .exchange = exchange,
                        .finish = finish,
                        .abort_all = abort_all};
     return STP_OK;

@@ -64,6 +64,21 @@ done:
     return status;
 }
 
+stp_status stp_ranks_exchange(stp_ranks *ranks, const void *data, const size_t *sent, void *out,
+                              size_t *received, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t *size = NULL;
+    STP_TRY(stp_alloc(&size, ranks->count, sizeof *size, "ranks", err));
+    for (unsigned rank = 0; rank < ranks->count; rank++)
+        size[rank] = sizeof *size;
+    STP_TRY(ranks->exchange(ranks, sent, size, received, size, err));
+    STP_TRY(ranks->exchange(ranks, data, sent, out, received, err));
+done:
+    free(size);
+    return status;
+}
+
 stp_status stp_ranks_agree(stp_ranks *ranks, uint64_t number, const char *what, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -26,6 +26,9 @@ struct stp_ranks {
                             stp_error *err);
     stp_status (*send_first)(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
                              stp_error *err);
+    /* stp_ranks_exchange, when it is known what comes. */
+    stp_status (*exchange)(stp_ranks *ranks, const void *data, const size_t *sent, void *out,
+                           const size_t *received, stp_error *err);
     /* Waits for all ranks and ends what connects them. Errors: likewise. */
     stp_status (*finish)(stp_ranks *ranks, stp_error *err);
     /* Ends all processes. */
@@ -59,6 +62,12 @@ stp_status stp_ranks_broadcast_bytes(stp_ranks *ranks, unsigned from, stp_bytes 
                                      stp_error *err);
 /* Gives bytes of rank `from`, which is not 0, to rank 0. The other ranks do nothing. */
 stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes, stp_error *err);
+
+/* Gives each rank a part of `data`, which has the parts rank after rank: sent[r] bytes for rank r.
+ * Puts what comes into out, rank after rank, and its bytes into received[]. At most 2^31 - 1 bytes
+ * each way. The caller counts them in sent_bytes. */
+stp_status stp_ranks_exchange(stp_ranks *ranks, const void *data, const size_t *sent, void *out,
+                              size_t *received, stp_error *err);
 
 /* Fails on every rank if they have other numbers than rank 0. what: is said of the first
  * that has: "other points than". Errors: INVALID_ARGUMENT, CANCELLED. */

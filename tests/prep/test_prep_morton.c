@@ -31,6 +31,7 @@ static sorted_cloud sort(const stp_cloud *cloud, unsigned threads)
     assert_non_null(out.points);
     memcpy(out.points, cloud->points, cloud->count * sizeof *out.points);
     assert_int_equal(stp_pool_create(&pool, threads, &err), STP_OK);
+    assert_int_equal(stp_morton_box(&out.box, out.points, cloud->count, NULL, pool, &err), STP_OK);
     assert_int_equal(stp_morton_sort(out.points, cloud->count, NULL, &out.box, pool, &err), STP_OK);
     stp_pool_destroy(&pool);
     return out;

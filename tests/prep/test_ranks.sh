@@ -21,18 +21,31 @@ launch=(mpirun --allow-run-as-root --oversubscribe --bind-to none)
 "$STIPPLE" gen building -n 60000 -o "$FOLDER/mixed/b.ply" --quiet || fail "no scan"
 awk 'BEGIN { for (i = 0; i < 5000; i++) print i % 70 * 0.1, int(i / 70) * 0.1, 20 }' >"$FOLDER/mixed/c.xyz"
 
+# The same positions in another colour: their order is that of the inputs.
+awk '{ print $0, 255, 0, NR % 256 }' "$FOLDER/mixed/c.xyz" >"$FOLDER/mixed/d.xyz"
+# A pile beside one point far away.
+mkdir "$FOLDER/broken"
+awk 'BEGIN { srand(1); print 1e9, 0, 0; for (i = 0; i < 140000; i++) print rand(), rand(), i % 2 }' >"$FOLDER/pile.xyz"
+awk 'BEGIN {
+    print "ply\nformat ascii 1.0\nelement vertex 20000"
+    print "property double x\nproperty double y\nproperty double z\nend_header"
+    for (i = 0; i < 20000; i++) print i == 19000 ? "x" : rand(), rand(), 5
+}' >"$FOLDER/broken/b.ply"
+cp "$FOLDER/mixed/a.las" "$FOLDER/mixed/c.xyz" "$FOLDER/broken"
+
 # Any number of ranks must give the bytes of one process.
+wanted=0 # exit code
 check_bytes() { # numbers of ranks, words of prep
     local ranks n
     read -ra ranks <<<"$1"
     shift
     run "$STIPPLE" prep "$@" -o "$FOLDER/one.stipple" --threads 2 --force
-    expect_code 0
+    expect_code $wanted
     for n in "${ranks[@]}"; do
         run "${launch[@]}" -n "$n" "$STIPPLE" prep "$@" -o "$model" --threads 1 --quiet --force
-        expect_code 0
+        expect_code $wanted
         expect_empty out
-        expect_empty err
+        [ $wanted != 0 ] || expect_empty err
         cmp -s "$model" "$FOLDER/one.stipple" || fail "$n ranks, $*: other bytes"
         [ "$(ls -A "$FOLDER/models")" = m.stipple ] || fail "$n ranks: left $(ls -A "$FOLDER/models")"
     done
@@ -40,7 +53,14 @@ check_bytes() { # numbers of ranks, words of prep
 
 all=2
 if is_long; then all="1 2 3 4 8"; fi
-check_bytes "$all 3" "$FOLDER/statue.ply"
+check_bytes "$all 3" "$FOLDER/statue.ply" --stats "$FOLDER/stats.json"
+sorted=$(sed -n '/stage_sent_bytes/,/}/s/.*"sort":[^0-9]*\([0-9]*\).*/\1/p' "$FOLDER/stats.json")
+[ "${sorted:-0}" -gt 100000 ] || fail "ranks did not sort parts: sent ${sorted:-nothing}"
+check_bytes "$all 3" "$FOLDER/mixed" --orient none
+check_bytes "$all" "$FOLDER/pile.xyz"
+wanted=1
+check_bytes "$all" "$FOLDER/broken" # its file breaks off in the middle: it is left out, on all ranks
+wanted=0
 check_bytes "$all" "$FOLDER/mixed" --attributes all --memory 150M --outliers mark
 check_bytes "$all" "$FOLDER/statue.ply" --layers joined --codec zstd --precision 0.001
 check_bytes "$all" "$FOLDER/mixed/b.ply" --maps

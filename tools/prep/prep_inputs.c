@@ -91,13 +91,24 @@ done:
     return status;
 }
 
+stp_status prep_inputs_open(prep_inputs *in, stp_error *err)
+{
+    const stp_scan_params params = prep_inputs_params(in, in->current);
+    const stp_status status = stp_scan_open(&in->scan, in->paths[in->current], &params, err);
+    if (status == STP_OK)
+        prep_where_open(&in->where, stp_scan_get_info(in->scan));
+    return status;
+}
+
 static stp_status read_inputs(void *context, stp_point *points, size_t capacity, size_t *count,
                               stp_error *err)
 {
     prep_inputs *in = context;
     stp_status status = STP_OK;
     *count = 0;
-    while (*count == 0 && in->current < in->count) {
+    if (in->in_part && in->part_left < capacity)
+        capacity = (size_t)in->part_left;
+    while (*count == 0 && capacity > 0 && in->current < in->count) {
         if (in->facts[in->current].why) {
             in->current++;
             continue;
@@ -107,11 +118,8 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
             in->current++;
             continue;
         }
-        if (!in->scan) {
-            const stp_scan_params params = prep_inputs_params(in, in->current);
-            STP_TRY(stp_scan_open(&in->scan, in->paths[in->current], &params, err));
-            prep_where_open(&in->where, stp_scan_get_info(in->scan));
-        }
+        if (!in->scan)
+            STP_TRY(prep_inputs_open(in, err));
         STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
         if (in->numbers.joined.list.count > 0)
             STP_TRY(prep_numbers_take(&in->numbers, stp_scan_get_info(in->scan)->extra,
@@ -120,7 +128,10 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
             prep_system_move(in->facts[in->current].way.projection, points, *count);
         prep_where_reject(&in->where, stp_scan_get_info(in->scan), stp_scan_numbers(in->scan),
                           points, *count);
-        in->files[in->current].point_count += *count;
+        if (in->in_part)
+            in->part_left -= *count;
+        else
+            in->files[in->current].point_count += *count;
         for (size_t i = 0; i < *count; i++)
             if (points[i].station > 0)
                 points[i].station = (uint16_t)(points[i].station + in->stations_before);
@@ -454,6 +465,8 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
         STP_TRY(add_lines(in, &lines, err));
     } else {
         stp_scan_take_triangles(scan, &triangles);
+        in->facts[i].points = info->point_count;
+        in->facts[i].seek_points = info->seek_points;
         source->point_count += info->point_count;
         note_mesh(in, i, info);
     }
@@ -521,6 +534,8 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     source->numbers = packed_numbers;
     source->leaves_out = leave_out_current;
     source->file = &in->current;
+    source->part_begin = prep_inputs_part_begin;
+    source->read_part = prep_inputs_read_part;
     source->rejected = prep_inputs_reject;
     source->files = in->files;
     source->file_count = in->count;

@@ -20,12 +20,14 @@ typedef struct prep_input {
     ino_t inode; /* 0: the file is unknown */
     off_t size;
     struct timespec changed;
-    bool plant;         /* its mesh became lines and triangles: it has no points */
-    bool mesh;          /* it has faces, and they became points */
-    prep_way way;       /* how positions are moved */
-    stp_mirror *mirror; /* of an address; NULL: none is needed */
-    char *name;         /* for the metadata */
-    char *why;          /* the reason why the file is left out; NULL: it is read */
+    uint64_t points;      /* as the survey counted them */
+    uint64_t seek_points; /* stp_scan_info */
+    bool plant;           /* its mesh became lines and triangles: it has no points */
+    bool mesh;            /* it has faces, and they became points */
+    prep_way way;         /* how positions are moved */
+    stp_mirror *mirror;   /* of an address; NULL: none is needed */
+    char *name;           /* for the metadata */
+    char *why;            /* the reason why the file is left out; NULL: it is read */
 } prep_input;
 
 /* Several scans, one after the other. Start with zero, then set paths, count, params and plants.
@@ -58,6 +60,8 @@ typedef struct prep_inputs {
     const char *suspect;      /* a mesh that is read as points and looks like a plant; NULL: none */
     stp_plant_report plant;   /* of all inputs */
     uint32_t stations_before; /* number of stations in the inputs before the current one */
+    bool in_part;             /* prep_inputs_read_part */
+    uint64_t part_left;       /* records of the part that are still to be read */
     stp_output *rejects;      /* NULL, or gets a line for each record that is not stored */
     size_t reject_file;       /* file of the last such record */
     uint64_t reject_before;   /* number of records in the files before it */
@@ -72,6 +76,11 @@ typedef struct prep_inputs {
 stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
 /* How an input is opened, after the survey. */
 stp_scan_params prep_inputs_params(const prep_inputs *inputs, size_t i);
+/* Opens the current input. Errors: as stp_scan_open. */
+stp_status prep_inputs_open(prep_inputs *inputs, stp_error *err);
+/* The functions of those names of a stp_prep_source. */
+uint64_t prep_inputs_part_begin(void *context, uint64_t place);
+stp_status prep_inputs_read_part(void *context, uint64_t begin, uint64_t end, stp_error *err);
 /* Lists rejected records in a CSV file: file, index in the file from 0, reason. In a file with
  * lines, the index counts the vertices that no line uses. A file that is left out gets one line
  * without an index. The CSV file appears with prep_inputs_end_rejects; prep_inputs_reject

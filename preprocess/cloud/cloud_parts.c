@@ -1,0 +1,246 @@
+/* A sample sort: samples of all ranks say which run of the curve each rank sorts. */
+#include "preprocess/cloud/cloud_parts.h"
+
+#include "base/memory.h"
+#include "preprocess/cloud/morton.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Samples of each rank: runs are then as long as each other, within some percent. */
+#define SAMPLES 2048u
+/* Points of all ranks in one round of the exchange, and of one rank at most: a rank has one block
+ * of points beside its run, and no round gives a rank more than MPI counts. */
+#define ROUND_POINTS (1u << 20)
+#define BLOCK_POINTS 65536u
+/* Points that are given to all ranks at a time. */
+#define GIVEN_POINTS 65536u
+
+typedef struct parts {
+    stp_cloud *cloud;
+    stp_ranks *ranks;
+    stp_morton_grid grid;
+    uint64_t *splitters;          /* by rank: the code where its run begins; the first one is 0 */
+    uint32_t *counts;             /* by rank: points of its run */
+    stp_cloud_point *run, *block; /* block: points of a round, by rank that they go to */
+    uint32_t *block_counts;
+    size_t *sent, *received; /* bytes of a round, by rank */
+} parts;
+
+static int compare_codes(const void *a, const void *b)
+{
+    const uint64_t p = *(const uint64_t *)a, q = *(const uint64_t *)b;
+    return (p > q) - (p < q);
+}
+
+static uint64_t code_of(const parts *p, uint32_t i)
+{
+    return stp_morton_code(&p->grid, p->cloud->points[i].position);
+}
+
+/* The rank whose run has the point. Equal codes are in one run. */
+static unsigned rank_of(const parts *p, uint32_t i)
+{
+    const uint64_t code = code_of(p, i);
+    unsigned low = 0, high = p->ranks->count - 1;
+    while (low < high) {
+        const unsigned middle = low + (high - low + 1) / 2;
+        if (p->splitters[middle] <= code)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    return low;
+}
+
+/* Finds the box of the points of all ranks, and how many there are. */
+static stp_status join_boxes(parts *p, uint64_t *total, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = p->cloud;
+    struct {
+        stp_dbox box;
+        uint64_t count;
+    } own = {.count = cloud->count}, other;
+    STP_TRY(stp_morton_box(&own.box, cloud->points, cloud->count, cloud->spill, pool, err));
+    cloud->box = stp_dbox_empty();
+    for (unsigned rank = 0; rank < p->ranks->count; rank++) {
+        other = own;
+        STP_TRY(stp_ranks_broadcast(p->ranks, rank, &other, sizeof other, err));
+        stp_dbox_join(&cloud->box, &other.box);
+        *total += other.count;
+    }
+    p->grid = stp_morton_grid_of(&cloud->box);
+done:
+    return status;
+}
+
+/* Chooses where runs begin. Each rank has samples in proportion to its points. */
+static stp_status choose_splitters(parts *p, uint64_t total, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = p->ranks;
+    const uint64_t stride = total / ((uint64_t)SAMPLES * ranks->count) + 1;
+    stp_bytes packet = {0}, all = {0};
+    for (unsigned rank = 0; rank < ranks->count; rank++) {
+        packet.size = 0;
+        for (uint64_t i = 0; rank == ranks->self && i < p->cloud->count; i += stride) {
+            const uint64_t code = code_of(p, (uint32_t)i);
+            stp_cloud_stride(p->cloud->spill, i, (uint32_t)stride);
+            STP_TRY(stp_bytes_append(&packet, &code, sizeof code, err));
+        }
+        STP_TRY(stp_ranks_broadcast_bytes(ranks, rank, &packet, err));
+        STP_TRY(stp_bytes_append(&all, packet.data, packet.size, err));
+    }
+    uint64_t *codes = NULL;
+    const size_t count = all.size / sizeof *codes;
+    STP_TRY(stp_alloc(&codes, count, sizeof *codes, "sort keys", err));
+    if (count > 0) {
+        memcpy(codes, all.data, all.size);
+        qsort(codes, count, sizeof *codes, compare_codes);
+    }
+    for (unsigned rank = 1; rank < ranks->count && count > 0; rank++)
+        p->splitters[rank] = codes[count * rank / ranks->count];
+    free(codes);
+done:
+    free(packet.data);
+    free(all.data);
+    return status;
+}
+
+/* Counts the points of all runs. */
+static stp_status count_runs(parts *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *other = NULL;
+    const unsigned count = p->ranks->count;
+    uint64_t moved = 0;
+    STP_TRY(stp_alloc(&other, count, sizeof *other, "ranks", err));
+    for (uint32_t i = 0; i < p->cloud->count; i++, stp_cloud_step(p->cloud->spill, i))
+        p->block_counts[rank_of(p, i)]++;
+    for (unsigned rank = 0; rank < count; rank++) {
+        memcpy(other, p->block_counts, count * sizeof *other);
+        STP_TRY(stp_ranks_broadcast(p->ranks, rank, other, count * sizeof *other, err));
+        for (unsigned to = 0; to < count; to++) {
+            p->counts[to] += other[to];
+            moved += to != rank ? other[to] : 0;
+        }
+    }
+    p->ranks->sent_bytes += moved * sizeof *p->run;
+done:
+    free(other);
+    return status;
+}
+
+/* Puts points [begin, end) into the block, by rank. */
+static void fill_block(parts *p, uint32_t begin, uint32_t end)
+{
+    const unsigned count = p->ranks->count;
+    memset(p->block_counts, 0, count * sizeof *p->block_counts);
+    for (uint32_t i = begin; i < end; i++)
+        p->block_counts[rank_of(p, i)]++;
+    uint32_t sum = 0;
+    for (unsigned rank = 0; rank < count; rank++) {
+        const uint32_t here = p->block_counts[rank];
+        p->sent[rank] = here * sizeof *p->block;
+        p->block_counts[rank] = sum;
+        sum += here;
+    }
+    for (uint32_t i = begin; i < end; i++)
+        p->block[p->block_counts[rank_of(p, i)]++] = p->cloud->points[i];
+}
+
+/* Moves all points to the ranks whose runs have them, a block of each rank a round. */
+static stp_status exchange(parts *p, uint32_t most, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = p->ranks;
+    const uint32_t share = ROUND_POINTS / ranks->count + 1;
+    const uint32_t block = share < BLOCK_POINTS ? share : BLOCK_POINTS;
+    size_t at = 0;
+    STP_TRY(stp_alloc(&p->block, block, sizeof *p->block, "points", err));
+    for (uint64_t begin = 0; begin < most; begin += block) {
+        const uint32_t count = p->cloud->count;
+        const uint32_t from = begin < count ? (uint32_t)begin : count;
+        fill_block(p, from, count - from < block ? count : from + block);
+        stp_spill_relieve(p->cloud->spill);
+        STP_TRY(stp_ranks_exchange(ranks, p->block, p->sent, p->run + at, p->received, err));
+        for (unsigned rank = 0; rank < ranks->count; rank++)
+            at += p->received[rank] / sizeof *p->run;
+    }
+done:
+    return status;
+}
+
+/* Gives each rank's run to all. */
+static stp_status give_runs(parts *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = p->cloud;
+    cloud->count = 0;
+    for (unsigned rank = 0; rank < p->ranks->count; rank++)
+        for (uint32_t left = p->counts[rank], count; left > 0; left -= count) {
+            stp_cloud_point *to = cloud->points + cloud->count;
+            count = left < GIVEN_POINTS ? left : GIVEN_POINTS;
+            stp_spill_relieve(cloud->spill);
+            if (rank == p->ranks->self)
+                memcpy(to, p->run + (p->counts[rank] - left), count * sizeof *to);
+            STP_TRY(stp_ranks_broadcast(p->ranks, rank, to, count * sizeof *to, err));
+            cloud->count += count;
+        }
+done:
+    return status;
+}
+
+/* The most points that a rank has. */
+static stp_status find_most(const parts *p, uint32_t *most, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (unsigned rank = 0; rank < p->ranks->count; rank++) {
+        uint32_t count = p->cloud->count;
+        STP_TRY(stp_ranks_broadcast(p->ranks, rank, &count, sizeof count, err));
+        *most = count > *most ? count : *most;
+    }
+done:
+    return status;
+}
+
+static stp_status sort_runs(parts *p, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = p->cloud;
+    const uint32_t *own = &p->counts[p->ranks->self];
+    uint64_t total = 0;
+    uint32_t most = 0;
+    STP_TRY(join_boxes(p, &total, pool, err));
+    STP_TRY(choose_splitters(p, total, err));
+    STP_TRY(count_runs(p, err));
+    STP_TRY(find_most(p, &most, err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &p->run, *own, sizeof *p->run, "points", err));
+    STP_TRY(exchange(p, most, err));
+    STP_TRY(stp_morton_sort(p->run, *own, cloud->spill, &cloud->box, pool, err));
+    STP_TRY(give_runs(p, err));
+done:
+    return status;
+}
+
+stp_status stp_cloud_sort_parts(stp_cloud *cloud, stp_ranks *ranks, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    parts p = {.cloud = cloud, .ranks = ranks};
+    STP_TRY(stp_alloc(&p.splitters, ranks->count, sizeof *p.splitters, "ranks", err));
+    STP_TRY(stp_alloc(&p.counts, ranks->count, sizeof *p.counts, "ranks", err));
+    STP_TRY(stp_alloc(&p.block_counts, ranks->count, sizeof *p.block_counts, "ranks", err));
+    STP_TRY(stp_alloc(&p.sent, ranks->count, sizeof *p.sent, "ranks", err));
+    STP_TRY(stp_alloc(&p.received, ranks->count, sizeof *p.received, "ranks", err));
+    status = sort_runs(&p, pool, err);
+done:
+    free(p.received);
+    free(p.sent);
+    free(p.block_counts);
+    free(p.counts);
+    free(p.splitters);
+    free(p.block);
+    stp_spill_free(cloud->spill, p.run);
+    return status == STP_OK ? stp_cloud_arrange(cloud, pool, err) : status;
+}
