@@ -327,7 +327,7 @@ stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payl
 stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
                                    const stp_chunk_entry *entry, uint32_t *handle, stp_error *err);
 struct stp_bytes;
-/* The same with the records of its blocks, which stp_block_records_make makes on any thread. */
+/* The same with the records of its blocks, which stp_block_records_of makes on any thread. */
 stp_status stp_chunk_writer_append_made(stp_chunk_writer *writer, const void *payload,
                                         const struct stp_bytes *records,
                                         const stp_chunk_entry *entry, uint32_t *handle,
