@@ -82,13 +82,35 @@ done:
     return status;
 }
 
+stp_status stp_block_records_of(const stp_chunk *chunk, const uint8_t *payload,
+                                const stp_chunk_entry *entry, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const size_t begin = out->size;
+    const uint32_t whole[1] = {chunk->patch_count};
+    const uint32_t *ends = chunk->block_count ? chunk->block_ends : whole;
+    const uint32_t count = chunk->block_count ? chunk->block_count : 1;
+    if (!stp_codec_has_blocks((stp_codec)entry->codec))
+        return STP_OK;
+    STP_TRY(stp_bytes_append(out, NULL, (size_t)count * STP_BLOCK_BYTES, err));
+    for (uint32_t b = 0, first = 0; b < count; first = ends[b++])
+        put_bounds(chunk->patches + first, ends[b] - first,
+                   out->data + begin + (size_t)b * STP_BLOCK_BYTES);
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        const uint32_t from = s ? entry->segment_end[s - 1] : 0;
+        STP_TRY(put_parts(payload + from, entry->segment_end[s] - from, s, out->data + begin, count,
+                          err));
+    }
+done:
+    return status;
+}
+
 stp_status stp_block_records_make(const uint8_t *payload, const stp_chunk_entry *entry,
                                   stp_bytes *out, uint32_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = NULL;
     stp_chunk_scratch scratch = {0};
-    const size_t begin = out->size;
     *count = 0;
     if (!stp_codec_has_blocks((stp_codec)entry->codec))
         return STP_OK;
@@ -98,15 +120,7 @@ stp_status stp_block_records_make(const uint8_t *payload, const stp_chunk_entry 
     STP_TRY(stp_segment_decode(payload, entry->segment_end[0], 0, entry->codec,
                                STP_CHUNK_CHILDREN_LIMIT, chunk, &scratch, err));
     *count = chunk->block_count;
-    STP_TRY(stp_bytes_append(out, NULL, (size_t)*count * STP_BLOCK_BYTES, err));
-    for (uint32_t b = 0, first = 0; b < *count; first = chunk->block_ends[b++])
-        put_bounds(chunk->patches + first, chunk->block_ends[b] - first,
-                   out->data + begin + (size_t)b * STP_BLOCK_BYTES);
-    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
-        const uint32_t from = s ? entry->segment_end[s - 1] : 0;
-        STP_TRY(put_parts(payload + from, entry->segment_end[s] - from, s, out->data + begin,
-                          *count, err));
-    }
+    STP_TRY(stp_block_records_of(chunk, payload, entry, out, err));
 done:
     stp_chunk_scratch_free(&scratch);
     stp_chunk_destroy(&chunk);

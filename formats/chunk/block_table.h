@@ -8,9 +8,13 @@
 #include "formats/chunk/block.h"
 #include "formats/chunk/codec/column.h"
 
-/* Appends the records of a chunk's blocks, derived from its payload; none if its codec has no
- * blocks. The entry has codec, segment_end and counts. *count: how many blocks. Errors: those of
- * decoding segment 0, OUT_OF_MEMORY. */
+/* Appends the records of a chunk's blocks; none if its codec has no blocks. The payload is what the
+ * chunk was encoded to, the entry has its codec and segment_end. Errors: OUT_OF_MEMORY. */
+stp_status stp_block_records_of(const stp_chunk *chunk, const uint8_t *payload,
+                                const stp_chunk_entry *entry, stp_bytes *out, stp_error *err);
+
+/* The same of a payload alone: decodes its segment 0. The entry has counts, too. *count: how many
+ * blocks. Errors: those of decoding, OUT_OF_MEMORY. */
 stp_status stp_block_records_make(const uint8_t *payload, const stp_chunk_entry *entry,
                                   stp_bytes *out, uint32_t *count, stp_error *err);
 

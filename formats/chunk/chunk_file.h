@@ -175,7 +175,9 @@ typedef struct stp_chunk {
     uint32_t raster_count;
     unsigned reach;      /* normals are of planes through (2 reach + 1)^2 samples; 0 to 4 */
     stp_square *squares; /* by patch; NULL: none. Belongs to the chunk */
-    void *memory;        /* owns all other arrays */
+    /* By block, while a chunk is encoded: its segments share them. Else NULL. */
+    struct stp_square_map *maps;
+    void *memory; /* owns all other arrays */
     size_t memory_bytes;
     size_t memory_capacity; /* of the block of arrays; more if another chunk had it before */
 } stp_chunk;
@@ -327,7 +329,7 @@ stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payl
 stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
                                    const stp_chunk_entry *entry, uint32_t *handle, stp_error *err);
 struct stp_bytes;
-/* The same with the records of its blocks, which stp_block_records_make makes on any thread. */
+/* The same with the records of its blocks, which stp_block_records_of makes on any thread. */
 stp_status stp_chunk_writer_append_made(stp_chunk_writer *writer, const void *payload,
                                         const struct stp_bytes *records,
                                         const stp_chunk_entry *entry, uint32_t *handle,

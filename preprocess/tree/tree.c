@@ -189,7 +189,6 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
     const stp_placed_chunk middle = stp_built_chunk_place(&out->chunk);
     const stp_surrounding_chunks others = {&t->reaches, add_surrounding, t};
     stp_surroundings around = {0};
-    uint32_t block_count;
     (void)worker;
     STP_TRY(stp_surroundings_find(&around, &middle, self, &others, err));
     STP_TRY(stp_built_chunk_measure(&out->chunk, &around, err));
@@ -197,7 +196,7 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
         STP_TRY(stp_chunk_cut(out->chunk.chunk, out->chunk.run_ends, out->chunk.run_count,
                               stp_block_samples_least(t->params->codec), err));
     STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
-    STP_TRY(stp_block_records_make(out->payload, &out->entry, &out->records, &block_count, err));
+    STP_TRY(stp_block_records_of(out->chunk.chunk, out->payload, &out->entry, &out->records, err));
     out->entry.origin = out->chunk.origin;
     STP_TRY(advance(t, err));
 done:
