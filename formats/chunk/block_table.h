@@ -9,14 +9,21 @@
 #include "formats/chunk/codec/column.h"
 
 /* Appends the records of a chunk's blocks, derived from its payload; none if its codec has no
- * blocks. The entry has codec, segment_end and counts. *count: how many blocks. Errors: those of
- * decoding segment 0, OUT_OF_MEMORY. */
+ * blocks. The entry has codec, segment_end, counts and box. *count: how many blocks. Errors: those
+ * of decoding segment 0, LIMIT (a part is too large), OUT_OF_MEMORY. */
 stp_status stp_block_records_make(const uint8_t *payload, const stp_chunk_entry *entry,
                                   stp_bytes *out, uint32_t *count, stp_error *err);
 
-/* Reads the records of a chunk's entry->block_count blocks, and places their parts. Errors: CORRUPT
- * (a number is out of range, or the blocks do not add up to the chunk). */
-stp_status stp_block_records_read(const uint8_t *records, const stp_chunk_entry *entry, uint32_t id,
-                                  stp_block *out, stp_error *err);
+/* Appends the records of a chunk's entry->block_count blocks. Errors: LIMIT (a part is too large),
+ * OUT_OF_MEMORY. */
+stp_status stp_block_records_write(const stp_block *blocks, const stp_chunk_entry *entry,
+                                   stp_bytes *out, stp_error *err);
+
+/* Reads the records of a chunk's entry->block_count blocks, and places their parts. record_bytes:
+ * of each, as stp_record_bytes has it. Errors: CORRUPT (a number is out of range, or the blocks do
+ * not add up to the chunk). */
+stp_status stp_block_records_read(const uint8_t *records, size_t record_bytes,
+                                  const stp_chunk_entry *entry, uint32_t id, stp_block *out,
+                                  stp_error *err);
 
 #endif
