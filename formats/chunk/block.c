@@ -17,7 +17,7 @@
 static stp_status load_table(stp_chunk_file *file, uint8_t **out, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_section *section = stp_header_section(&file->header, STP_SECTION_BLOCKS);
+    const stp_section *section = stp_header_blocks(&file->header);
     uint8_t *bytes = NULL;
     pthread_mutex_lock(&file->mutex);
     *out = file->blocks;
@@ -41,7 +41,8 @@ done:
 static stp_status check_records(const stp_chunk_file *file, const stp_chunk_entry *e, uint32_t id,
                                 const uint8_t *records, stp_error *err)
 {
-    return stp_hash(records, (size_t)e->block_count * STP_BLOCK_BYTES) == e->blocks_hash
+    const size_t size = e->block_count * stp_record_bytes(stp_header_blocks(&file->header));
+    return stp_hash(records, size) == e->blocks_hash
                ? STP_OK
                : stp_error_set(err, STP_CORRUPT,
                                "%s: chunk %" PRIu32 ": the checksum of its blocks' records does "
@@ -55,13 +56,13 @@ static stp_status find_records(stp_chunk_file *file, const stp_chunk_entry *e, u
 {
     stp_status status = STP_OK;
     uint8_t *table = NULL;
-    const size_t size = (size_t)e->block_count * STP_BLOCK_BYTES;
-    const uint64_t at = (uint64_t)e->first_block * STP_BLOCK_BYTES;
+    const stp_section *section = stp_header_blocks(&file->header);
+    const size_t size = e->block_count * stp_record_bytes(section);
+    const uint64_t at = (uint64_t)e->first_block * stp_record_bytes(section);
     STP_TRY(load_table(file, &table, err));
     *out = table + at;
     status = check_records(file, e, id, *out, err);
     for (int i = 0; i < STP_FRESH_TRIES && stp_chunk_file_may_mend(file, status); i++) {
-        const stp_section *section = stp_header_section(&file->header, STP_SECTION_BLOCKS);
         if (!*own)
             STP_TRY(stp_alloc(own, size, 1, "records of blocks", err));
         STP_TRY(stp_chunk_file_bytes(file, section->offset + at, *own, size, true, err));
@@ -84,21 +85,6 @@ stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_
     return status;
 }
 
-stp_status stp_chunk_file_records(stp_chunk_file *file, uint32_t id, const uint8_t **out,
-                                  stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_chunk_entry entry;
-    uint8_t *table = NULL;
-    STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
-    STP_TRY(load_table(file, &table, err));
-    const uint8_t *records = table + (uint64_t)entry.first_block * STP_BLOCK_BYTES;
-    STP_TRY(check_records(file, &entry, id, records, err));
-    *out = records;
-done:
-    return status;
-}
-
 stp_block stp_block_of_entry(const stp_chunk_entry *e, uint32_t id)
 {
     stp_block block = {
@@ -114,7 +100,7 @@ stp_block stp_block_of_entry(const stp_chunk_entry *e, uint32_t id)
     uint32_t begin = 0;
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         block.parts[s] = (stp_block_part){.offset = e->offset + begin,
-                                          .hash = e->segment_hash[s],
+                                          .hash = (uint32_t)e->segment_hash[s],
                                           .bytes = e->segment_end[s] - begin};
         begin = e->segment_end[s];
     }
@@ -138,11 +124,26 @@ stp_status stp_chunk_file_blocks(stp_chunk_file *file, uint32_t id, stp_block *o
         return STP_OK;
     }
     STP_TRY(find_records(file, &entry, id, &records, &own, err));
-    status = stp_block_records_read(records, &entry, id, out, &inner);
+    status = stp_block_records_read(records, stp_record_bytes(stp_header_blocks(&file->header)),
+                                    &entry, id, out, &inner);
     if (status != STP_OK)
         stp_error_set(err, status, "%s: %s", file->path, inner.message);
 done:
     free(own);
+    return status;
+}
+
+stp_status stp_chunk_file_records(stp_chunk_file *file, uint32_t id, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_chunk_entry entry;
+    stp_block *blocks = NULL;
+    STP_TRY(stp_chunk_file_entry(file, id, &entry, err));
+    STP_TRY(stp_alloc(&blocks, entry.block_count, sizeof *blocks, "blocks", err));
+    STP_TRY(stp_chunk_file_blocks(file, id, blocks, err));
+    STP_TRY(stp_block_records_write(blocks, &entry, out, err));
+done:
+    free(blocks);
     return status;
 }
 
@@ -186,7 +187,7 @@ static stp_status mend_part(stp_chunk_file *file, const stp_block_part *part, ui
     stp_status status = STP_OK;
     for (int i = 0;
          i < STP_FRESH_TRIES && status == STP_OK && stp_byte_source_is_remote(file->source) &&
-         stp_hash(bytes, part->bytes) != part->hash;
+         (uint32_t)stp_hash(bytes, part->bytes) != part->hash;
          i++)
         status = stp_chunk_file_bytes(file, part->offset, bytes, part->bytes, true, err);
     return status;
@@ -247,7 +248,7 @@ static stp_status decode_parts(const stp_chunk_file *file, const stp_block *bloc
     for (int s = 0; s < stp_segment_count(chunk->finest_level); s++) {
         const stp_block_part *part = &block->parts[s];
         stp_error inner = {0};
-        if (stp_hash(payload, part->bytes) != part->hash)
+        if ((uint32_t)stp_hash(payload, part->bytes) != part->hash)
             return stp_error_set(err, STP_CORRUPT,
                                  "%s: chunk %" PRIu32 ": the checksum of a block (%" PRIu32
                                  " bytes at byte %" PRIu64

@@ -1,6 +1,6 @@
 /* Blocks: what is chosen, fetched, decoded, drawn and evicted by itself.
  *
- * A block is a run of patches of one chunk, about 35 of them (Draco) or 150 (zstd), with all their
+ * A block is a run of patches of one chunk, about 14 of them (Draco) or 150 (zstd), with all their
  * levels. The blocks of a chunk follow each other and hold each of its patches once. A patch of a
  * linked parent refers to patches of one block only. A chunk of version 1 is one block. Threads:
  * any, as with chunk_file.h.
@@ -13,8 +13,8 @@
 /* A block's part of a segment. */
 typedef struct stp_block_part {
     uint64_t offset; /* in the file */
-    uint64_t hash;   /* xxh3-64 of the bytes */
     uint32_t bytes;
+    uint32_t hash; /* bits 0-31 of the bytes' xxh3-64 */
 } stp_block_part;
 
 /* Enough to cull, choose and read a block. Floats are relative to the chunk's origin. Index l of
@@ -48,9 +48,9 @@ stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_
 /* Fills out[stp_chunk_file_block_count]. Errors: as stp_chunk_file_entry. */
 stp_status stp_chunk_file_blocks(stp_chunk_file *file, uint32_t id, stp_block *out, stp_error *err);
 
-/* The records of a chunk's blocks as they are in the file's table, checked. They belong to the
- * file. Not of a server. Errors: as stp_chunk_file_entry, OUT_OF_MEMORY. */
-stp_status stp_chunk_file_records(stp_chunk_file *file, uint32_t id, const uint8_t **out,
+/* Appends the records of a chunk's blocks, checked, those of a table of wide records made smaller.
+ * Errors: as stp_chunk_file_entry, LIMIT (a part is too large), OUT_OF_MEMORY. */
+stp_status stp_chunk_file_records(stp_chunk_file *file, uint32_t id, struct stp_bytes *out,
                                   stp_error *err);
 
 /* All patches of a chunk as one block: what a chunk is whose codec has no blocks. */

@@ -9,18 +9,26 @@
 #include "formats/chunk/codec/column.h"
 
 /* Appends the records of a chunk's blocks; none if its codec has no blocks. The payload is what the
- * chunk was encoded to, the entry has its codec and segment_end. Errors: OUT_OF_MEMORY. */
+ * chunk was encoded to, the entry has its codec, segment_end and box. Errors: LIMIT (a part is too
+ * large), OUT_OF_MEMORY. */
 stp_status stp_block_records_of(const stp_chunk *chunk, const uint8_t *payload,
                                 const stp_chunk_entry *entry, stp_bytes *out, stp_error *err);
 
 /* The same of a payload alone: decodes its segment 0. The entry has counts, too. *count: how many
- * blocks. Errors: those of decoding, OUT_OF_MEMORY. */
+ * blocks. Errors: those of decoding, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_block_records_make(const uint8_t *payload, const stp_chunk_entry *entry,
                                   stp_bytes *out, uint32_t *count, stp_error *err);
 
-/* Reads the records of a chunk's entry->block_count blocks, and places their parts. Errors: CORRUPT
- * (a number is out of range, or the blocks do not add up to the chunk). */
-stp_status stp_block_records_read(const uint8_t *records, const stp_chunk_entry *entry, uint32_t id,
-                                  stp_block *out, stp_error *err);
+/* Appends the records of a chunk's entry->block_count blocks. Errors: LIMIT (a part is too large),
+ * OUT_OF_MEMORY. */
+stp_status stp_block_records_write(const stp_block *blocks, const stp_chunk_entry *entry,
+                                   stp_bytes *out, stp_error *err);
+
+/* Reads the records of a chunk's entry->block_count blocks, and places their parts. record_bytes:
+ * of each, as stp_record_bytes has it. Errors: CORRUPT (a number is out of range, or the blocks do
+ * not add up to the chunk). */
+stp_status stp_block_records_read(const uint8_t *records, size_t record_bytes,
+                                  const stp_chunk_entry *entry, uint32_t id, stp_block *out,
+                                  stp_error *err);
 
 #endif

@@ -234,9 +234,8 @@ done:
 static void fill_info(stp_chunk_file *file)
 {
     const stp_header *h = &file->header;
-    const stp_section *blocks = stp_header_section(h, STP_SECTION_BLOCKS);
     file->info = (stp_chunk_file_info){
-        .block_count = blocks ? blocks->bytes / STP_BLOCK_BYTES : 0,
+        .block_count = stp_header_block_count(h),
         .header_damaged = file->info.header_damaged,
         .header_damaged_at = file->info.header_damaged_at,
         .version_major = h->version_major,

@@ -192,7 +192,6 @@ stp_status stp_chunk_writer_keep(stp_chunk_writer *writer, uint32_t id, uint32_t
 {
     stp_status status = STP_OK;
     stp_chunk_entry entry, *kept = NULL;
-    const uint8_t *records = NULL;
     const size_t begin = writer->blocks.size;
     STP_TRY(stp_chunk_file_entry(writer->extended, id, &entry, err));
     STP_TRY(next_entry(writer, &entry, &kept, err));
@@ -200,9 +199,8 @@ stp_status stp_chunk_writer_keep(stp_chunk_writer *writer, uint32_t id, uint32_t
         return stp_error_set(err, STP_LIMIT, "more than 2^32 blocks");
     kept->first_block = (uint32_t)(begin / STP_BLOCK_BYTES);
     if (entry.block_count > 0) {
-        STP_TRY(stp_chunk_file_records(writer->extended, id, &records, err));
-        STP_TRY(stp_bytes_append(&writer->blocks, records,
-                                 (size_t)entry.block_count * STP_BLOCK_BYTES, err));
+        STP_TRY(stp_chunk_file_records(writer->extended, id, &writer->blocks, err));
+        kept->blocks_hash = stp_hash(writer->blocks.data + begin, writer->blocks.size - begin);
     }
     *handle = (uint32_t)writer->entry_count++;
 done:
@@ -349,6 +347,7 @@ static stp_status write_section(stp_chunk_writer *writer, stp_header *header, ui
 {
     header->sections[header->section_count++] =
         (stp_section){.kind = kind,
+                      .flags = kind == STP_SECTION_BLOCKS ? STP_SECTION_NEEDED : 0,
                       .offset = stp_output_size(writer->output),
                       .bytes = size,
                       .hash = stp_hash(bytes, size)};

@@ -89,6 +89,12 @@ const stp_section *stp_header_section(const stp_header *header, uint32_t kind)
     return NULL;
 }
 
+const stp_section *stp_header_blocks(const stp_header *header)
+{
+    const stp_section *blocks = stp_header_section(header, STP_SECTION_BLOCKS);
+    return blocks ? blocks : stp_header_section(header, STP_SECTION_WIDE_BLOCKS);
+}
+
 static void sections_write(const stp_header *header, uint8_t *bytes)
 {
     stp_put_u64(bytes + GENERATION_AT, header->generation);
@@ -216,9 +222,10 @@ static stp_status header_check_sections(const stp_header *h, stp_error *err)
                                  "byte %u: section %" PRIu32 " at byte %" PRIu64
                                  " does not follow what is before it",
                                  SECTIONS_AT + i * SECTION_BYTES, i, s->offset);
-        const bool known = s->kind == STP_SECTION_BLOCKS || s->kind == STP_SECTION_NUMBERS ||
+        const bool blocks = s->kind == STP_SECTION_BLOCKS || s->kind == STP_SECTION_WIDE_BLOCKS;
+        const bool known = blocks || s->kind == STP_SECTION_NUMBERS ||
                            s->kind == STP_SECTION_ATTRIBUTES || s->kind == STP_SECTION_FREE;
-        if ((s->kind == STP_SECTION_BLOCKS && s->bytes % STP_BLOCK_BYTES != 0) ||
+        if ((blocks && (s->bytes % stp_record_bytes(s) != 0 || stp_header_blocks(h) != s)) ||
             (s->kind == STP_SECTION_FREE && s->bytes % STP_FREE_BYTES != 0) ||
             (known && stp_header_section(h, s->kind) != s))
             return stp_error_set(err, STP_CORRUPT,
@@ -418,10 +425,8 @@ static void entry_parse(const uint8_t *bytes, stp_chunk_entry *e)
 /* Each check returns NULL, or what is wrong. */
 static const char *entry_check_payload(const stp_chunk_entry *e, const stp_header *header)
 {
-    const stp_section *table = stp_header_section(header, STP_SECTION_BLOCKS);
-    const uint64_t records = table ? table->bytes / STP_BLOCK_BYTES : 0;
     if (e->block_count > e->patch_count ||
-        !stp_range_inside(e->first_block, e->block_count, records))
+        !stp_range_inside(e->first_block, e->block_count, stp_header_block_count(header)))
         return "its blocks lie outside the file's table of blocks";
     if (e->codec < STP_CODEC_COUNT &&
         stp_codec_has_blocks((stp_codec)e->codec) != (e->block_count > 0))

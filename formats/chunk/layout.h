@@ -18,7 +18,8 @@
 #define STP_HEADER_BYTES_LIMIT 65536u
 #define STP_ENTRY_BYTES 256u
 #define STP_ENTRY_BYTES_LIMIT 4096u
-#define STP_BLOCK_BYTES 104u /* a record of the table of blocks */
+#define STP_BLOCK_BYTES 56u       /* a record of the table of blocks */
+#define STP_WIDE_BLOCK_BYTES 104u /* the same in files of before */
 #define STP_PAGE_ENTRIES 64u
 #define STP_FREE_BYTES 16u /* a record of the section FREE */
 #define STP_HASH_BYTES 8u
@@ -74,10 +75,11 @@ typedef struct stp_section {
     uint64_t offset, bytes, hash;
 } stp_section;
 
-#define STP_SECTION_BLOCKS UINT32_C(0x534b4c42)     /* "BLKS": the table of blocks */
-#define STP_SECTION_NUMBERS UINT32_C(0x44545441)    /* "ATTD": the numbers of attributes */
-#define STP_SECTION_ATTRIBUTES UINT32_C(0x52545441) /* "ATTR": their list, and where they lie */
-#define STP_SECTION_FREE UINT32_C(0x45455246)       /* "FREE": bytes that belong to nothing */
+#define STP_SECTION_BLOCKS UINT32_C(0x324b4c42)      /* "BLK2": the table of blocks */
+#define STP_SECTION_WIDE_BLOCKS UINT32_C(0x534b4c42) /* "BLKS": the same in wide records */
+#define STP_SECTION_NUMBERS UINT32_C(0x44545441)     /* "ATTD": the numbers of attributes */
+#define STP_SECTION_ATTRIBUTES UINT32_C(0x52545441)  /* "ATTR": their list, and where they lie */
+#define STP_SECTION_FREE UINT32_C(0x45455246)        /* "FREE": bytes that belong to nothing */
 #define STP_SECTION_NEEDED 1u /* a reader that does not know the kind must refuse the file */
 
 /* IEEE 754 single precision. */
@@ -116,6 +118,19 @@ static inline uint64_t stp_header_span(const stp_header *header)
 uint64_t stp_payloads_end(const stp_header *header);
 /* The section of a kind, or NULL. */
 const stp_section *stp_header_section(const stp_header *header, uint32_t kind);
+/* The table of blocks, of either kind; NULL: there is none. */
+const stp_section *stp_header_blocks(const stp_header *header);
+/* Bytes of a record of a table of blocks. */
+static inline size_t stp_record_bytes(const stp_section *blocks)
+{
+    return blocks->kind == STP_SECTION_BLOCKS ? STP_BLOCK_BYTES : STP_WIDE_BLOCK_BYTES;
+}
+/* How many records the file's table of blocks has. */
+static inline uint64_t stp_header_block_count(const stp_header *header)
+{
+    const stp_section *blocks = stp_header_blocks(header);
+    return blocks ? blocks->bytes / stp_record_bytes(blocks) : 0;
+}
 
 /* Writes header_bytes bytes, STP_HEADER_BYTES or STP_HEADER_BYTES_2, including their hash. */
 void stp_header_write(const stp_header *header, uint8_t *bytes);

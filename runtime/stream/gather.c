@@ -13,7 +13,7 @@
 /* A part of a block, and where its bytes go. */
 typedef struct span {
     uint64_t begin, end; /* in the file */
-    uint64_t hash;
+    uint32_t hash;
     uint8_t *out;
     size_t item;
 } span;
@@ -114,7 +114,7 @@ static bool is_useful(const stp_gather_item *items, const span *spans, size_t co
 static bool is_wrong(const span *s, const stp_gather_item *items)
 {
     return items[s->item].status == STP_OK &&
-           stp_hash(s->out, (size_t)(s->end - s->begin)) != s->hash;
+           (uint32_t)stp_hash(s->out, (size_t)(s->end - s->begin)) != s->hash;
 }
 
 /* Reads one item. A request brings the parts that lie together; those that came are kept if the

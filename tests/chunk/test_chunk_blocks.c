@@ -1,7 +1,9 @@
 /* Tests valid files of version 2: a block decodes to its part of the chunk, whatever the codec and
  * the number of blocks, and converting to version 2 and back gives the same bytes. */
 #include "formats/chunk/block.h"
+#include "formats/chunk/block_table.h"
 #include "formats/chunk/convert.h"
+#include "formats/chunk/layout.h"
 #include "formats/chunk/verify/verify.h"
 #include "tests/fixtures/chunk_fixture.h"
 
@@ -255,13 +257,80 @@ static void test_there_and_back(void **state)
         }
 }
 
+/* A small record has what the wide one has; its box and cone hold those of the wide one, and exceed
+ * them by no more than a place, or the steps of two codes. */
+static void assert_holds(const stp_block *small, const stp_block *wide, const stp_chunk_entry *e)
+{
+    assert_int_equal(small->patch_count, wide->patch_count);
+    assert_memory_equal(small->sample_count, wide->sample_count, sizeof wide->sample_count);
+    assert_int_equal(small->flags, wide->flags);
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        assert_int_equal(small->parts[s].offset, wide->parts[s].offset);
+        assert_int_equal(small->parts[s].bytes, wide->parts[s].bytes);
+        assert_int_equal(small->parts[s].hash, wide->parts[s].hash);
+    }
+    assert_memory_equal(small->error, wide->error, sizeof wide->error);
+    assert_memory_equal(small->tangential_error, wide->tangential_error,
+                        sizeof wide->tangential_error);
+    assert_memory_equal(small->colour_error, wide->colour_error, sizeof wide->colour_error);
+    assert_float_equal(small->radius_max, wide->radius_max, 0.0f);
+    for (int i = 0; i < 3; i++) {
+        const float place = (e->box_max.raw[i] - e->box_min.raw[i]) / 1000.0f;
+        assert_true(small->box_min.raw[i] <= wide->box_min.raw[i] &&
+                    small->box_min.raw[i] >= wide->box_min.raw[i] - place);
+        assert_true(small->box_max.raw[i] >= wide->box_max.raw[i] &&
+                    small->box_max.raw[i] <= wide->box_max.raw[i] + place);
+    }
+    const double angle = (double)wide->cone_angle < M_PI ? (double)wide->cone_angle : M_PI;
+    const double off = acos(fmin((double)glms_vec3_dot(small->cone_axis, wide->cone_axis), 1.0));
+    assert_true((double)small->cone_angle >= fmin(angle + off - 1e-3, M_PI));
+    assert_true((double)small->cone_angle <= angle + M_PI / 255.0 + 2e-3);
+}
+
+/* Files of the first writers have wide records. Small ones made from these say the same. */
+static void test_wide_records(void **state)
+{
+    (void)state;
+    const char *source = getenv("STIPPLE_SOURCE");
+    static const char *const codecs[] = {"raw", "draco", "zstd"};
+    for (int c = 0; c < 3; c++) {
+        char path[1024];
+        stp_chunk_file *file = NULL;
+        stp_bytes records = {0};
+        stp_block *wide = NULL, *small = NULL;
+        uint32_t count = 0;
+        stp_chunk_entry e;
+        snprintf(path, sizeof path, "%s/tests/known/files/blocks_2_0_%s.stipple",
+                 source ? source : ".", codecs[c]);
+        assert_int_equal(stp_chunk_file_open(&file, path, NULL), STP_OK);
+        for (uint32_t id = 0; id < stp_chunk_file_get_info(file)->chunk_count; id++) {
+            assert_int_equal(stp_chunk_file_entry(file, id, &e, NULL), STP_OK);
+            assert_int_equal(stp_chunk_file_block_count(file, id, &count, NULL), STP_OK);
+            wide = calloc(count, sizeof *wide);
+            small = calloc(count, sizeof *small);
+            assert_true(wide && small);
+            records.size = 0;
+            assert_int_equal(stp_chunk_file_blocks(file, id, wide, NULL), STP_OK);
+            assert_int_equal(stp_chunk_file_records(file, id, &records, NULL), STP_OK);
+            assert_int_equal(records.size, (size_t)count * STP_BLOCK_BYTES);
+            assert_int_equal(
+                stp_block_records_read(records.data, STP_BLOCK_BYTES, &e, id, small, NULL), STP_OK);
+            for (uint32_t b = 0; b < count; b++)
+                assert_holds(&small[b], &wide[b], &e);
+            free(wide);
+            free(small);
+        }
+        free(records.data);
+        stp_chunk_file_close(&file);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_many_blocks),
-        cmocka_unit_test(test_one_block),
-        cmocka_unit_test(test_most_patches),
-        cmocka_unit_test(test_there_and_back),
+        cmocka_unit_test(test_many_blocks),  cmocka_unit_test(test_one_block),
+        cmocka_unit_test(test_most_patches), cmocka_unit_test(test_there_and_back),
+        cmocka_unit_test(test_wide_records),
     };
     return cmocka_run_group_tests_name("blocks", tests, NULL, fixture_remove_folder);
 }

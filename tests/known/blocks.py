@@ -10,7 +10,8 @@ from model import Cursor, require
 from xxh3 import xxh3
 
 PARTS = (codec_raw.decode, codec_draco.decode_block, codec_zstd.decode_block)
-RECORD = struct.Struct("<HBB3Hh3I3Q6f4f4B4B4BB3s")
+RECORD = struct.Struct("<H3H9sB3sBh4B4B4B3IQ")
+WIDE_RECORD = struct.Struct("<HBB3Hh3I3Q6f4f4B4B4BB3s")
 
 
 def error_of(exponent, code):
@@ -18,14 +19,34 @@ def error_of(exponent, code):
 
 
 class Record:
-    """A block as the table has it."""
+    """A block as the table has it; box: the chunk's."""
 
-    def __init__(self, data, name):
-        (patches, self.flags, zero, *rest) = RECORD.unpack(data)
+    def __init__(self, data, box, name):
+        (patches, *rest) = RECORD.unpack(data)
+        self.patches = patches + 1
+        self.counts = [n + 1 for n in rest[0:3]] + [self.patches]
+        self.bytes = [int.from_bytes(rest[3][3 * s:3 * s + 3], "little") for s in range(3)]
+        exponent = rest[7]
+        self.errors = [[error_of(exponent, c) for c in rest[8 + k:12 + k]] for k in (0, 4)]
+        self.colour, self.radius_code, self.exponent = rest[16:20], rest[6], exponent
+        self.hashes, word = rest[20:23], rest[23]
+        self.flags = word >> 60 & 1 | word >> 59 & 4
+        places = [word >> 10 * k & 1023 for k in range(6)]
+        self.box = [box[k % 3] + (box[3 + k % 3] - box[k % 3]) * place / 1023 for k, place in enumerate(places)]
+        require(word >> 62 == 0, f"{name}: reserved bits are set")
+        require(-200 <= exponent <= 200, f"{name}: a number is out of range")
+
+
+class WideRecord:
+    """The same in a table of wide records."""
+
+    def __init__(self, data, _box, name):
+        (patches, self.flags, zero, *rest) = WIDE_RECORD.unpack(data)
         self.patches = patches + 1
         self.counts = [n + 1 for n in rest[0:3]] + [self.patches]
         exponent = rest[3]
-        self.bytes, self.hashes, self.box, self.cone = rest[4:7], rest[7:10], rest[10:16], rest[16:20]
+        self.bytes, self.box, self.cone = list(rest[4:7]), rest[10:16], rest[16:20]
+        self.hashes = tuple(h & 0xFFFFFFFF for h in rest[7:10])
         self.errors = [[error_of(exponent, c) for c in rest[20 + k:24 + k]] for k in (0, 4)]
         self.colour, self.radius_code, self.exponent = rest[28:32], rest[32], exponent
         require(zero == 0 and rest[33] == bytes(3) and self.flags & ~5 == 0,
@@ -58,7 +79,8 @@ def read(segments, codec, linked, records, name):
     for b, record in enumerate(records):
         where, own = f"{name}, block {b}", [part[b] for part in parts]
         require(record.counts == counts[b], f"{where}: the table has other counts")
-        require([len(p) for p in own] == record.bytes and [xxh3(p) for p in own] == record.hashes,
+        require([len(p) for p in own] == record.bytes and
+                [xxh3(p) & 0xFFFFFFFF for p in own] == list(record.hashes),
                 f"{where}: the table has other sizes or checksums")
         block_patches, block_levels = PARTS[codec - 3](own, record.patches, linked, where)
         require([len(level) for level in block_levels] == record.counts, f"{where}: counts are wrong")
@@ -81,8 +103,9 @@ def check_bounds(record, patches, name):
         radius = step * 2 ** ((p.bound_radius - 1) / 16) if p.bound_radius else 0.0
         for axis in range(3):
             centre = (p.origin[axis] + p.bound[axis]) * step
-            require(record.box[axis] <= centre - radius * (1 - 1e-9) and
-                    centre + radius * (1 - 1e-9) <= record.box[3 + axis],
+            slack = 1e-6 * (record.box[3 + axis] - record.box[axis])
+            require(record.box[axis] - slack <= centre - radius * (1 - 1e-9) and
+                    centre + radius * (1 - 1e-9) <= record.box[3 + axis] + slack,
                     f"{name}: a bound reaches outside the record's box")
         require(p.flags & 1 <= record.flags & 1, f"{name}: a patch is two-sided and its block is not")
         require(record.flags >> 2 & 1 <= p.flags >> 5 & 1, f"{name}: a patch is not closed and its block is")

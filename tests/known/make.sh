@@ -160,4 +160,13 @@ for codec in raw draco zstd; do
     "$program" prep depth.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "depth/2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" depth/2_0_raw.stipple >depth/2_0.samples
+
+# From here on the table of blocks has small records.
+"$program" gen tree -n 1400 --seed 8 -o leaves.ply --mesh tree.ply --quiet --force
+"$program" prep tree.ply --lines auto --recompute-normals -o whole.stipple --format 1 --quiet --force
+mkdir -p records
+for codec in raw draco zstd; do
+    "$program" convert whole.stipple -o "records/2_0_$codec.stipple" --codec $codec --format 2 --block 150 --quiet
+done
+python3 "$known/read.py" records/2_0_raw.stipple >records/2_0.samples
 rm attributes.las depth.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -74,7 +74,7 @@ class Header:
             kind, flags, offset, size, stored = struct.unpack_from("<4sIQQQ", data, 168 + 32 * i)
             require(not self.sections or offset == self.sections_end, "sections do not follow each other")
             require(xxh3(data[offset:offset + size]) == stored, f"section {kind}: the checksum is wrong")
-            require(kind == b"BLKS" or not flags & 1, f"section {kind} is needed and unknown")
+            require(kind in (b"BLK2", b"BLKS") or not flags & 1, f"section {kind} is needed and unknown")
             if kind == b"FREE":
                 require(size % 16 == 0 and self.minor > 0, "the list of unused bytes is wrong")
                 self.unused = list(struct.iter_unpack("<2Q", data[offset:offset + size]))
@@ -89,8 +89,10 @@ class Header:
         return self.sections[0][1] if self.sections else self.metadata
 
     def table(self):
-        """The place and size of the table of blocks."""
-        return next(((offset, size) for kind, offset, size in self.sections if kind == b"BLKS"), (0, 0))
+        """The place and size of the table of blocks, the size of a record, and what reads one."""
+        kinds = {b"BLK2": (blocks.RECORD.size, blocks.Record), b"BLKS": (blocks.WIDE_RECORD.size, blocks.WideRecord)}
+        return next(((offset, size) + kinds[kind] for kind, offset, size in self.sections if kind in kinds),
+                    (0, 0, blocks.RECORD.size, blocks.Record))
 
 
 class Entry:
@@ -161,14 +163,15 @@ def check_tree(header, entries):
     for e in entries:
         require(e.blocks == 0 or e.first_block == records, f"chunk {e.id}: its records are out of order")
         records += e.blocks
-    require(records * blocks.RECORD.size == header.table()[1], "the table has more records than blocks")
+    require(records * header.table()[2] == header.table()[1], "the table has more records than blocks")
 
 
 def read_records(data, header, entry, name):
-    at, size = header.table()[0] + entry.first_block * blocks.RECORD.size, blocks.RECORD.size
+    table, _, size, record = header.table()
+    at = table + entry.first_block * size
     records = data[at:at + entry.blocks * size]
     require(xxh3(records) == entry.blocks_hash, f"{name}: the checksum of its records is wrong")
-    return [blocks.Record(records[i:i + size], f"{name}, a record") for i in range(0, len(records), size)]
+    return [record(records[i:i + size], entry.box, f"{name}, a record") for i in range(0, len(records), size)]
 
 
 def read_chunk(data, header, entry):

@@ -57,8 +57,8 @@ static stp_status find_finest(stp_damaged *d, uint32_t id, stp_error *err)
         uint64_t at = e->offset + begin;
         snprintf(what, sizeof what, "segment %d of chunk %" PRIu32, s, id);
         if (!lost[s])
-            STP_TRY(stp_damaged_read_checked(d, at, size, e->segment_hash[s], what, &bytes, &sound,
-                                             err));
+            STP_TRY(stp_damaged_read_checked(d, at, size, e->segment_hash[s], UINT64_MAX, what,
+                                             &bytes, &sound, err));
         if (!sound) {
             stp_damaged_say(d, "%s (%zu bytes at byte %" PRIu64 ") is lost", what, size, at);
             goto done;
@@ -82,8 +82,8 @@ static stp_status read_metadata(stp_damaged *d, stp_error *err)
     size_t size = (size_t)h->metadata_bytes;
     uint8_t *bytes = NULL;
     bool sound = false;
-    STP_TRY(stp_damaged_read_checked(d, h->metadata_offset, size, h->metadata_hash, "the metadata",
-                                     &bytes, &sound, err));
+    STP_TRY(stp_damaged_read_checked(d, h->metadata_offset, size, h->metadata_hash, UINT64_MAX,
+                                     "the metadata", &bytes, &sound, err));
     d->metadata_lost = !sound;
     if (!sound)
         stp_damaged_say(d, "the metadata (%zu bytes at byte %" PRIu64 ") is lost", size,
@@ -124,8 +124,8 @@ static stp_status read_page(stp_damaged *d, uint32_t page, bool *lost, stp_error
     bool sound = stp_hash(bytes, hashed) == hash;
     snprintf(what, sizeof what, "directory page %" PRIu32, page);
     if (!sound)
-        STP_TRY(stp_damaged_mend_bit(d, at, bytes, hashed, (stp_hash_place){hash, true}, what,
-                                     &sound, err));
+        STP_TRY(stp_damaged_mend_bit(d, at, bytes, hashed, (stp_hash_place){hash, UINT64_MAX, true},
+                                     what, &sound, err));
     if (sound) {
         STP_TRY(take_page(d, page, bytes, err));
     } else {

@@ -55,7 +55,7 @@ stp_status stp_damaged_mend(stp_damaged *d, uint64_t offset, const void *bytes, 
 /* The checksum of some bytes. follows: the checksum stands behind the bytes in the file, so it may
  * itself be damaged. */
 typedef struct stp_hash_place {
-    uint64_t value;
+    uint64_t value, mask; /* mask: bits of the value that are known */
     bool follows;
 } stp_hash_place;
 
@@ -67,10 +67,11 @@ stp_status stp_damaged_mend_bit(stp_damaged *d, uint64_t offset, uint8_t *bytes,
                                 stp_error *err);
 
 /* Reads bytes under a checksum into *bytes (free with free(); a zero byte follows them), and mends
- * a flipped bit. *sound: they are as the checksum says. *bytes is empty if they lie beyond the
- * file's end. Errors: IO, OUT_OF_MEMORY, CANCELLED. */
+ * a flipped bit. mask: bits of the hash that are known. *sound: they are as the checksum says.
+ * *bytes is empty if they lie beyond the file's end. Errors: IO, OUT_OF_MEMORY, CANCELLED. */
 stp_status stp_damaged_read_checked(stp_damaged *d, uint64_t offset, size_t size, uint64_t hash,
-                                    const char *what, uint8_t **bytes, bool *sound, stp_error *err);
+                                    uint64_t mask, const char *what, uint8_t **bytes, bool *sound,
+                                    stp_error *err);
 
 /* Decodes a chunk whose entry is known. Does not compare checksums. Errors: IO, CORRUPT,
  * UNSUPPORTED, OUT_OF_MEMORY. */

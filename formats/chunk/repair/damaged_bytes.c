@@ -63,7 +63,8 @@ stp_status stp_damaged_mend_bit(stp_damaged *d, uint64_t offset, uint8_t *bytes,
     stp_status status = STP_OK;
     size_t bit = STP_NO_BIT;
     *mended = false;
-    STP_TRY(stp_mend_bit(bytes, size, hash.value, d->params->pool, d->params->progress, &bit, err));
+    STP_TRY(stp_mend_bit(bytes, size, hash.value, hash.mask, d->params->pool, d->params->progress,
+                         &bit, err));
     if (bit == STP_NO_BIT || (bit / 8 >= size && !hash.follows))
         goto done;
     bytes[bit / 8] = (uint8_t)(bytes[bit / 8] ^ 1u << bit % 8);
@@ -76,7 +77,8 @@ done:
 }
 
 stp_status stp_damaged_read_checked(stp_damaged *d, uint64_t offset, size_t size, uint64_t hash,
-                                    const char *what, uint8_t **bytes, bool *sound, stp_error *err)
+                                    uint64_t mask, const char *what, uint8_t **bytes, bool *sound,
+                                    stp_error *err)
 {
     stp_status status = STP_OK;
     const bool there = stp_range_inside(offset, size, d->file_bytes);
@@ -85,10 +87,10 @@ stp_status stp_damaged_read_checked(stp_damaged *d, uint64_t offset, size_t size
     if (!there)
         return STP_OK;
     STP_TRY(stp_damaged_read(d, offset, *bytes, size, err));
-    *sound = stp_hash(*bytes, size) == hash;
+    *sound = ((stp_hash(*bytes, size) ^ hash) & mask) == 0;
     if (!*sound)
-        STP_TRY(stp_damaged_mend_bit(d, offset, *bytes, size, (stp_hash_place){hash, false}, what,
-                                     sound, err));
+        STP_TRY(stp_damaged_mend_bit(d, offset, *bytes, size, (stp_hash_place){hash, mask, false},
+                                     what, sound, err));
 done:
     return status;
 }

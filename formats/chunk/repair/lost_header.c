@@ -34,8 +34,9 @@ static stp_status read_copy(stp_damaged *d, uint64_t at, uint32_t size, copy *ou
     const uint64_t hash = stp_get_u64(out->bytes + hashed);
     out->hashed = stp_hash(out->bytes, hashed) == hash;
     if (!out->hashed)
-        STP_TRY(stp_damaged_mend_bit(d, at, out->bytes, hashed, (stp_hash_place){hash, true},
-                                     "the header", &out->hashed, err));
+        STP_TRY(stp_damaged_mend_bit(d, at, out->bytes, hashed,
+                                     (stp_hash_place){hash, UINT64_MAX, true}, "the header",
+                                     &out->hashed, err));
     /* The header says how long the file is: the file may have been cut, or appended to. */
     if (out->hashed)
         out->status = stp_header_read(out->bytes, size, stp_get_u64(out->bytes + 144), &out->header,

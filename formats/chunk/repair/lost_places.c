@@ -13,7 +13,10 @@
 static void add_section(stp_header *h, uint32_t kind, uint64_t bytes)
 {
     h->sections[h->section_count++] =
-        (stp_section){.kind = kind, .offset = h->metadata_offset, .bytes = bytes};
+        (stp_section){.kind = kind,
+                      .flags = kind == STP_SECTION_BLOCKS ? STP_SECTION_NEEDED : 0,
+                      .offset = h->metadata_offset,
+                      .bytes = bytes};
     h->metadata_offset += bytes;
 }
 
@@ -71,19 +74,25 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
 {
     stp_status status = STP_OK;
     stp_header *h = &d->header;
-    const uint64_t begin = h->metadata_offset, blocks = block_count * STP_BLOCK_BYTES;
-    const uint64_t own = (uint64_t)stp_get_u32(root + 212) * STP_BLOCK_BYTES;
-    uint64_t at = h->directory_offset, attributes = 0;
-    if (own > 0 && own <= blocks && begin < h->directory_offset)
-        STP_TRY(
-            search(d, begin, h->directory_offset, (size_t)own, stp_get_u64(root + 216), &at, err));
+    static const uint32_t kinds[] = {STP_SECTION_WIDE_BLOCKS, STP_SECTION_BLOCKS};
+    const uint64_t begin = h->metadata_offset, own = stp_get_u32(root + 212);
+    uint64_t at = h->directory_offset, attributes = 0, blocks = 0;
+    uint32_t kind = 0;
+    for (int i = 0; i < 2 && at == h->directory_offset; i++) {
+        const size_t record = stp_record_bytes(&(stp_section){.kind = kinds[i]});
+        kind = kinds[i];
+        blocks = block_count * record;
+        if (own > 0 && own <= block_count && begin < h->directory_offset)
+            STP_TRY(search(d, begin, h->directory_offset, (size_t)own * record,
+                           stp_get_u64(root + 216), &at, err));
+    }
     if (at < h->directory_offset && at > begin)
         STP_TRY(table_bytes(d, at + blocks, &attributes, err));
     if (attributes > 0)
         add_section(h, STP_SECTION_NUMBERS, at - begin);
     else if (at > begin && at < h->directory_offset)
         add_section(h, STP_SECTION_FREE, at - begin); /* all that can lie here besides */
-    add_section(h, STP_SECTION_BLOCKS, blocks);
+    add_section(h, kind, blocks);
     if (attributes > 0)
         add_section(h, STP_SECTION_ATTRIBUTES, attributes);
 done:

@@ -40,11 +40,12 @@ done:
 /* Where the records of a chunk's blocks are. An entry with blocks was checked against the table. */
 static uint64_t records_at(const stp_damaged *d, uint32_t id)
 {
-    return stp_header_section(&d->header, STP_SECTION_BLOCKS)->offset +
-           (uint64_t)d->entries[id].first_block * STP_BLOCK_BYTES;
+    const stp_section *blocks = stp_header_blocks(&d->header);
+    return blocks->offset + (uint64_t)d->entries[id].first_block * stp_record_bytes(blocks);
 }
 
-/* Replaces records by those that the payload gives, if these are what the entry says. */
+/* Replaces records by those that the payload gives, if these are what the entry says, as wide
+ * records are not. */
 static stp_status replace_records(stp_damaged *d, uint32_t id, bool *mended, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -73,8 +74,9 @@ static stp_status read_records(stp_damaged *d, uint32_t id, uint8_t **records, b
     const stp_chunk_entry *e = &d->entries[id];
     char what[64];
     snprintf(what, sizeof what, "the records of blocks of chunk %" PRIu32, id);
-    return stp_damaged_read_checked(d, records_at(d, id), (size_t)e->block_count * STP_BLOCK_BYTES,
-                                    e->blocks_hash, what, records, sound, err);
+    return stp_damaged_read_checked(
+        d, records_at(d, id), e->block_count * stp_record_bytes(stp_header_blocks(&d->header)),
+        e->blocks_hash, UINT64_MAX, what, records, sound, err);
 }
 
 static stp_status mend_part(stp_damaged *d, const stp_block *block, uint32_t number, int segment,
@@ -86,8 +88,8 @@ static stp_status mend_part(stp_damaged *d, const stp_block *block, uint32_t num
     bool sound = false;
     snprintf(what, sizeof what, "block %" PRIu32 " of segment %d of chunk %" PRIu32, number,
              segment, block->chunk);
-    stp_status status = stp_damaged_read_checked(d, part->offset, part->bytes, part->hash, what,
-                                                 &bytes, &sound, err);
+    stp_status status = stp_damaged_read_checked(d, part->offset, part->bytes, part->hash,
+                                                 UINT32_MAX, what, &bytes, &sound, err);
     if (status == STP_OK && !sound)
         stp_damaged_say(d, "%s is lost", what);
     *lost |= !sound;
@@ -107,7 +109,8 @@ stp_status stp_lost_blocks_mend(stp_damaged *d, uint32_t id, bool lost[STP_SEGME
         return STP_OK;
     STP_TRY(read_records(d, id, &records, &sound, err));
     STP_TRY(stp_alloc(&blocks, e->block_count, sizeof *blocks, "blocks", err));
-    if (!sound || stp_block_records_read(records, e, id, blocks, NULL) != STP_OK)
+    if (!sound || stp_block_records_read(records, stp_record_bytes(stp_header_blocks(&d->header)),
+                                         e, id, blocks, NULL) != STP_OK)
         goto done;
     for (uint32_t b = 0; b < e->block_count; b++)
         for (int s = 0; s < STP_SEGMENT_COUNT; s++)
@@ -122,12 +125,11 @@ static stp_status mend_records(stp_damaged *d, uint32_t id, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk_entry *e = &d->entries[id];
-    const uint64_t count =
-        stp_header_section(&d->header, STP_SECTION_BLOCKS)->bytes / STP_BLOCK_BYTES;
     uint8_t *records = NULL;
     bool sound = false;
     /* A rebuilt entry may say that its records lie elsewhere. */
-    const bool inside = stp_range_inside(e->first_block, e->block_count, count);
+    const bool inside =
+        stp_range_inside(e->first_block, e->block_count, stp_header_block_count(&d->header));
     if (inside)
         STP_TRY(read_records(d, id, &records, &sound, err));
     if (inside && !sound)
@@ -165,7 +167,7 @@ static stp_status mend_unknown(stp_damaged *d, const stp_section *section, stp_e
     uint8_t *bytes = NULL;
     bool sound = false;
     STP_TRY(stp_damaged_read_checked(d, section->offset, (size_t)section->bytes, section->hash,
-                                     "a section", &bytes, &sound, err));
+                                     UINT64_MAX, "a section", &bytes, &sound, err));
     if (!sound) {
         d->sections_lost = true;
         stp_damaged_say(d, "a section (%" PRIu64 " bytes at byte %" PRIu64 ") is lost",
@@ -181,7 +183,7 @@ stp_status stp_lost_sections_mend(stp_damaged *d, stp_error *err)
     stp_status status = STP_OK;
     for (uint32_t i = 0; i < d->header.section_count; i++) {
         const stp_section *section = &d->header.sections[i];
-        if (section->kind == STP_SECTION_BLOCKS)
+        if (section == stp_header_blocks(&d->header))
             STP_TRY(mend_table(d, err));
         else if (!d->header_rebuilt) /* else its checksum is lost with the header */
             STP_TRY(mend_unknown(d, section, err));

@@ -16,7 +16,7 @@
 typedef struct search {
     const uint8_t *bytes;
     size_t size;
-    uint64_t hash;
+    uint64_t hash, mask;
     const stp_progress *progress;
     atomic_size_t bit;
     atomic_size_t done_bytes;
@@ -51,7 +51,8 @@ static void try_bytes(search *s, XXH3_state_t *before, XXH3_state_t *state, size
     XXH3_64bits_update(before, s->bytes, begin);
     for (size_t at = begin; at < end; at++) {
         for (unsigned b = 0; b < 8; b++)
-            if (hash_changed(s, before, state, at, (uint8_t)(s->bytes[at] ^ 1u << b)) == s->hash)
+            if (((hash_changed(s, before, state, at, (uint8_t)(s->bytes[at] ^ 1u << b)) ^ s->hash) &
+                 s->mask) == 0)
                 atomic_store(&s->bit, 8 * at + b);
         XXH3_64bits_update(before, s->bytes + at, 1);
     }
@@ -79,11 +80,11 @@ static stp_status run_task(void *context, size_t index, unsigned worker, stp_err
     return status;
 }
 
-stp_status stp_mend_bit(const uint8_t *bytes, size_t size, uint64_t hash, stp_pool *pool,
-                        const stp_progress *progress, size_t *bit, stp_error *err)
+stp_status stp_mend_bit(const uint8_t *bytes, size_t size, uint64_t hash, uint64_t mask,
+                        stp_pool *pool, const stp_progress *progress, size_t *bit, stp_error *err)
 {
-    search s = {.bytes = bytes, .size = size, .hash = hash, .progress = progress};
-    uint64_t difference = stp_hash(bytes, size) ^ hash;
+    search s = {.bytes = bytes, .size = size, .hash = hash, .mask = mask, .progress = progress};
+    uint64_t difference = (stp_hash(bytes, size) ^ hash) & mask;
     atomic_init(&s.bit, STP_NO_BIT);
     atomic_init(&s.done_bytes, 0);
     *bit = STP_NO_BIT;

@@ -16,11 +16,11 @@
 /* Larger regions are not searched: this size takes a minute or two on two cores. */
 #define STP_MEND_BYTES_LIMIT (1u << 20)
 
-/* Sets *bit to the bit (8 * byte + bit) whose flip gives the `size` bytes the checksum `hash`; from
- * 8 * size on it is a bit of `hash` itself. Sets STP_NO_BIT if there is none. More than a KiB is
- * not searched if a run of equal bytes is as long as half a disk's sector: then more is lost than a
- * bit. Errors: OUT_OF_MEMORY, CANCELLED. */
-stp_status stp_mend_bit(const uint8_t *bytes, size_t size, uint64_t hash, stp_pool *pool,
-                        const stp_progress *progress, size_t *bit, stp_error *err);
+/* Sets *bit to the bit (8 * byte + bit) whose flip gives the `size` bytes the checksum `hash` in
+ * the bits of `mask`; from 8 * size on it is a bit of `hash` itself. Sets STP_NO_BIT if there is
+ * none. More than a KiB is not searched if a run of equal bytes is as long as half a disk's sector:
+ * then more is lost than a bit. Errors: OUT_OF_MEMORY, CANCELLED. */
+stp_status stp_mend_bit(const uint8_t *bytes, size_t size, uint64_t hash, uint64_t mask,
+                        stp_pool *pool, const stp_progress *progress, size_t *bit, stp_error *err);
 
 #endif

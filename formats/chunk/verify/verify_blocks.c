@@ -116,7 +116,8 @@ static stp_status check_hashes(stp_chunk_file *file, const stp_block *block, boo
     STP_TRY(stp_alloc(&payload, (size_t)stp_block_payload_bytes(block, 0) + 1, 1, "a block", err));
     STP_TRY(stp_block_fetch(file, block, 0, stp_block_payload_bytes(block, 0), payload, err));
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
-        *sound = *sound && stp_hash(payload + at, block->parts[s].bytes) == block->parts[s].hash;
+        *sound = *sound &&
+                 (uint32_t)stp_hash(payload + at, block->parts[s].bytes) == block->parts[s].hash;
         at += block->parts[s].bytes;
     }
 done:
