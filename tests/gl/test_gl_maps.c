@@ -17,6 +17,7 @@
 
 enum { SIZE = 160, PIXELS = SIZE * SIZE, POINTS = 40000, WAYS = 5 };
 #define MAPS_FILE "maps.stipple"
+#define CHUNKS_FILE "chunks.stipple"
 #define FILLED_FILE "filled.stipple" /* the same with the gaps between maps filled */
 #define SHADER_FOLDER "maps-shaders"
 
@@ -62,12 +63,11 @@ static bool cast(const stp_view *view, int pixel, double slack, stp_dvec3 *out)
     return found >= 0.0 && deepest < -slack;
 }
 
-static stp_prep_stats made[2]; /* without and with filled gaps */
-
-static void make_maps(void **state)
+static stp_prep_stats prepare(const char *path, size_t points, bool fill)
 {
-    (void)state;
-    prep_cloud cloud = prep_cloud_make(POINTS);
+    stp_prep_stats stats;
+    const stp_maps_params maps = {.cone_deg = 60.0, .fill = fill};
+    prep_cloud cloud = prep_cloud_make(points);
     for (size_t i = 0; i < cloud.count; i++) { /* along a spiral */
         const double z = 1.0 - 2.0 * ((double)i + 0.5) / (double)cloud.count;
         const double a = 2.39996322972865332 * (double)i, across = sqrt(1.0 - z * z);
@@ -76,13 +76,17 @@ static void make_maps(void **state)
             p = stp_dvec3_scale(p, 1.0 - outside(p));
         cloud.points[i].position = p;
     }
-    for (int fill = 0; fill < 2; fill++) {
-        const stp_maps_params maps = {.cone_deg = 60.0, .fill = fill == 1};
-        check_ok(prep_cloud_run(&cloud, fill ? FILLED_FILE : MAPS_FILE, 2,
-                                &(stp_prep_params){.codec = STP_CODEC_DRACO, .maps = &maps},
-                                &made[fill], err));
-    }
+    check_ok(prep_cloud_run(
+        &cloud, path, 2, &(stp_prep_params){.codec = STP_CODEC_DRACO, .maps = &maps}, &stats, err));
     free(cloud.points);
+    return stats;
+}
+
+static void make_maps(void **state)
+{
+    (void)state;
+    prepare(MAPS_FILE, POINTS, false);
+    prepare(FILLED_FILE, POINTS, true);
 }
 
 static stp_view look(const gl_fixture *f, stp_dvec3 eye, double fovy_deg)
@@ -217,10 +221,10 @@ static void cells_go_on_in_other_chunks(void **state)
     static uint8_t rgba[4 * PIXELS];
     gl_fixture f = {0};
     size_t cells = 0;
-    gl_fixture_open(&f, FILLED_FILE, NULL);
+    const stp_prep_stats stats = prepare(CHUNKS_FILE, 2 * 65536, true);
+    gl_fixture_open(&f, CHUNKS_FILE, NULL);
     const stp_view view = views_get(0, &f.model->ball, NULL, 0, SIZE, SIZE);
-    stp_draw_params params = params_for(STP_MAPS_MESH);
-    params.cull = STP_CULL_NONE;
+    const stp_draw_params params = params_for(STP_MAPS_MESH);
     gl_fixture_draw(&f, &view, &params, NULL, rgba);
     const stp_squares *s = &f.renderer->project.squares;
     for (size_t i = 0; i < s->triangles; i++)
@@ -229,9 +233,9 @@ static void cells_go_on_in_other_chunks(void **state)
             cells += square_has(s, i, c, r) && square_has(s, i, c + 1, r) &&
                      square_has(s, i, c, r + 1) && square_has(s, i, c + 1, r + 1);
         }
-    print_message("%zu cells in %u chunks\n", cells, made[1].tree.chunk_count);
-    assert_true(made[1].tree.chunk_count > 2 && made[1].maps.as_points == 0);
-    assert_int_equal(2 * cells + made[1].maps.between, 2 * made[1].maps.samples - 4);
+    print_message("%zu cells in %u chunks\n", cells, stats.tree.chunk_count);
+    assert_true(stats.maps.samples > 65536 && stats.maps.as_points == 0); /* several leaves */
+    assert_int_equal(2 * cells + stats.maps.between, 2 * stats.maps.samples - 4);
     gl_fixture_close(&f);
 }
 

@@ -226,7 +226,7 @@ static count measure(const mesh *m)
 
 /* ---- surfaces ---- */
 
-enum { POINTS = 30000 };
+enum { POINTS = 30000, MANY = 100000 /* for several leaves */ };
 
 typedef stp_dvec3 surface(size_t i);
 
@@ -299,11 +299,11 @@ static stp_dvec3 on_bowl(size_t i)
     }
 }
 
-static stp_prep_stats prepare(surface *at, double cone_deg, unsigned threads)
+static stp_prep_stats prepare(surface *at, size_t points, double cone_deg, unsigned threads)
 {
     stp_prep_stats stats;
-    prep_cloud cloud = prep_cloud_make(POINTS);
-    for (size_t i = 0; i < POINTS; i++)
+    prep_cloud cloud = prep_cloud_make(points);
+    for (size_t i = 0; i < points; i++)
         cloud.points[i].position = at(i);
     check_ok(prep_cloud_run(
         &cloud, FILE_NAME, threads,
@@ -320,30 +320,31 @@ static void closed_surfaces_are_closed(void **state)
     const struct {
         const char *name;
         surface *at;
+        size_t points;
         double cone_deg, area;
         long euler;
-    } shapes[] = {{"torus", on_torus, 60.0, 4.0 * M_PI * M_PI * 0.4, 0},
-                  {"torus", on_torus, 30.0, 4.0 * M_PI * M_PI * 0.4, 0},
-                  {"ball", on_ball, 60.0, 4.0 * M_PI, 2},
-                  {"ball", on_ball, 40.0, 4.0 * M_PI, 2},
-                  {"ball far away", far_away, 60.0, 4.0 * M_PI, 2},
-                  {"waves", on_waves, 60.0, waves_area(), 2}};
+    } shapes[] = {{"torus", on_torus, MANY, 60.0, 4.0 * M_PI * M_PI * 0.4, 0},
+                  {"torus", on_torus, POINTS, 30.0, 4.0 * M_PI * M_PI * 0.4, 0},
+                  {"ball", on_ball, MANY, 60.0, 4.0 * M_PI, 2},
+                  {"ball", on_ball, POINTS, 40.0, 4.0 * M_PI, 2},
+                  {"ball far away", far_away, MANY, 60.0, 4.0 * M_PI, 2},
+                  {"waves", on_waves, POINTS, 60.0, waves_area(), 2}};
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
-        const stp_prep_stats stats = prepare(shapes[i].at, shapes[i].cone_deg, 2);
+        const stp_prep_stats stats = prepare(shapes[i].at, shapes[i].points, shapes[i].cone_deg, 2);
         mesh m = read_mesh();
         const count c = measure(&m);
         print_message("%s, %g degrees: %zu triangles, %zu of them between %" PRIu64
                       " maps, in %u chunks; %zu of %zu edges open; area %g of %g\n",
                       shapes[i].name, shapes[i].cone_deg, c.triangles, m.between, stats.maps.maps,
                       stats.tree.chunk_count, c.open, c.edges, c.area, shapes[i].area);
-        assert_true(stats.maps.maps > 5 && stats.tree.chunk_count > 2);
+        assert_true(stats.maps.maps > 5);
         assert_int_equal(stats.maps.between, m.between);
         assert_int_equal(stats.maps.open_edges, 0);
         assert_int_equal(c.open, 0);
         assert_int_equal((long)c.vertices - (long)c.edges + (long)c.triangles, shapes[i].euler);
         assert_true(fabs(c.area / shapes[i].area - 1.0) < 0.02);
-        assert_int_equal(stats.maps.represented + stats.maps.as_points, POINTS);
-        assert_true(stats.maps.as_points < POINTS / 1000);
+        assert_int_equal(stats.maps.represented + stats.maps.as_points, shapes[i].points);
+        assert_true(stats.maps.as_points < shapes[i].points / 1000);
         clear_mesh(&m);
     }
 }
@@ -352,7 +353,7 @@ static void closed_surfaces_are_closed(void **state)
 static void open_surfaces_stay_open(void **state)
 {
     (void)state;
-    const stp_prep_stats stats = prepare(on_bowl, 60.0, 2);
+    const stp_prep_stats stats = prepare(on_bowl, POINTS, 60.0, 2);
     mesh m = read_mesh();
     const count c = measure(&m);
     const double area = 2.0 * M_PI * 1.8, spacing = sqrt(area / POINTS);
@@ -372,7 +373,7 @@ static void threads_change_no_byte(void **state)
     size_t size[2];
     uint8_t *bytes[2];
     for (unsigned i = 0; i < 2; i++) {
-        prepare(on_torus, 45.0, 1 + 2 * i);
+        prepare(on_torus, POINTS, 45.0, 1 + 2 * i);
         bytes[i] = prep_file_bytes(FILE_NAME, &size[i]);
     }
     assert_int_equal(size[0], size[1]);

@@ -32,6 +32,8 @@
 /* Squares of fewer samples may lie on several tilted grids by chance: they belong to the one that
  * they are nearest to. */
 #define SURE_SAMPLES 8u
+/* But to that of the square before, if they are this near to it: rounding takes as much. */
+#define ROUNDED_OFF 0.03
 
 static const int16_t square_beside[TILTED_COLUMNS] = {STP_BESIDE_NONE,  0,
                                                       STP_BESIDE_KINDS, STP_BESIDE_KINDS,
@@ -102,7 +104,7 @@ static bool find_square_in(const stp_chunk *block, uint32_t p, uint32_t first, s
 {
     const bool is_sure = block->patches[p].counts[0] >= SURE_SAMPLES;
     double least = INFINITY;
-    for (uint32_t i = 0; i < block->raster_count && !(is_sure && least < INFINITY); i++) {
+    for (uint32_t i = 0; i < block->raster_count; i++) {
         stp_square found;
         double off;
         const uint32_t raster = (first + i) % block->raster_count;
@@ -113,6 +115,8 @@ static bool find_square_in(const stp_chunk *block, uint32_t p, uint32_t first, s
         found.raster = raster;
         *out = found;
         least = off;
+        if (is_sure || (i == 0 && off < ROUNDED_OFF))
+            break;
     }
     return least < INFINITY;
 }
