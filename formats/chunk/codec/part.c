@@ -107,14 +107,15 @@ typedef struct block_squares {
 /* Makes the map, or takes the one that segment 0 made. */
 static stp_status map_find(const stp_chunk *block, int segment, block_squares *out, stp_error *err)
 {
-    out->kept = block->maps != NULL;
-    if (out->kept && segment > 0) {
-        out->map = *block->maps;
+    stp_square_map *kept = block->maps;
+    out->kept = kept != NULL;
+    if (kept && segment > 0) {
+        out->map = *kept;
         return STP_OK;
     }
     const stp_status status = stp_square_map_create(block, out->of, &out->map, err);
-    if (out->kept && status == STP_OK)
-        *block->maps = out->map;
+    if (kept && status == STP_OK)
+        *kept = out->map;
     return status;
 }
 

@@ -88,13 +88,14 @@ static float *widest_at(const stp_disc_rows *r, int column, int row)
  * then along columns. */
 static stp_status widen(stp_disc_rows *r, stp_error *err)
 {
-    const size_t wide = (size_t)(r->columns / SQUARE + 1), deep = (size_t)(r->rows / SQUARE + 1);
+    const size_t wide = (size_t)r->columns / SQUARE + 1, deep = (size_t)r->rows / SQUARE + 1;
     const size_t count = wide * deep;
     float *along = NULL;
     const stp_status status = stp_alloc(&along, count, sizeof *along, "discs", err);
-    for (size_t i = 0; status == STP_OK && i < count; i++)
-        along[i] = fmaxf(r->widest[i], fmaxf(i % wide > 0 ? r->widest[i - 1] : 0.0f,
-                                             i % wide + 1 < wide ? r->widest[i + 1] : 0.0f));
+    for (size_t row = 0; status == STP_OK && row < count; row += wide)
+        for (size_t i = row; i < row + wide; i++)
+            along[i] = fmaxf(r->widest[i], fmaxf(i > row ? r->widest[i - 1] : 0.0f,
+                                                 i + 1 < row + wide ? r->widest[i + 1] : 0.0f));
     for (size_t i = 0; status == STP_OK && i < count; i++)
         r->widest[i] = fmaxf(along[i], fmaxf(i >= wide ? along[i - wide] : 0.0f,
                                              i + wide < count ? along[i + wide] : 0.0f));
