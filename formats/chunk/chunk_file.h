@@ -175,7 +175,9 @@ typedef struct stp_chunk {
     uint32_t raster_count;
     unsigned reach;      /* normals are of planes through (2 reach + 1)^2 samples; 0 to 4 */
     stp_square *squares; /* by patch; NULL: none. Belongs to the chunk */
-    void *memory;        /* owns all other arrays */
+    /* By block, while a chunk is encoded: its segments share them. Else NULL. */
+    struct stp_square_map *maps;
+    void *memory; /* owns all other arrays */
     size_t memory_bytes;
     size_t memory_capacity; /* of the block of arrays; more if another chunk had it before */
 } stp_chunk;

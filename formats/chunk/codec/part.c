@@ -100,10 +100,27 @@ static stp_status raw_decode(const uint8_t *bytes, size_t size, int segment, uin
 typedef struct block_squares {
     stp_square *of, *own; /* by patch; own: to be freed */
     stp_square_map map;
+    bool kept;  /* the map belongs to the block */
     bool found; /* false: the block is coded as points */
 } block_squares;
 
-/* If the block has room for squares, segment 0 leaves there what it finds, for the others. */
+/* Makes the map, or takes the one that segment 0 made. */
+static stp_status map_find(const stp_chunk *block, int segment, block_squares *out, stp_error *err)
+{
+    stp_square_map *kept = block->maps;
+    out->kept = kept != NULL;
+    if (kept && segment > 0) {
+        out->map = *kept;
+        return STP_OK;
+    }
+    const stp_status status = stp_square_map_create(block, out->of, &out->map, err);
+    if (kept && status == STP_OK)
+        *kept = out->map;
+    return status;
+}
+
+/* If the block has room for squares and their map, segment 0 leaves there what it finds, for the
+ * others. */
 static stp_status squares_find(const stp_chunk *block, int segment, block_squares *out,
                                stp_error *err)
 {
@@ -116,7 +133,7 @@ static stp_status squares_find(const stp_chunk *block, int segment, block_square
     out->found = block->squares && segment > 0 ? stp_chunk_is_squares(block)
                                                : stp_squares_find(block, out->of);
     if (out->found)
-        status = stp_square_map_create(block, out->of, &out->map, err);
+        status = map_find(block, segment, out, err);
     out->found = out->found && status == STP_OK;
     if (status == STP_CORRUPT) /* no map holds these squares */
         status = STP_OK;
@@ -128,7 +145,8 @@ done:
 
 static void squares_clear(block_squares *s)
 {
-    stp_square_map_clear(&s->map);
+    if (!s->kept)
+        stp_square_map_clear(&s->map);
     free(s->own);
 }
 

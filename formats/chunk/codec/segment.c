@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/part.h"
 #include "formats/chunk/codec/shares.h"
+#include "formats/chunk/codec/square_map.h"
 #include "formats/chunk/layout.h"
 
 #include <inttypes.h>
@@ -39,6 +40,7 @@ static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, u
     v->chunk.block_count = 0;
     v->chunk.is_block = true;
     v->chunk.squares = NULL;
+    v->chunk.maps = NULL;
     v->chunk.rasters = NULL;
     v->chunk.raster_count = 0;
     stp_status status = stp_alloc(&v->begins, STP_LEVEL_COUNT * ((size_t)count + 1),
@@ -74,14 +76,18 @@ static void put_row(const stp_chunk *block, int segment, size_t bytes, uint8_t *
         stp_put_u16(row + 10 - 2 * l, (uint16_t)(block->level_begin[l][block->patch_count] - 1));
 }
 
-static stp_status encode_block(const stp_chunk *chunk, uint32_t first, uint32_t end, int segment,
-                               stp_codec codec, size_t row, stp_bytes *out, stp_error *err)
+/* Encodes block b of a chunk. row: of the segment's index, in out. */
+static stp_status encode_block(const stp_chunk *chunk, uint32_t b, int segment, stp_codec codec,
+                               size_t row, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     view v = {0};
+    const uint32_t first = b ? chunk->block_ends[b - 1] : 0;
+    const uint32_t end = chunk->block_count ? chunk->block_ends[b] : chunk->patch_count;
     size_t begin = out->size;
     STP_TRY(view_create(&v, chunk, first, end, err));
     view_place(&v, chunk, first);
+    v.chunk.maps = chunk->maps ? chunk->maps + b : NULL;
     STP_TRY(stp_part_encode(&v.chunk, segment, codec, out, err));
     put_row(&v.chunk, segment, out->size - begin, out->data + row);
 done:
@@ -93,14 +99,12 @@ static stp_status encode_blocks(const stp_chunk *chunk, int segment, stp_codec c
                                 stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t whole[1] = {chunk->patch_count};
-    const uint32_t *ends = chunk->block_count ? chunk->block_ends : whole;
     const uint32_t count = chunk->block_count ? chunk->block_count : 1;
     const size_t rows = out->size + COUNT_BYTES;
     STP_TRY(stp_bytes_append(out, NULL, stp_block_index_bytes(count, segment), err));
     stp_put_u32(out->data + rows - COUNT_BYTES, count);
     for (uint32_t b = 0; b < count; b++)
-        STP_TRY(encode_block(chunk, b ? ends[b - 1] : 0, ends[b], segment, stp_codec_of_part(codec),
+        STP_TRY(encode_block(chunk, b, segment, stp_codec_of_part(codec),
                              rows + b * row_bytes(segment), out, err));
 done:
     return status;
