@@ -84,14 +84,23 @@ static float *widest_at(const stp_disc_rows *r, int column, int row)
     return r->widest + (size_t)(row / SQUARE) * (size_t)(r->columns / SQUARE + 1) + column / SQUARE;
 }
 
-static void widen(const stp_disc_rows *r, int column, int row, float radius)
+/* Raises the greatest radius of each square to those of the squares beside it: first along rows,
+ * then along columns. */
+static stp_status widen(stp_disc_rows *r, stp_error *err)
 {
-    for (int j = row - SQUARE; j <= row + SQUARE; j += SQUARE)
-        for (int i = column - SQUARE; i <= column + SQUARE; i += SQUARE)
-            if (i >= 0 && j >= 0 && i < r->columns && j < r->rows) {
-                float *widest = widest_at(r, i, j);
-                *widest = fmaxf(*widest, radius);
-            }
+    const size_t wide = (size_t)r->columns / SQUARE + 1, deep = (size_t)r->rows / SQUARE + 1;
+    const size_t count = wide * deep;
+    float *along = NULL;
+    const stp_status status = stp_alloc(&along, count, sizeof *along, "discs", err);
+    for (size_t row = 0; status == STP_OK && row < count; row += wide)
+        for (size_t i = row; i < row + wide; i++)
+            along[i] = fmaxf(r->widest[i], fmaxf(i > row ? r->widest[i - 1] : 0.0f,
+                                                 i + 1 < row + wide ? r->widest[i + 1] : 0.0f));
+    for (size_t i = 0; status == STP_OK && i < count; i++)
+        r->widest[i] = fmaxf(along[i], fmaxf(i >= wide ? along[i - wide] : 0.0f,
+                                             i + wide < count ? along[i + wide] : 0.0f));
+    free(along);
+    return status;
 }
 
 /* Puts all discs into their places. False if two have one place, or one is too large or off. */
@@ -113,7 +122,8 @@ static bool put_discs(stp_disc_rows *r, const stp_disc_grid *g)
         for (size_t c = 0; c < STP_LANE_CARRIED; c++)
             to[c * columns] = from[c];
         r->disc[(size_t)at[1] * columns + (size_t)at[0]] = d;
-        widen(r, at[0], at[1], from[STP_LANE_RADIUS]);
+        float *widest = widest_at(r, at[0], at[1]);
+        *widest = fmaxf(*widest, from[STP_LANE_RADIUS]);
     }
     return true;
 }
@@ -189,6 +199,7 @@ stp_status stp_disc_rows_create(stp_disc_rows *out, const stp_disc_grid *grid, s
     STP_TRY(stp_alloc(&r.disc, places, sizeof *r.disc, "discs", err));
     STP_TRY(stp_alloc(&r.widest, squares, sizeof *r.widest, "discs", err));
     if (put_discs(&r, grid)) {
+        STP_TRY(widen(&r, err));
         STP_TRY(find_holes(&r, err));
         *out = r;
         r = (stp_disc_rows){0};
