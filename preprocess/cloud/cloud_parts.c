@@ -13,8 +13,8 @@
  * of points beside its run, and no round gives a rank more than MPI counts. */
 #define ROUND_POINTS (1u << 20)
 #define BLOCK_POINTS 65536u
-/* Points that are given to all ranks at a time. */
-#define GIVEN_POINTS 65536u
+/* Points of all ranks that are given to all at a time. */
+#define GIVEN_POINTS (1u << 18)
 
 typedef struct parts {
     stp_cloud *cloud;
@@ -172,23 +172,52 @@ done:
     return status;
 }
 
-/* Gives each rank's run to all. */
-static stp_status give_runs(parts *p, stp_error *err)
+/* A round of give_runs: a block of each run, from its point `from` on. */
+static stp_status give_blocks(parts *p, uint32_t from, uint32_t most, stp_cloud_point *out,
+                              stp_cloud_point *in, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud *cloud = p->cloud;
-    cloud->count = 0;
-    for (unsigned rank = 0; rank < p->ranks->count; rank++)
-        for (uint32_t left = p->counts[rank], count; left > 0; left -= count) {
-            stp_cloud_point *to = cloud->points + cloud->count;
-            count = left < GIVEN_POINTS ? left : GIVEN_POINTS;
-            stp_spill_relieve(cloud->spill);
-            if (rank == p->ranks->self)
-                memcpy(to, p->run + (p->counts[rank] - left), count * sizeof *to);
-            STP_TRY(stp_ranks_broadcast(p->ranks, rank, to, count * sizeof *to, err));
-            cloud->count += count;
-        }
+    const unsigned ranks = p->ranks->count;
+    const uint32_t own = p->counts[p->ranks->self], left = from < own ? own - from : 0;
+    const uint32_t count = left < most ? left : most;
+    for (unsigned rank = 0; rank < ranks && count > 0; rank++)
+        memcpy(out + (size_t)rank * count, p->run + from, count * sizeof *out);
+    for (unsigned rank = 0; rank < ranks; rank++)
+        p->sent[rank] = count * sizeof *out;
+    stp_spill_relieve(cloud->spill);
+    STP_TRY(stp_ranks_exchange(p->ranks, out, p->sent, in, p->received, err));
+    size_t to = from;
+    for (unsigned rank = 0; rank < ranks; to += p->counts[rank++]) {
+        if (p->received[rank] > 0)
+            memcpy(cloud->points + to, in, p->received[rank]);
+        in += p->received[rank] / sizeof *in;
+    }
 done:
+    return status;
+}
+
+/* Gives each rank's run to all, a block of each at a time, so that all send and receive at once. */
+static stp_status give_runs(parts *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const unsigned ranks = p->ranks->count;
+    const uint32_t share = GIVEN_POINTS / ranks + 1;
+    stp_cloud_point *out = NULL, *in = NULL;
+    uint32_t total = 0, longest = 0;
+    STP_TRY(stp_alloc(&out, (size_t)share * ranks, sizeof *out, "points", err));
+    STP_TRY(stp_alloc(&in, (size_t)share * ranks, sizeof *in, "points", err));
+    for (unsigned rank = 0; rank < ranks; rank++) {
+        total += p->counts[rank];
+        longest = p->counts[rank] > longest ? p->counts[rank] : longest;
+    }
+    for (uint64_t from = 0; from < longest; from += share)
+        STP_TRY(give_blocks(p, (uint32_t)from, share, out, in, err));
+    p->cloud->count = total;
+    p->ranks->sent_bytes += (uint64_t)total * (ranks - 1) * sizeof *out;
+done:
+    free(out);
+    free(in);
     return status;
 }
 

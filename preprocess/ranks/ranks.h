@@ -1,8 +1,9 @@
 /* The processes that prepare one model together, called ranks as MPI calls them.
  *
- * All ranks run the same stages over the same points and decide alike. Where a stage takes long,
- * each rank does a part and gives the results to all others: then every rank goes on with what a
- * lone process would have. Rank 0 alone writes the model. The functions here do nothing if ranks is
+ * Each rank reads a part of the points, and sorts a run of them (cloud_parts.h). From there on all
+ * ranks run the same stages over the same points and decide alike. Where a stage takes long, each
+ * rank does a part and gives the results to all others: then every rank goes on with what a lone
+ * process would have. Rank 0 alone writes the model. The functions here do nothing if ranks is
  * NULL: a process is alone unless mpirun started several (meeting.h). All ranks call the
  * same functions in the same order. Threads: the main thread only. */
 #ifndef STP_PREPROCESS_RANKS_RANKS_H
