@@ -85,32 +85,6 @@ stp_status stp_chunk_file_block_count(stp_chunk_file *file, uint32_t id, uint32_
     return status;
 }
 
-stp_block stp_block_of_entry(const stp_chunk_entry *e, uint32_t id)
-{
-    stp_block block = {
-        .chunk = id,
-        .patch_count = e->patch_count,
-        .flags = (uint8_t)(e->flags & (STP_PATCH_TWO_SIDED | STP_CHUNK_CLOSED)),
-        .box_min = e->box_min,
-        .box_max = e->box_max,
-        .cone_axis = e->cone_axis,
-        .cone_angle = e->cone_angle,
-        .radius_max = e->radius_max,
-    };
-    uint32_t begin = 0;
-    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
-        block.parts[s] = (stp_block_part){.offset = e->offset + begin,
-                                          .hash = (uint32_t)e->segment_hash[s],
-                                          .bytes = e->segment_end[s] - begin};
-        begin = e->segment_end[s];
-    }
-    memcpy(block.sample_count, e->sample_count, sizeof block.sample_count);
-    memcpy(block.error, e->error, sizeof block.error);
-    memcpy(block.tangential_error, e->tangential_error, sizeof block.tangential_error);
-    memcpy(block.colour_error, e->colour_error, sizeof block.colour_error);
-    return block;
-}
-
 stp_status stp_chunk_file_blocks(stp_chunk_file *file, uint32_t id, stp_block *out, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -91,12 +91,16 @@ done:
     return status;
 }
 
-stp_status prep_inputs_open(prep_inputs *in, stp_error *err)
+/* Opens the current input. */
+static stp_status open_current(prep_inputs *in, stp_error *err)
 {
     const stp_scan_params params = prep_inputs_params(in, in->current);
-    const stp_status status = stp_scan_open(&in->scan, in->paths[in->current], &params, err);
+    stp_status status = stp_scan_open(&in->scan, in->paths[in->current], &params, err);
     if (status == STP_OK)
         prep_where_open(&in->where, stp_scan_get_info(in->scan));
+    if (status == STP_OK && in->part_skip > 0)
+        status = stp_scan_seek(in->scan, in->part_skip, err);
+    in->part_skip = 0;
     return status;
 }
 
@@ -119,7 +123,7 @@ static stp_status read_inputs(void *context, stp_point *points, size_t capacity,
             continue;
         }
         if (!in->scan)
-            STP_TRY(prep_inputs_open(in, err));
+            STP_TRY(open_current(in, err));
         STP_TRY(stp_scan_read(in->scan, points, capacity, count, err));
         if (in->numbers.joined.list.count > 0)
             STP_TRY(prep_numbers_take(&in->numbers, stp_scan_get_info(in->scan)->extra,

@@ -62,6 +62,7 @@ typedef struct prep_inputs {
     uint32_t stations_before; /* number of stations in the inputs before the current one */
     bool in_part;             /* prep_inputs_read_part */
     uint64_t part_left;       /* records of the part that are still to be read */
+    uint64_t part_skip;       /* records of the part's first input that come before the part */
     stp_output *rejects;      /* NULL, or gets a line for each record that is not stored */
     size_t reject_file;       /* file of the last such record */
     uint64_t reject_before;   /* number of records in the files before it */
@@ -76,8 +77,6 @@ typedef struct prep_inputs {
 stp_status prep_inputs_survey(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
 /* How an input is opened, after the survey. */
 stp_scan_params prep_inputs_params(const prep_inputs *inputs, size_t i);
-/* Opens the current input. Errors: as stp_scan_open. */
-stp_status prep_inputs_open(prep_inputs *inputs, stp_error *err);
 /* The functions of those names of a stp_prep_source. */
 uint64_t prep_inputs_part_begin(void *context, uint64_t place);
 stp_status prep_inputs_read_part(void *context, uint64_t begin, uint64_t end, stp_error *err);

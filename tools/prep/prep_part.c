@@ -29,20 +29,16 @@ uint64_t prep_inputs_part_begin(void *context, uint64_t place)
 
 stp_status prep_inputs_read_part(void *context, uint64_t begin, uint64_t end, stp_error *err)
 {
-    stp_status status = STP_OK;
     prep_inputs *in = context;
-    uint64_t first = 0;
+    uint64_t first = begin;
+    (void)err;
     stp_scan_close(&in->scan);
     in->in_part = end != UINT64_MAX;
     in->part_left = end - begin;
     in->current = in->in_part ? input_at(in, begin, &first) : 0;
+    in->part_skip = begin < end ? begin - first : 0;
     in->stations_before = in->files[in->current].station_begin;
     for (size_t i = 0; i < in->count; i++)
         in->files[i].point_count = in->in_part ? points_of(in, i) : 0;
-    if (begin > first && begin < end) {
-        STP_TRY(prep_inputs_open(in, err));
-        STP_TRY(stp_scan_seek(in->scan, begin - first, err));
-    }
-done:
-    return status;
+    return STP_OK;
 }
