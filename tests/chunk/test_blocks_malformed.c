@@ -335,7 +335,8 @@ static sample_file with_section(uint32_t flags)
     stp_put_u64(out.bytes + 40, metadata + SECTION_BYTES);
     stp_put_u32(out.bytes + 160, 2);
     uint8_t *section = out.bytes + RESEAL_SECTIONS_AT + RESEAL_SECTION_BYTES;
-    memcpy(section, "XTRA", 4);
+    static const char kind[4] = {'X', 'T', 'R', 'A'};
+    memcpy(section, kind, sizeof kind);
     stp_put_u32(section + 4, flags);
     stp_put_u64(section + 8, metadata);
     stp_put_u64(section + 16, SECTION_BYTES);
