@@ -327,10 +327,9 @@ static void splats_are_nearer_to_the_truth(void **state)
 static void write_changed(const char *name, const char *before, const char *after)
 {
     char path[128];
-    const char *text = NULL;
+    const char *text = "";
     for (const stp_shader_file *file = stp_shader_files; file->name; file++)
         text = strcmp(file->name, name) == 0 ? file->text : text;
-    assert_non_null(text);
     const char *at = strstr(text, before);
     assert_non_null(at);
     snprintf(path, sizeof path, SHADER_FOLDER "/%s", name);

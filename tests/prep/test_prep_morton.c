@@ -27,17 +27,15 @@ static sorted_cloud sort(const stp_cloud *cloud, unsigned threads)
 {
     stp_error err = {0};
     stp_pool *pool = NULL;
-    sorted_cloud out = {.points = calloc((size_t)cloud->count + 1, sizeof *out.points)};
-    assert_non_null(out.points);
-    memcpy(out.points, cloud->points, cloud->count * sizeof *out.points);
-    if (stp_pool_create(&pool, threads, &err) != STP_OK ||
-        stp_morton_box(&out.box, out.points, cloud->count, NULL, pool, &err) != STP_OK ||
-        stp_morton_sort(out.points, cloud->count, NULL, &out.box, pool, &err) != STP_OK) {
-        print_error("%s\n", err.message);
-        abort();
-    }
+    stp_dbox box;
+    stp_cloud_point *points = calloc((size_t)cloud->count + 1, sizeof *points);
+    assert_non_null(points);
+    memcpy(points, cloud->points, cloud->count * sizeof *points);
+    assert_int_equal(stp_pool_create(&pool, threads, &err), STP_OK);
+    assert_int_equal(stp_morton_box(&box, points, cloud->count, NULL, pool, &err), STP_OK);
+    assert_int_equal(stp_morton_sort(points, cloud->count, NULL, &box, pool, &err), STP_OK);
     stp_pool_destroy(&pool);
-    return out;
+    return (sorted_cloud){points, box};
 }
 
 static void clear(sorted_cloud *s)
