@@ -96,7 +96,7 @@ done:
 static stp_status append(stp_triangle_set *set, const stp_triangle_set *other, stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t vertex_capacity = set->vertex_count, lattice_capacity = set->vertex_count;
+    size_t vertex_capacity = set->vertex_count, lattice_capacity = vertex_capacity;
     size_t capacity = set->triangle_count;
     const uint64_t vertices = set->vertex_count + other->vertex_count;
     if (vertices > UINT32_MAX)
