@@ -27,10 +27,10 @@ stp_raster stp_map_raster(const stp_map_frame *frame, stp_dvec3 origin)
     for (unsigned k = 0; k < 2; k++) {
         const unsigned i = (out.axis + 1 + k) % 3, h = out.axis;
         double *across = out.across[k];
-        across[3] = (double)(float)(axes[2][i] / axes[2][h]);
-        across[2] = (double)(float)(frame->spacing * (axes[1][i] - across[3] * axes[1][h]));
-        across[1] = (double)(float)(frame->spacing * (axes[0][i] - across[3] * axes[0][h]));
-        across[0] = at[i] - across[3] * at[h];
+        across[3] = stp_raster_short(axes[2][i] / axes[2][h]);
+        across[2] = stp_raster_short(frame->spacing * (axes[1][i] - across[3] * axes[1][h]));
+        across[1] = stp_raster_short(frame->spacing * (axes[0][i] - across[3] * axes[0][h]));
+        across[0] = (double)(float)(at[i] - across[3] * at[h]);
     }
     return out;
 }

@@ -1,5 +1,6 @@
 /* Tests which of a chunk's tilted grids a square of few samples belongs to: by chance, a sample may
- * lie on several. It is the one that the samples are nearest to, whichever comes first. */
+ * lie on several. It is the one that the samples are nearest to, whichever comes first. And tests
+ * the bytes of rasters. */
 #include "formats/chunk/codec/square.h"
 
 #include <setjmp.h>
@@ -10,7 +11,11 @@
 #include <cmocka.h>
 
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
+/* Bytes of the number of rasters, of a tilted one, and of one whose numbers are short. */
+enum { COUNT_BYTES = 2, TILTED_BYTES = 49, SHORT_BYTES = 29 };
 enum { SAMPLES = 2, STEPS = 64 };
 
 /* A grid whose columns are `by` columns off, on planes that lean. */
@@ -51,8 +56,113 @@ static void nearest_grid(void **state)
     assert_false(stp_squares_find(&chunk, &square));
 }
 
+/* Writes a raster whose first square is given. Returns its bytes. */
+static size_t put(stp_raster *raster, uint32_t column, uint32_t row, uint8_t *out)
+{
+    const stp_chunk chunk = {.patch_count = 1, .rasters = raster, .raster_count = 1};
+    const stp_square square = {.samples = 1, .column = column, .row = row};
+    stp_bytes bytes = {0};
+    stp_table table;
+    assert_int_equal(stp_squares_encode(&chunk, &square, &bytes, &table, NULL), STP_OK);
+    const size_t size = bytes.size - COUNT_BYTES;
+    assert_in_range(size, SHORT_BYTES, TILTED_BYTES);
+    memcpy(out, bytes.data, bytes.size);
+    free(bytes.data);
+    free(table.values);
+    return size;
+}
+
+static stp_status get(const uint8_t *bytes, size_t size, stp_raster *raster, stp_square *first)
+{
+    stp_chunk chunk = {.patch_count = 1};
+    stp_cursor cursor = {.bytes = bytes, .left = COUNT_BYTES + size};
+    stp_square *squares = NULL;
+    const stp_status status = stp_rasters_decode(&cursor, true, &chunk, &squares, NULL);
+    if (status == STP_OK) {
+        assert_int_equal(cursor.left, 0);
+        *raster = chunk.rasters[0];
+        *first = squares[0];
+    }
+    free(chunk.rasters);
+    free(squares);
+    return status;
+}
+
+/* A raster of numbers with few bits. */
+static stp_raster short_grid(void)
+{
+    return (stp_raster){.axis = 1,
+                        .across = {{0x1.fffffep5, 0x1.fffep-3, -0x1.0002p1, 0x1.8002p-1},
+                                   {-0x1.000002p9, 0x1.8p0, 0x1.aaaap2, 0.0}}};
+}
+
+/* Every raster comes back as it is; it is short if that loses nothing. */
+static void bytes_of_rasters(void **state)
+{
+    (void)state;
+    uint8_t bytes[COUNT_BYTES + TILTED_BYTES];
+    for (unsigned i = 0; i < 11; i++) { /* one number at a time has a bit too many */
+        stp_raster raster = short_grid(), back = {0};
+        stp_square first = {0};
+        if (i > 0 && i < 9)
+            raster.across[(i - 1) / 4][(i - 1) % 4] += i % 4 == 1 ? 0x1p-30 : 0x1p-20;
+        const uint32_t column = i == 9 ? 256 : 255, row = i == 10 ? 256 : 254;
+        const size_t size = put(&raster, column, row, bytes);
+        assert_int_equal(size, i == 0 || i == 8 ? SHORT_BYTES : TILTED_BYTES); /* 8: 0 + 2^-20 */
+        assert_int_equal(get(bytes, size, &back, &first), STP_OK);
+        assert_memory_equal(&back, &raster, sizeof back);
+        assert_int_equal(first.column, column);
+        assert_int_equal(first.row, row);
+        for (size_t cut = 0; cut < size; cut++)
+            assert_int_equal(get(bytes, cut, &back, &first), STP_CORRUPT);
+    }
+}
+
+/* Numbers are rounded to the nearest with 16 bits. */
+static void short_numbers(void **state)
+{
+    (void)state;
+    assert_true(stp_raster_short(0.0) == 0.0);
+    assert_true(stp_raster_short(-0x1.fffep7) == -0x1.fffep7);
+    assert_true(stp_raster_short(0x1.00011p0) == 0x1.0002p0);
+    assert_true(stp_raster_short(-0x1.0000fp-9) == -0x1p-9);
+    assert_true(stp_raster_short(0x1.ffffp0) == 2.0);
+    assert_true(stp_raster_short(0x1.abp-140) == 0x1.abp-140); /* fewer bits than a float has */
+    assert_true(isnan(stp_raster_short(NAN)));
+}
+
+/* Bytes of a short raster that say what no raster is are refused. */
+static void damaged_short(void **state)
+{
+    (void)state;
+    const uint8_t kinds[] = {8 + 3, 8 + 4 + 1, 16 + 8 + 1}, nan[] = {0xff, 0x7f}, far[] = {0x60};
+    uint8_t bytes[COUNT_BYTES + TILTED_BYTES], bad[sizeof bytes];
+    stp_raster raster = short_grid();
+    stp_square first;
+    assert_int_equal(put(&raster, 3, 5, bytes), SHORT_BYTES);
+    assert_int_equal(bytes[COUNT_BYTES], 8 + 1);
+    for (unsigned i = 0; i < sizeof kinds; i++) {
+        memcpy(bad, bytes, sizeof bad);
+        bad[COUNT_BYTES] = kinds[i];
+        assert_int_equal(get(bad, SHORT_BYTES, &raster, &first), STP_CORRUPT);
+    }
+    for (unsigned i = 0; i < 8; i++) { /* each number as NaN, and as 2^65 */
+        uint8_t *end = bad + COUNT_BYTES + 1 + 13 * (i / 4) + 4 + 3 * (i % 4);
+        memcpy(bad, bytes, sizeof bad);
+        memcpy(end - 2, nan, 2);
+        assert_int_equal(get(bad, SHORT_BYTES, &raster, &first), STP_CORRUPT);
+        memcpy(end - 1, far, 1);
+        assert_int_equal(get(bad, SHORT_BYTES, &raster, &first), STP_CORRUPT);
+    }
+    memcpy(bad, bytes, sizeof bad);
+    memset(bad + COUNT_BYTES + 5, 0, 6); /* no area */
+    assert_int_equal(get(bad, SHORT_BYTES, &raster, &first), STP_CORRUPT);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(nearest_grid)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nearest_grid), cmocka_unit_test(bytes_of_rasters),
+        cmocka_unit_test(short_numbers), cmocka_unit_test(damaged_short)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -24,7 +24,7 @@ enum { ACROSS = 4, DOWN = 3, SQUARES = ACROSS * DOWN, FIRST_COLUMN = 24, FIRST_R
 /* Of the index of a segment of one block: segment 0, and the others. */
 enum { INDEX_FIRST = 16, INDEX = 8 };
 /* A tight part of squares begins with a u32; tilted rasters follow a count. */
-enum { HEAD_BYTES = 4, LEVEL_BYTES = 40, COUNT_BYTES = 2, TILTED_BYTES = 49 };
+enum { HEAD_BYTES = 4, LEVEL_BYTES = 40, COUNT_BYTES = 2, TILTED_BYTES = 49, SHORT_BYTES = 29 };
 
 stp_status __real_stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err);
 stp_status __wrap_stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err);
@@ -39,11 +39,11 @@ stp_status __wrap_stp_alloc(void *out, size_t count, size_t size, const char *wh
     return __real_stp_alloc(out, count, size, what, err);
 }
 
-/* A level one, and three tilted ones, whose slopes are floats; the last one spreads. */
+/* A level one; tilted ones: one whose corner is no float, a short one, one that spreads. */
 enum { RASTERS = 4, SPREADING = 3 };
 static const stp_raster rasters[RASTERS] = {
     {.level = true, .axis = 2, .across = {{-17.0, 0.5}, {90.0, 0.0, -0.25}}},
-    {.axis = 0, .across = {{11.0, 0.5, 0.125, -0.75}, {-5.0, -0.25, 0.5, 0.375}}},
+    {.axis = 0, .across = {{11.1, 0.5, 0.125, -0.75}, {-5.0, -0.25, 0.5, 0.375}}},
     {.axis = 1, .across = {{3.0, -0.375, 0.25, 0.5}, {7.0, 0.25, 0.4375, -0.875}}},
     {.axis = 2,
      .across = {{5.0, 1.5, 0.125, -1.25, 0.03125, 0.0078125},
@@ -291,7 +291,7 @@ static void test_size(void **state)
         coded squares = encode(chunk);
         chunk->raster_count = 0;
         coded points = encode(chunk);
-        const size_t second_raster = tilted ? TILTED_BYTES : 0;
+        const size_t second_raster = tilted ? SHORT_BYTES : 0;
         assert_in_range(size_of(&squares), 1,
                         size_of(&points) * (15 + (unsigned)tilted) / 20 + second_raster);
         clear(&squares);
@@ -430,7 +430,7 @@ static void test_tilted_numbers(void **state)
     uint8_t *first = raster_of(&bytes) + COUNT_BYTES, *second = first + TILTED_BYTES;
     const double numbers[] = {NAN, -1e16};
     const float floats[] = {NAN, INFINITY, 1e16f};
-    const uint8_t axis = 3, counts[2] = {SQUARES, 0}, one[2] = {0}, far[4] = {0, 0, 0, 0x10};
+    const uint8_t axis = 8 + 3, counts[2] = {SQUARES, 0}, one[2] = {0}, far[4] = {0, 0, 0, 0x10};
     const uint8_t zeros[8] = {0};
     assert_int_equal(first[0], rasters[1].axis);
     assert_refused(&bytes, chunk, raster_of(&bytes), counts, 2); /* more rasters than patches */
@@ -441,10 +441,10 @@ static void test_tilted_numbers(void **state)
             assert_refused(&bytes, chunk, first + 1 + 20 * k, &numbers[i], 8);
     for (unsigned i = 0; i < 6; i++)
         for (unsigned k = 0; k < 3; k++)
-            assert_refused(&bytes, chunk, second + 9 + 20 * (i / 3) + 4 * (i % 3), &floats[k], 4);
+            assert_refused(&bytes, chunk, first + 9 + 20 * (i / 3) + 4 * (i % 3), &floats[k], 4);
     assert_refused(&bytes, chunk, first + 9, zeros, 8); /* no area */
-    assert_refused(&bytes, chunk, second + 41, far, 4);
-    assert_refused(&bytes, chunk, second + 45, far, 4);
+    assert_refused(&bytes, chunk, first + 41, far, 4);
+    assert_refused(&bytes, chunk, first + 45, far, 4);
     clear(&bytes);
     stp_chunk_destroy(&chunk);
 }

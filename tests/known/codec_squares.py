@@ -47,11 +47,22 @@ def level_raster(cursor):
     return [Raster(True, 2, ((x, dx, 0.0, 0.0, 0.0, 0.0), (y, 0.0, dy, 0.0, 0.0, 0.0)), (column, row), cursor.name)]
 
 
+def short_raster(cursor, axis):
+    """Numbers are floats; of slopes the lowest byte, which is 0, is left out."""
+    across = [[struct.unpack("<f", bytes(k > 0) + cursor.take(4 - (k > 0)))[0] for k in range(4)] + [0.0, 0.0]
+              for _ in range(2)]
+    return Raster(False, axis & ~8, across, tuple(cursor.take(2)), cursor.name)
+
+
 def tilted_rasters(cursor, patches):
     count, out = cursor.number(2) + 1, []
     require(count <= patches, f"{cursor.name}: more rasters than patches")
     for _ in range(count):
-        axis, *n = struct.unpack("<Bd3fd3f", cursor.take(41))
+        axis = cursor.number(1)
+        if axis & 8:
+            out.append(short_raster(cursor, axis))
+            continue
+        n = struct.unpack("<d3fd3f", cursor.take(40))
         spread = struct.unpack("<4f", cursor.take(16)) if axis & 4 else (0.0,) * 4
         out.append(Raster(False, axis & ~4, ([*n[:4], *spread[:2]], [*n[4:], *spread[2:]]),
                           struct.unpack("<2I", cursor.take(8)), cursor.name))

@@ -169,4 +169,12 @@ for codec in raw draco zstd; do
     "$program" convert whole.stipple -o "records/2_0_$codec.stipple" --codec $codec --format 2 --block 150 --quiet
 done
 python3 "$known/read.py" records/2_0_raw.stipple >records/2_0.samples
+
+# From here on rasters of maps are short.
+mkdir -p short
+"$program" gen statue -n 650 --seed 9 -o maps.ply --quiet --force
+for codec in raw draco zstd; do
+    "$program" prep maps.ply --maps -o "short/maps_2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" short/maps_2_0_raw.stipple >short/maps_2_0.samples
 rm attributes.las depth.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -7,6 +7,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A level raster: f64 x, y, dx, dy; u32 column, row of the first square */
 #define LEVEL_BYTES 40u
@@ -16,6 +17,10 @@
 /* One that spreads has this bit beside its axis, and four floats more before column and row. */
 #define SPREADS 4u
 #define SPREAD_BYTES 16u
+/* One whose numbers are short has this bit, and 2 f32, 6 numbers of 3 bytes, 2 u8 instead. */
+#define SHORT 8u
+#define SHORT_BYTES 29u
+#define SHORT_PLACES 256u
 #define MASK_BYTES 8u
 /* Column and row after those of the square before; then the bytes of the mask; the raster after
  * that of the square before. */
@@ -193,6 +198,48 @@ static stp_status put_level(const stp_raster *r, const stp_square *first, stp_by
     return stp_bytes_append(out, head, sizeof head, err);
 }
 
+double stp_raster_short(double number)
+{
+    const float as_float = (float)number;
+    uint32_t bits;
+    float out;
+    if (!isnormal(as_float))
+        return (double)as_float;
+    memcpy(&bits, &as_float, sizeof bits);
+    bits = (bits + 0x80u) & ~0xffu;
+    memcpy(&out, &bits, sizeof out);
+    return (double)out;
+}
+
+static bool is_short(const stp_raster *r, const stp_square *first)
+{
+    for (unsigned k = 0; k < 2; k++) {
+        if ((double)(float)r->across[k][0] != r->across[k][0])
+            return false;
+        for (unsigned i = 1; i < 4; i++)
+            if (stp_raster_short(r->across[k][i]) != r->across[k][i])
+                return false;
+    }
+    return !stp_raster_spreads(r) && first->column < SHORT_PLACES && first->row < SHORT_PLACES;
+}
+
+static size_t put_short(const stp_raster *r, const stp_square *first, uint8_t *to)
+{
+    *to++ = (uint8_t)(r->axis | SHORT);
+    for (unsigned k = 0; k < 2; k++) {
+        for (unsigned i = 0; i < 4; i++) {
+            const unsigned left_out = i > 0;
+            uint8_t bytes[4];
+            stp_put_floats(bytes, (const float[1]){(float)r->across[k][i]}, 1);
+            memcpy(to, bytes + left_out, 4 - left_out);
+            to += 4 - left_out;
+        }
+    }
+    to[0] = (uint8_t)first->column;
+    to[1] = (uint8_t)first->row;
+    return SHORT_BYTES;
+}
+
 /* Returns the bytes. */
 static size_t put_tilted(const stp_raster *r, const stp_square *first, uint8_t *to)
 {
@@ -239,8 +286,10 @@ static stp_status put_rasters(const stp_chunk *block, const stp_square *squares,
     stp_put_u16(head, (uint16_t)(used->count - 1));
     STP_TRY(stp_bytes_append(out, head, COUNT_BYTES, err));
     for (uint32_t i = 0; i < used->count; i++) {
-        const size_t size =
-            put_tilted(&block->rasters[used->before[i].raster], &used->before[i], head);
+        const stp_square *first = &used->before[i];
+        const stp_raster *raster = &block->rasters[first->raster];
+        const size_t size = is_short(raster, first) ? put_short(raster, first, head)
+                                                    : put_tilted(raster, first, head);
         STP_TRY(stp_bytes_append(out, head, size, err));
     }
 done:
@@ -341,13 +390,39 @@ static stp_raster get_tilted(const uint8_t *bytes)
     return out;
 }
 
-/* The bytes of the next raster; 0: there are not so many. */
-static size_t raster_bytes(const stp_cursor *c, bool tilted)
+static stp_raster get_short(const uint8_t *bytes)
 {
-    const size_t size = !tilted                              ? LEVEL_BYTES
-                        : c->left > 0 && *c->bytes & SPREADS ? TILTED_BYTES + SPREAD_BYTES
-                                                             : TILTED_BYTES;
-    return size <= c->left ? size : 0;
+    stp_raster out = {.axis = *bytes++ & ~SHORT};
+    for (unsigned k = 0; k < 2; k++)
+        for (unsigned i = 0; i < 4; i++) {
+            const unsigned left_out = i > 0;
+            uint8_t all[4] = {0};
+            float number;
+            memcpy(all + left_out, bytes, 4 - left_out);
+            stp_get_floats(all, &number, 1);
+            out.across[k][i] = (double)number;
+            bytes += 4 - left_out;
+        }
+    return out;
+}
+
+/* Takes the next raster and its first square. Returns the bytes; 0: there are not so many. */
+static size_t get_raster(const stp_cursor *c, bool tilted, stp_raster *raster, stp_square *first)
+{
+    const uint8_t kind = tilted && c->left > 0 ? *c->bytes : 0;
+    const size_t size = !tilted          ? LEVEL_BYTES
+                        : kind & SHORT   ? SHORT_BYTES
+                        : kind & SPREADS ? TILTED_BYTES + SPREAD_BYTES
+                                         : TILTED_BYTES;
+    if (size > c->left)
+        return 0;
+    *raster = !tilted        ? get_level(c->bytes)
+              : kind & SHORT ? get_short(c->bytes)
+                             : get_tilted(c->bytes);
+    const uint8_t *end = c->bytes + size;
+    first->column = kind & SHORT ? end[-2] : stp_get_u32(end - 8);
+    first->row = kind & SHORT ? end[-1] : stp_get_u32(end - 4);
+    return size;
 }
 
 stp_status stp_rasters_decode(stp_cursor *c, bool tilted, stp_chunk *block, stp_square **first,
@@ -364,20 +439,17 @@ stp_status stp_rasters_decode(stp_cursor *c, bool tilted, stp_chunk *block, stp_
     block->raster_count = count;
     stp_cursor_skip(c, tilted ? COUNT_BYTES : 0);
     for (uint32_t i = 0; i < count; i++) {
-        const size_t size = raster_bytes(c, tilted);
+        const size_t size = get_raster(c, tilted, &block->rasters[i], &(*first)[i]);
         if (size == 0) {
             status = stp_error_set(err, STP_CORRUPT, "it ends within the rasters of its squares");
             goto done;
         }
-        block->rasters[i] = tilted ? get_tilted(c->bytes) : get_level(c->bytes);
         const char *fault = raster_fault(&block->rasters[i]);
         if (fault) {
             status = stp_error_set(err, STP_CORRUPT, "%s", fault);
             goto done;
         }
-        (*first)[i] = (stp_square){.column = stp_get_u32(c->bytes + size - 8),
-                                   .row = stp_get_u32(c->bytes + size - 4),
-                                   .raster = i};
+        (*first)[i].raster = i;
         stp_cursor_skip(c, size);
     }
 done:

@@ -65,6 +65,10 @@ static inline bool stp_raster_is_map(const stp_raster *raster)
     return !stp_raster_is_upright(raster) && !stp_raster_spreads(raster);
 }
 
+/* Rounds a number to 16 significant bits. If all slopes of a tilted raster (across[k][1 ... 3]) are
+ * such numbers, and its corner (across[k][0]) is of floats, it takes 29 bytes instead of 49. */
+double stp_raster_short(double number);
+
 /* Finds the squares of a block with all levels whose rasters are set: all of one level raster, or
  * all of tilted ones. False if some patch is not a square of a grid, or its square cannot be coded.
  * out: one for each patch. */
