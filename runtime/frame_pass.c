@@ -278,6 +278,7 @@ stp_status stp_frame_finish(stp_renderer *r, stp_drawing *d, double radius_px, s
     stp_tiles_set_levels(&r->tiles, levels);
     r->pyramid.in_place =
         computes(&r->variant, d->params->lod) && stp_reconstruct_pushes(&r->reconstruct, levels);
+    r->pyramid.incomplete = r->cut.miss_count > 0;
     if (r->pyramid.in_place) {
         STP_TRY(stp_pixel_blocks_list(&r->blocks, &r->tiles, levels + 1, err));
         blocks = &r->blocks;

@@ -39,7 +39,8 @@ typedef struct stp_pyramid {
     GLuint picture_frames[STP_PICTURE_FRAMES];
     GLuint rough, rough_frames[STP_PICTURE_FRAMES]; /* unsmoothed picture, read by edge.frag */
     GLuint picture_steps;                           /* RGBA32F: heights for contour.frag */
-    bool in_place; /* levels above 0 are finished in `pulled`; `finished` is unused */
+    bool in_place;   /* levels above 0 are finished in `pulled`; `finished` is unused */
+    bool incomplete; /* the picture lacks blocks: coarser samples stand for them */
 } stp_pyramid;
 
 /* The textures that hold level l of the last frame as finished, if it was finished. */

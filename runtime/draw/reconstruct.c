@@ -109,6 +109,7 @@ typedef void bind_level(GLuint first, GLsizei count, const GLuint *textures);
 static void bind_push(const stp_pyramid *pyramid, int l, int levels, bind_level *bind)
 {
     glUniform1i(STP_UNIFORM_PYRAMID_LEVEL, l);
+    glUniform1i(STP_UNIFORM_INCOMPLETE, pyramid->incomplete);
     set_read(&pyramid->levels[l + 1]);
     bind(STP_UNIT_FINE, STP_TARGET_COUNT, pyramid->levels[l].pulled);
     bind(STP_UNIT_COARSE, STP_TARGET_COUNT, finished(pyramid, l + 1, levels));

@@ -35,7 +35,8 @@ enum {
     STP_UNIFORM_FADE_KEPT = 8,  /* fade.frag */
     STP_UNIFORM_FADE_WAY = 9,
     STP_UNIFORM_FADE_AXES = 10,
-    STP_UNIFORM_FADE_F = 11
+    STP_UNIFORM_FADE_F = 11,
+    STP_UNIFORM_INCOMPLETE = 12 /* push.glsl */
 };
 
 /* The name of a pixel's nearest sample, segment or triangle: the number of the (first) sample, plus

@@ -7,11 +7,13 @@
 #define STP_PUSH_GAP_3 2.0
 #define STP_PUSH_GAP_4 4.0
 // Pixels: if centres are no farther apart, the ellipses are of one disc, and beside a disc there is
-// no gap.
+// no gap; unless the picture lacks blocks.
 #define STP_PUSH_SAME 0.1
 // Pixels: least minor semi-axis at an outline, where the usual floor would move the outline
 // outwards.
 #define STP_PUSH_OUTLINE_FLOOR 0.6
+
+layout(location = 12) uniform bool incomplete; // the picture lacks blocks
 
 // exp(-q / 2) for q in 0..2, to 2.2e-5: least-squares fit in Chebyshev polynomials of degree 4.
 // Beyond q = 1 only the candidate of least q counts, and its weight does not matter.
@@ -79,7 +81,7 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     float valid = dot(vec4(lessThan(q, vec4(STP_ELLIPSE_OUTSIDE))), vec4(1.0));
     if (stp_tag_line(c0.tag) || stp_tag_line(c1.tag) || stp_tag_line(c2.tag) || stp_tag_line(c3.tag))
         valid = 0.0; // between lines there are gaps
-    if (!stp_push_differ(c0, c1, c2, c3))
+    if (!incomplete && !stp_push_differ(c0, c1, c2, c3))
         valid = 0.0;
     float gap = valid >= 4.0 ? STP_PUSH_GAP_4 : valid >= 3.0 ? STP_PUSH_GAP_3 : 1.0;
     float reach = clamp(least, 1.0, gap);
