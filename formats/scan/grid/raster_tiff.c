@@ -305,8 +305,8 @@ static void choose_copy(tiff_raster *t, uint32_t step, stp_raster_info *info)
     info->dy *= info->reduced;
 }
 
-/* Undoing the predictor is half of the time for packed tiles of floats, and rows that are left out
- * need it not. So libtiff leaves it to unfold, except where it would swap the bytes of numbers. */
+/* For packed tiles of floats, half of the time goes into undoing the predictor, which rows that are
+ * left out do not need. So libtiff leaves that to unfold, except where it swaps numbers' bytes. */
 static void take_predictor(tiff_raster *t)
 {
     uint16_t predictor = PREDICTOR_NONE;
