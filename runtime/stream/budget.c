@@ -89,23 +89,31 @@ static uint32_t slots_of(const stp_scene *scene)
     return (uint32_t)smaller(scene->block_count + spare, UINT32_MAX - 1);
 }
 
-/* Makes room for the scene, or for as much of it as both budgets hold. gpu_fixed, cpu_fixed: what
- * else the budgets must hold. */
+/* Makes room for the scene, or for as much of it as both budgets, and textures of so many texels,
+ * hold. fixed: what else the budgets must hold. */
 static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const demand *d,
-                               const uint64_t given[2], const uint64_t fixed[2], stp_error *err)
+                               const uint64_t given[2], const uint64_t fixed[2], uint32_t texels,
+                               stp_error *err)
 {
     static const char *const names[2] = {"gpu", "cpu"};
     double least = fmin(1.0, 2.0 * fmax((double)d->most_samples / (double)d->samples,
                                         (double)d->most_patches / (double)d->patches));
     double whole[2] = {(double)texture_bytes(d->samples, d->patches),
                        (double)(d->patches * PATCH_MIRROR_BYTES)};
-    double share = SCENE_SHARE + least;
+    double fits = fmin((double)texels / (double)d->samples,
+                       (double)(texels / STP_OBJECT_TEXTURE_PATCH_TEXELS) / (double)d->patches);
+    double share = fmin(SCENE_SHARE + least, fits);
     for (int i = 0; i < 2; i++) {
         double holds = given[i] > fixed[i] ? (double)(given[i] - fixed[i]) / whole[i] : 0.0;
         if (holds < least)
             return refuse(scene, names[i], given[i], fixed[i] + (uint64_t)(least * whole[i]), err);
         share = fmin(share, holds);
     }
+    if (share < least)
+        return stp_error_set(err, STP_GL,
+                             "%s: two blocks have more samples than a texture of this OpenGL (%u): "
+                             "draw it on another GPU",
+                             stp_chunk_file_path(scene->models[0].model->file), texels);
     b->slot_capacity = slots_of(scene);
     b->sample_capacity = (uint32_t)fmin(share * (double)d->samples, (double)(UINT32_MAX - 1));
     b->patch_capacity = (uint32_t)fmin(share * (double)d->patches, (double)(UINT32_MAX - 1));
@@ -113,25 +121,25 @@ static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const dema
     return STP_OK;
 }
 
-stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, uint64_t gpu, uint64_t cpu,
-                           unsigned decoders, bool software, stp_error *err)
+stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, const stp_budget_limits *limits,
+                           stp_error *err)
 {
     stp_budget b = {0};
     demand d = measure(scene);
-    uint64_t given[2] = {gpu != 0 ? gpu : STP_BUDGET_DEFAULT_BYTES,
-                         cpu != 0 ? cpu : STP_BUDGET_DEFAULT_BYTES};
+    uint64_t given[2] = {limits->gpu_bytes != 0 ? limits->gpu_bytes : STP_BUDGET_DEFAULT_BYTES,
+                         limits->cpu_bytes != 0 ? limits->cpu_bytes : STP_BUDGET_DEFAULT_BYTES};
     uint64_t piece = texture_bytes(d.most_samples, d.most_patches) + STP_PAYLOAD_UNIT_BYTES;
-    b.ring_bytes = larger(piece, smaller(ring_most_bytes[software], given[0] / 16));
+    b.ring_bytes = larger(piece, smaller(ring_most_bytes[limits->software], given[0] / 16));
     b.ring_bytes = smaller(b.ring_bytes, (scene->block_count + UINT64_C(1)) * piece);
     uint64_t decoding = DECODING_BLOCKS * d.most_decoded;
-    b.decoder_count = choose_decoders(decoding, given[1], decoders);
+    b.decoder_count = choose_decoders(decoding, given[1], limits->decoders);
     uint64_t tables = scene->chunk_count * (uint64_t)sizeof(stp_chunk_entry) +
                       scene->block_count * (uint64_t)(sizeof(stp_block) + TABLE_BYTES);
     uint64_t decoded = b.decoder_count * decoding + tables;
     uint64_t least_payloads = smaller(PAYLOADS_LEAST * d.most_payload, d.payloads);
     const uint64_t fixed[2] = {b.ring_bytes + slots_of(scene) * (uint64_t)sizeof(stp_gpu_chunk),
                                decoded + least_payloads};
-    stp_status status = plan_texture(&b, scene, &d, given, fixed, err);
+    stp_status status = plan_texture(&b, scene, &d, given, fixed, limits->texels, err);
     if (status != STP_OK)
         return status;
     uint64_t mirror = b.patch_capacity * (uint64_t)PATCH_MIRROR_BYTES;

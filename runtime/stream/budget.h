@@ -20,10 +20,17 @@ typedef struct stp_budget {
 
 #define STP_BUDGET_DEFAULT_BYTES (UINT64_C(1) << 30)
 
-/* gpu_bytes, cpu_bytes: 0 for the default. decoders: the wanted number. software: the driver draws
- * on the CPU. Errors: LIMIT (not even two blocks fit; the message says how much would be enough).
- */
-stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, uint64_t gpu_bytes,
-                           uint64_t cpu_bytes, unsigned decoders, bool software, stp_error *err);
+/* What there is to divide. */
+typedef struct stp_budget_limits {
+    uint64_t gpu_bytes, cpu_bytes; /* 0: the default */
+    uint32_t texels;   /* the most that a texture of this OpenGL has (stp_object_texture_texels) */
+    unsigned decoders; /* the wanted number */
+    bool software;     /* the driver draws on the CPU */
+} stp_budget_limits;
+
+/* Errors: LIMIT (not even two blocks fit; the message says how much would be enough), GL (the same
+ * of a texture). */
+stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, const stp_budget_limits *limits,
+                           stp_error *err);
 
 #endif

@@ -29,21 +29,18 @@ static void create_sample_array(stp_object_texture *t)
     }
 }
 
+uint32_t stp_object_texture_texels(void)
+{
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+    return (uint32_t)limit < STP_NAME_SAMPLE ? (uint32_t)limit : STP_NAME_SAMPLE;
+}
+
 stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_capacity,
                                      uint32_t patch_capacity, uint32_t slot_capacity, bool software,
                                      stp_error *err)
 {
     stp_object_texture t = {.slot_capacity = slot_capacity};
-    GLint limit = 0;
-    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-    if ((uint32_t)limit > STP_NAME_SAMPLE)
-        limit = (GLint)STP_NAME_SAMPLE;
-    if (sample_capacity > (uint32_t)limit ||
-        patch_capacity > (uint32_t)limit / (sizeof(stp_gpu_patch) / sizeof(stp_sample)))
-        return stp_error_set(err, STP_GL,
-                             "%u samples do not fit in a texture of this OpenGL (%d): give a "
-                             "smaller --gpu-memory",
-                             sample_capacity, limit);
     t.sample_ranges.capacity = sample_capacity;
     t.patch_ranges.capacity = patch_capacity;
     t.samples = create_buffer((uint64_t)sample_capacity * sizeof(stp_sample), software);

@@ -14,9 +14,10 @@
 
 #include <epoxy/gl.h>
 
-/* Bytes of a sample with its patch index; bytes of a patch. */
+/* Bytes of a sample with its patch index; bytes and texels of a patch. */
 #define STP_OBJECT_TEXTURE_SAMPLE_BYTES (16 + 4)
 #define STP_OBJECT_TEXTURE_PATCH_BYTES sizeof(stp_gpu_patch)
+#define STP_OBJECT_TEXTURE_PATCH_TEXELS (sizeof(stp_gpu_patch) / sizeof(stp_sample))
 
 enum { STP_OBJECT_TEXTURES = 4 };
 
@@ -34,8 +35,11 @@ typedef struct stp_placement {
     uint32_t level_begin[STP_LEVEL_COUNT];
 } stp_placement;
 
-/* software: see stp_lazy_buffer_create. Errors: GL (no memory, or more samples than a texture may
- * have), OUT_OF_MEMORY. */
+/* The most texels that a texture may have: a sample is one, a patch
+ * STP_OBJECT_TEXTURE_PATCH_TEXELS. */
+uint32_t stp_object_texture_texels(void);
+
+/* software: see stp_lazy_buffer_create. Errors: GL (no memory), OUT_OF_MEMORY. */
 stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_capacity,
                                      uint32_t patch_capacity, uint32_t slot_capacity, bool software,
                                      stp_error *err);

@@ -138,14 +138,36 @@ static void software_rings_are_small(void **state)
     static stp_block blocks[1000];
     stp_scene scene = {.blocks = blocks, .block_count = 1000, .chunk_count = 20};
     stp_budget gpu, software, least;
+    stp_budget_limits limits = {.texels = STP_NAME_SAMPLE, .decoders = 2};
     for (int i = 0; i < 1000; i++)
         blocks[i] = (stp_block){.patch_count = 80, .sample_count = {4000, 800, 200}};
-    check_ok(stp_budget_plan(&gpu, &scene, 0, 0, 2, false, err));
-    check_ok(stp_budget_plan(&software, &scene, 0, 0, 2, true, err));
-    check_ok(stp_budget_plan(&least, &scene, 4 * MIB, 0, 2, true, err));
+    check_ok(stp_budget_plan(&gpu, &scene, &limits, err));
+    limits.software = true;
+    check_ok(stp_budget_plan(&software, &scene, &limits, err));
+    limits.gpu_bytes = 4 * MIB;
+    check_ok(stp_budget_plan(&least, &scene, &limits, err));
     assert_true(gpu.ring_bytes == 32 * MIB);
     assert_true(software.ring_bytes == 8 * MIB);
     assert_true(least.ring_bytes == 4 * MIB / 16 && least.gpu_bytes <= 4 * MIB);
+}
+
+/* A GPU of much memory still has a greatest texture: a larger model is drawn from what fits. */
+static void textures_bound_the_budget(void **state)
+{
+    (void)state;
+    static stp_block blocks[1000];
+    stp_scene scene = {.blocks = blocks, .block_count = 1000, .chunk_count = 20};
+    stp_budget of_samples, of_patches;
+    stp_budget_limits limits = {.gpu_bytes = 1024 * MIB, .texels = 1 << 20, .decoders = 2};
+    for (int i = 0; i < 1000; i++)
+        blocks[i] = (stp_block){.patch_count = 80, .sample_count = {4000, 800, 200}};
+    check_ok(stp_budget_plan(&of_samples, &scene, &limits, err));
+    assert_in_range(of_samples.sample_capacity, limits.texels / 2, limits.texels);
+    for (int i = 0; i < 1000; i++)
+        blocks[i] = (stp_block){.patch_count = 800, .sample_count = {800, 800, 800}};
+    check_ok(stp_budget_plan(&of_patches, &scene, &limits, err));
+    const uint32_t texels = of_patches.patch_capacity * STP_OBJECT_TEXTURE_PATCH_TEXELS;
+    assert_in_range(texels, limits.texels / 2, limits.texels);
 }
 
 /* Renderers ask for such memory if, and only if, the driver draws on the CPU. */
@@ -165,10 +187,15 @@ int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(memory_comes_when_written), cmocka_unit_test(gpus_keep_their_own_memory),
-        cmocka_unit_test(too_much_is_no_error),      cmocka_unit_test(stream_starts_without_memory),
-        cmocka_unit_test(software_rings_are_small),  cmocka_unit_test(renderers_ask_for_it),
-        cmocka_unit_test(pages_hold_copies),         cmocka_unit_test(pieces_beyond_the_limit_wait),
+        cmocka_unit_test(memory_comes_when_written),
+        cmocka_unit_test(gpus_keep_their_own_memory),
+        cmocka_unit_test(too_much_is_no_error),
+        cmocka_unit_test(stream_starts_without_memory),
+        cmocka_unit_test(software_rings_are_small),
+        cmocka_unit_test(textures_bound_the_budget),
+        cmocka_unit_test(renderers_ask_for_it),
+        cmocka_unit_test(pages_hold_copies),
+        cmocka_unit_test(pieces_beyond_the_limit_wait),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);
