@@ -75,6 +75,22 @@ done:
     return status;
 }
 
+/* Compiles the programs that draw squares as triangles, if they are not there yet. */
+static stp_status prepare_squares(stp_squares *s, const char *folder, const char *defines,
+                                  stp_error *err)
+{
+    GLuint *const programs[3] = {&s->list, &s->list_quarters, &s->program};
+    const stp_program_params params[3] = {
+        {.compute = "square.comp", .defines = defines, .folder = folder},
+        {.compute = "square_quarters.comp", .defines = defines, .folder = folder},
+        {.vertex = "square.vert", .fragment = "shape.frag", .defines = defines, .folder = folder}};
+    stp_status status = STP_OK;
+    for (int i = 0; i < 3 && status == STP_OK; i++)
+        if (*programs[i] == 0)
+            status = stp_program_create(programs[i], &params[i], err);
+    return status;
+}
+
 stp_status stp_project_prepare_squares(stp_project *p, const stp_variant *variant,
                                        const char *folder, stp_error *err)
 {
@@ -83,8 +99,7 @@ stp_status stp_project_prepare_squares(stp_project *p, const stp_variant *varian
     of_squares.squares = true;
     stp_variant_defines(&of_squares, defines);
     stp_status status = STP_OK;
-    STP_TRY(
-        prepare_patches(&p->squares.program, "square.geom", "shape.frag", folder, defines, err));
+    STP_TRY(prepare_squares(&p->squares, folder, defines, err));
     p->squares.maps = variant->maps;
     if (variant->maps != 0 && p->squares.splat.fronts == 0)
         STP_TRY(stp_splat_create(&p->squares.splat, true, folder, defines, err));

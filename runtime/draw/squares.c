@@ -4,12 +4,27 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/square.h"
 #include "runtime/draw/project.h"
+#include "runtime/draw/road.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* llvmpipe works on a part while the next is prepared. */
-#define PART_SQUARES 64
+/* So many squares are listed, then drawn: few on a software driver, whose cache then holds the
+ * list. */
+static const GLsizei part_squares[2] = {1024, 64};
+
+/* The same as in pieces.glsl. A corner is a place and a name; a piece has four, and is drawn as two
+ * triangles. */
+enum {
+    SQUARE_PIECES = 256,
+    PIECE_CORNERS = 4,
+    PIECE_INDICES = 6,
+    CORNER_BYTES = 16,
+    DRAW_BYTES = 20
+};
+enum { SQUARE_CELLS = 81 };
+static const GLuint no_quarters[4] = {0, 1, 1, 0};
+enum { UNIFORM_FIRST_SQUARE = 4, STORAGE_CORNERS = 1, STORAGE_DRAWS = 2, STORAGE_QUARTERS = 3 };
 
 /* A square is beside another if it is where the other's grid goes on, to within this part of the
  * other's side: grids that are not straight bend a little from piece to piece. */
@@ -26,12 +41,16 @@ typedef struct stp_square_key {
 
 void stp_squares_destroy(stp_squares *s)
 {
+    const GLuint buffers[5] = {s->buffer, s->corners, s->draws, s->quarters, s->indices};
+    glDeleteProgram(s->list);
+    glDeleteProgram(s->list_quarters);
     glDeleteProgram(s->program);
     glDeleteProgram(s->resolve);
     stp_splat_destroy(&s->splat);
     if (s->buffer != 0) {
         glDeleteTextures(1, &s->texture);
-        glDeleteBuffers(1, &s->buffer);
+        glDeleteVertexArrays(1, &s->corner_array);
+        glDeleteBuffers(5, buffers);
     }
     free(s->records);
     free(s->keys);
@@ -257,11 +276,43 @@ static void link_squares(stp_squares *s)
         }
 }
 
+/* Makes the buffers for what square.comp lists. */
+static void create_pieces(stp_squares *s)
+{
+    GLushort indices[SQUARE_PIECES][PIECE_INDICES];
+    const GLsizeiptr squares = part_squares[stp_road_is_software()];
+    for (int i = 0; i < SQUARE_PIECES; i++)
+        for (int k = 0; k < PIECE_INDICES; k++) {
+            static const int corners[PIECE_INDICES] = {0, 1, 2, 2, 1, 3};
+            indices[i][k] = (GLushort)(PIECE_CORNERS * i + corners[k]);
+        }
+    glCreateBuffers(1, &s->corners);
+    glCreateBuffers(1, &s->draws);
+    glCreateBuffers(1, &s->quarters);
+    glCreateBuffers(1, &s->indices);
+    glNamedBufferStorage(s->corners, squares * SQUARE_PIECES * PIECE_CORNERS * CORNER_BYTES, NULL,
+                         0);
+    glNamedBufferStorage(s->draws, squares * DRAW_BYTES, NULL, 0);
+    glNamedBufferStorage(s->quarters, (GLsizeiptr)sizeof no_quarters + squares * SQUARE_CELLS * 4,
+                         NULL, GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferStorage(s->indices, sizeof indices, indices, 0);
+    glCreateVertexArrays(1, &s->corner_array);
+    glVertexArrayElementBuffer(s->corner_array, s->indices);
+    glVertexArrayVertexBuffer(s->corner_array, 0, s->corners, 0, CORNER_BYTES);
+    glVertexArrayAttribFormat(s->corner_array, 0, 3, GL_FLOAT, GL_FALSE, 0);
+    glVertexArrayAttribIFormat(s->corner_array, 1, 1, GL_UNSIGNED_INT, 3 * sizeof(GLfloat));
+    for (GLuint i = 0; i < 2; i++) {
+        glVertexArrayAttribBinding(s->corner_array, i, 0);
+        glEnableVertexArrayAttrib(s->corner_array, i);
+    }
+}
+
 static void upload(stp_squares *s)
 {
     if (s->buffer == 0) {
         glCreateBuffers(1, &s->buffer);
         glCreateTextures(GL_TEXTURE_BUFFER, 1, &s->texture);
+        create_pieces(s);
     }
     glNamedBufferData(s->buffer, (GLsizeiptr)(s->count * sizeof *s->records), s->records,
                       GL_STREAM_DRAW);
@@ -295,13 +346,28 @@ done:
 
 void stp_squares_draw(const stp_squares *s, const stp_project_params *params)
 {
-    glUseProgram(s->program);
-    glUniform1i(STP_UNIFORM_SCATTERED, params->lod == STP_LOD_COMPUTE);
-    glBindVertexArray(stp_block_cache_texture(params->cache)->empty_array);
-    for (size_t i = 0; i < s->triangles; i += PART_SQUARES) {
-        const size_t left = s->triangles - i;
-        glDrawArrays(GL_POINTS, (GLint)i, (GLsizei)(left < PART_SQUARES ? left : PART_SQUARES));
-        glFlush();
+    const size_t most = (size_t)part_squares[stp_road_is_software()];
+    glProgramUniform1i(s->program, STP_UNIFORM_SCATTERED, params->lod == STP_LOD_COMPUTE);
+    glBindVertexArray(s->corner_array);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_CORNERS, s->corners);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_DRAWS, s->draws);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_QUARTERS, s->quarters);
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, s->draws);
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, s->quarters);
+    for (size_t i = 0; i < s->triangles; i += most) {
+        const size_t count = s->triangles - i < most ? s->triangles - i : most;
+        glProgramUniform1ui(s->list, UNIFORM_FIRST_SQUARE, (GLuint)i);
+        glProgramUniform1ui(s->list_quarters, UNIFORM_FIRST_SQUARE, (GLuint)i);
+        glNamedBufferSubData(s->quarters, 0, sizeof no_quarters, no_quarters);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); /* the last part is drawn */
+        glUseProgram(s->list);
+        glDispatchCompute((GLuint)count, 1, 1);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+        glUseProgram(s->list_quarters);
+        glDispatchComputeIndirect(0);
+        glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+        glUseProgram(s->program);
+        glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, NULL, (GLsizei)count, 0);
     }
 }
 

@@ -20,10 +20,14 @@ typedef struct stp_project_params stp_project_params; /* runtime/draw/project.h 
 
 /* Zero: none. */
 typedef struct stp_squares {
-    GLuint program, resolve; /* the project compiles them, and those of splats */
-    int maps;                /* of the variant */
-    stp_splat splat;         /* if maps are drawn as splats */
+    GLuint list, list_quarters, program,
+        resolve;     /* the project compiles them, and those of splats */
+    int maps;        /* of the variant */
+    stp_splat splat; /* if maps are drawn as splats */
     GLuint buffer, texture;
+    /* What square.comp lists of some squares: corners, a draw a square, cells with quarters; and
+     * how corners make triangles. */
+    GLuint corners, draws, quarters, indices, corner_array;
     stp_gpu_square *records; /* of the last pass */
     size_t count, capacity;
     size_t triangles;            /* so many are drawn as triangles, the others as splats */

@@ -20,7 +20,7 @@ enum {
     STP_GL_IMAGES = 8,
     STP_GL_BLOCKS = 7
 };
-enum { STP_GL_CAPABILITIES = 32, STP_GL_BUFFERS = 5, STP_GL_PIXEL_STORES = 16 };
+enum { STP_GL_CAPABILITIES = 32, STP_GL_BUFFERS = 6, STP_GL_PIXEL_STORES = 16 };
 
 typedef struct stp_gl_block {
     GLint buffer;

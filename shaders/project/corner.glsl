@@ -1,4 +1,4 @@
-// Emits a vertex of a strip or of triangles as a corner of a rasterised shape. Needs layout.glsl,
+// Sets a vertex of a strip or of triangles as a corner of a rasterised shape. Needs layout.glsl,
 // patch.glsl, project.glsl.
 
 flat out uint id; // the sample, and the shape that begins with it
@@ -10,8 +10,8 @@ out vec3 place; // relative to the eye; shape.frag asks the planes, since clip d
 out float gl_ClipDistance[6];
 #endif
 
-// Emits the corner. from_eye: its position relative to the eye, world axes.
-void stp_corner_emit(vec3 from_eye, uint name)
+// from_eye: the corner's position relative to the eye, world axes.
+void stp_corner_set(vec3 from_eye, uint name)
 {
     gl_Position = stp_clip_position(stp_to_eye(from_eye));
 #if STP_CLIP
@@ -27,5 +27,4 @@ void stp_corner_emit(vec3 from_eye, uint name)
     place = from_eye;
 #endif
     id = name;
-    EmitVertex();
 }

@@ -1,16 +1,5 @@
-// Squares of grids drawn as triangles. Needs layout.glsl, patch.glsl, project.glsl.
-//
-// Between four samples of a grid lies a cell. If the surface joins all four, a cell is two triangles.
-// Else it falls into quarters, one for each sample that is there:
-//
-//     o------m------x      o: samples        x: a sample that is missing, or beyond a cliff
-//     |      |             m: half-way to the next sample, or where the sample's tangent plane
-//     m------c------m         is half a cell on
-//     |      |      |      c: the mean of what the joined samples say of the cell's middle
-//     o------m------o
-//
-// So a hole keeps its width, and a surface at a cliff goes on by half a cell. At the borders of elevation
-// maps others go on: there pixels of quarters have the samples' radii, so pull and push close seams.
+// Squares of grids drawn as triangles (pieces.glsl) or splats, and their samples. Needs layout.glsl, patch.glsl,
+// project.glsl.
 
 // The record of a drawn square (stp_gpu_square).
 struct stp_square {
@@ -140,16 +129,6 @@ stp_square_sample stp_square_sample_at(uint listed, ivec2 at)
     return c;
 }
 
-// How far up the tangent plane of a sample goes along a side of a cell. Not steeper than 4 to 1, which
-// noise may tell.
-vec3 stp_square_rise(stp_square_sample c, vec3 side, vec3 up)
-{
-    vec3 normal = stp_normal_direction(c.texel.z);
-    float flat_part = dot(normal, up), limit = 4.0 * length(side) / length(up);
-    bool known = (c.texel.y & 0x02000000u) != 0u && flat_part != 0.0;
-    return side + up * (known ? clamp(-dot(normal, side) / flat_part, -limit, limit) : 0.0);
-}
-
 // The samples of a cell: of a column and a row, of the next column, of the next row, and of both.
 struct stp_square_cell {
     stp_square_sample samples[4];
@@ -162,61 +141,4 @@ stp_square_cell stp_square_cell_fetch(uint listed, ivec2 first)
     for (int i = 0; i < 4; i++)
         c.samples[i] = stp_square_sample_at(listed, first + ivec2(i & 1, i >> 1));
     return c;
-}
-
-// What the surface does in a cell.
-struct stp_square_surface {
-    // By sample: half a side of the cell, along its columns and along its rows, on the tangent plane.
-    vec3 by_column[4], by_row[4];
-    // Along which sides of the cell the surface goes: between samples 0 and 1, 2 and 3, 0 and 2, 1 and 3.
-    bvec4 sides;
-};
-
-// Whether the surface goes on from a sample to the next: their distance is at most twice what either
-// tangent plane tells. Else there is a cliff. Maps have none: there is no sample beyond a cliff.
-bool stp_square_joins(stp_square_sample a, stp_square_sample b, vec3 half_a, vec3 half_b, bool of_map)
-{
-    vec3 way = b.place - a.place;
-    return a.there && b.there && (of_map || dot(way, way) <= 16.0 * max(dot(half_a, half_a), dot(half_b, half_b)));
-}
-
-stp_square_surface stp_square_surface_find(stp_square_cell c, stp_square_axes axes, bool of_map)
-{
-    stp_square_surface s;
-    for (int i = 0; i < 4; i++) {
-        s.by_column[i] = 0.5 * stp_square_rise(c.samples[i], axes.column, axes.up);
-        s.by_row[i] = 0.5 * stp_square_rise(c.samples[i], axes.row, axes.up);
-    }
-    s.sides = bvec4(stp_square_joins(c.samples[0], c.samples[1], s.by_column[0], s.by_column[1], of_map),
-                    stp_square_joins(c.samples[2], c.samples[3], s.by_column[2], s.by_column[3], of_map),
-                    stp_square_joins(c.samples[0], c.samples[2], s.by_row[0], s.by_row[2], of_map),
-                    stp_square_joins(c.samples[1], c.samples[3], s.by_row[1], s.by_row[3], of_map));
-    return s;
-}
-
-// The corners of a cell's quarter, from its sample `own` on: the next along columns, along rows, and
-// across.
-vec3[4] stp_square_quarter(stp_square_cell c, stp_square_surface s, int own)
-{
-    int by_column = own ^ 1, by_row = own ^ 2, across = own ^ 3;
-    bool column = s.sides[own >> 1], row = s.sides[2 + (own & 1)];
-    bool far_column = s.sides[1 - (own >> 1)], far_row = s.sides[3 - (own & 1)];
-    // Which samples the surface joins to the own one within the cell.
-    bool joined[4];
-    joined[own] = true;
-    joined[by_column] = column || row && far_row && far_column;
-    joined[by_row] = row || column && far_row && far_column;
-    joined[across] = column && far_row || row && far_column;
-    vec3 place = c.samples[own].place, middle = vec3(0.0);
-    float count = 0.0;
-    for (int i = 0; i < 4; i++) {
-        vec3 at = c.samples[i].place + ((i & 1) != 0 ? -s.by_column[i] : s.by_column[i]) +
-                  ((i & 2) != 0 ? -s.by_row[i] : s.by_row[i]);
-        middle += joined[i] ? at : vec3(0.0);
-        count += joined[i] ? 1.0 : 0.0;
-    }
-    vec3 half_column = (own & 1) != 0 ? -s.by_column[own] : s.by_column[own];
-    vec3 half_row = (own & 2) != 0 ? -s.by_row[own] : s.by_row[own];
-    return vec3[](place, column ? 0.5 * (place + c.samples[by_column].place) : place + half_column,
-                  row ? 0.5 * (place + c.samples[by_row].place) : place + half_row, middle / count);
 }

@@ -29,7 +29,8 @@ void main()
         uvec4 texel = texelFetch(object_texture, int(i));
         // The rasteriser takes a segment's name from its last vertex; the name is the first
         // vertex's.
-        stp_corner_emit(stp_sample_position(texel, p.origin, p.step), i - 1u | STP_NAME_SEGMENT);
+        stp_corner_set(stp_sample_position(texel, p.origin, p.step), i - 1u | STP_NAME_SEGMENT);
+        EmitVertex();
         bool wide = i + 1u < end && stp_ribbon_wide(stp_disc_decode(texel, p.origin, p.step),
                                                     stp_vertex_fetch(i + 1u, lattice));
         if (stp_sample_left_out(texel) || wide) // leaves out the next segment

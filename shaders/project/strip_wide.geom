@@ -60,7 +60,8 @@ void stp_rectangle_emit(stp_disc a, stp_disc b, uint name)
 // position: in eye space.
 void stp_ribbon_corner(vec3 position, uint name)
 {
-    stp_corner_emit(stp_from_eye(position), name);
+    stp_corner_set(stp_from_eye(position), name);
+    EmitVertex();
 }
 
 void stp_ribbon_emit(stp_ribbon r, uint name)

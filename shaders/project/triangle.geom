@@ -26,9 +26,11 @@ void main()
         uint first = p.first[0] + 3u * i;
         if (stp_sample_left_out(texelFetch(object_texture, int(first))))
             continue;
-        for (uint k = first; k < first + 3u; k++)
-            stp_corner_emit(stp_sample_position(texelFetch(object_texture, int(k)), p.origin, p.step),
-                            first | STP_NAME_TRIANGLE);
+        for (uint k = first; k < first + 3u; k++) {
+            stp_corner_set(stp_sample_position(texelFetch(object_texture, int(k)), p.origin, p.step),
+                           first | STP_NAME_TRIANGLE);
+            EmitVertex();
+        }
         EndPrimitive();
     }
 }
