@@ -100,8 +100,9 @@ static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const dema
                                         (double)d->most_patches / (double)d->patches));
     double whole[2] = {(double)texture_bytes(d->samples, d->patches),
                        (double)(d->patches * PATCH_MIRROR_BYTES)};
-    double fits = fmin((double)texels / (double)d->samples,
-                       (double)(texels / STP_OBJECT_TEXTURE_PATCH_TEXELS) / (double)d->patches);
+    uint32_t most_patches = texels / (uint32_t)STP_OBJECT_TEXTURE_PATCH_TEXELS;
+    double fits =
+        fmin((double)texels / (double)d->samples, (double)most_patches / (double)d->patches);
     double share = fmin(SCENE_SHARE + least, fits);
     for (int i = 0; i < 2; i++) {
         double holds = given[i] > fixed[i] ? (double)(given[i] - fixed[i]) / whole[i] : 0.0;
