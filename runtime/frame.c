@@ -107,7 +107,7 @@ static void measure_block(const stp_renderer *r, const stp_draw *draw, stp_cut_m
     stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(&r->scene, draw, r->eye);
     stp_sight_params sight = stp_frame_sight(r);
     for (uint32_t i = 0; i < r->scene.blocks[draw->block].patch_count; i++) {
-        const stp_gpu_patch *patch = &resident->mirror.patches[i];
+        const stp_mirror_patch *patch = &resident->mirror.patches[i];
         stp_range parts[STP_PATCH_QUARTERS];
         if (!stp_patch_in_sight(&r->sight, &sight, draw, resident->mirror.briefs, i))
             continue;

@@ -39,6 +39,14 @@ stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
                                   err);
 }
 
+/* Says where a block is in the Object Texture. */
+static void place_record(stp_gpu_chunk *record, const stp_resident *resident)
+{
+    record->patches = resident->placement.patches.begin;
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        record->first[l] = l >= resident->finest ? resident->placement.level_begin[l] : UINT32_MAX;
+}
+
 /* Uploads the records of the drawn blocks for the shaders. */
 static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
 {
@@ -46,6 +54,7 @@ static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
     for (size_t i = 0; i < count; i++) {
         uint32_t slot = stp_block_cache_slot(r->cache, draws[i].block);
         r->chunk_records[slot] = stp_gpu_chunk_from_draw(&r->scene, &draws[i], r->eye);
+        place_record(&r->chunk_records[slot], stp_block_cache_get(r->cache, slot));
         memcpy(r->chunk_records[slot].openings, r->sight.openings[i],
                sizeof r->chunk_records[slot].openings);
         first = slot < first ? slot : first;

@@ -252,6 +252,7 @@ void stp_renderer_bind_frame(const stp_renderer *r)
     stp_frame_upload(r);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, r->frame_buffer);
     glBindTextures(STP_UNIT_OBJECT_TEXTURE, STP_OBJECT_TEXTURES, texture->textures);
+    glBindTextureUnit(STP_UNIT_CODES, texture->textures[STP_OBJECT_TEXTURES]);
 }
 
 /* Draws a picture by the road that the parameters name: a frame, or a step of a settling

@@ -97,18 +97,20 @@ void stp_frame_hold()
 
 // The Object Texture: one texel is one sample (formats/chunk/sample.h).
 layout(binding = 0) uniform usamplerBuffer object_texture;
-// Eleven texels a patch, STP_PATCH_TEXELS: see patch.glsl.
+// Four texels a patch, STP_PATCH_TEXELS: see patch.glsl.
 layout(binding = 1) uniform usamplerBuffer patch_texture;
-// Three texels a resident chunk, by slot: see patch.glsl.
+// Four texels a resident block, by slot: see patch.glsl.
 layout(binding = 2) uniform usamplerBuffer chunk_texture;
 
 // The patch of each sample.
 layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 // Eight texels a square that is drawn as triangles or as splats, STP_SQUARE_TEXELS: see square.glsl.
 layout(binding = 12) uniform usamplerBuffer square_texture;
+// What each code of the file stands for: error, radius, both in steps; cosine of a cone's angle.
+layout(binding = 13) uniform samplerBuffer code_texture;
 
-#define STP_PATCH_TEXELS 11
-#define STP_CHUNK_TEXELS 3
+#define STP_PATCH_TEXELS 4
+#define STP_CHUNK_TEXELS 4
 #define STP_SQUARE_TEXELS 8
 #define STP_LEVELS 4
 #define STP_QUARTERS 4

@@ -250,7 +250,7 @@ stp_ball stp_block_ball(const stp_block *b, stp_dvec3 origin, stp_dvec3 eye)
     };
 }
 
-static stp_rule_bound bound_of(const stp_gpu_patch *patch)
+static stp_rule_bound bound_of(const stp_mirror_patch *patch)
 {
     stp_rule_bound bound = {.radius = patch->bound_radius,
                             .cone_cos = patch->cone_cos,
@@ -264,13 +264,13 @@ static stp_rule_bound bound_of(const stp_gpu_patch *patch)
 }
 
 /* How much the colours vary that a level's samples average, 0 to 1. */
-static float variation_of(const stp_gpu_patch *patch, int level)
+static float variation_of(const stp_mirror_patch *patch, int level)
 {
     return (float)patch->colour_error[level] / 255.0f;
 }
 
 stp_patch_brief stp_patch_brief_of(const stp_scene *scene, uint32_t chunk,
-                                   const stp_gpu_patch *patch, const stp_patch *stored)
+                                   const stp_mirror_patch *patch, const stp_patch *stored)
 {
     uint16_t first_below = 0;
     uint32_t block = stp_scene_block_below(scene, chunk, stored, &first_below);
@@ -299,14 +299,14 @@ stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk
 }
 
 static stp_rule_sight look_at_patch(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                                    const stp_gpu_patch *patch)
+                                    const stp_mirror_patch *patch)
 {
     stp_rule_bound bound = bound_from_eye(bound_of(patch), chunk);
     return stp_rule_look(frame, &bound);
 }
 
 /* The perpendicular and the tangential error. */
-static void errors_of(const stp_gpu_patch *patch, int level, int quarter, float out[2])
+static void errors_of(const stp_mirror_patch *patch, int level, int quarter, float out[2])
 {
     for (int kind = 0; kind < 2; kind++)
         out[kind] = level == 0   ? patch->finest_error[kind]
@@ -323,7 +323,7 @@ static bool is_small(const stp_gpu_frame *frame, const stp_rule_sight *sight, co
 }
 
 static bool fits(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                 const stp_gpu_patch *patch, int level, int quarter)
+                 const stp_mirror_patch *patch, int level, int quarter)
 {
     float error[2];
     errors_of(patch, level, quarter, error);
@@ -343,7 +343,7 @@ bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
 }
 
 bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                     const stp_gpu_patch *patch, int finest)
+                     const stp_mirror_patch *patch, int finest)
 {
     bool does = !must_refine(frame, sight);
     for (int q = 0; q < STP_PATCH_QUARTERS && does; q++)
@@ -352,7 +352,7 @@ bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
 }
 
 stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                             const stp_gpu_patch *patch)
+                             const stp_mirror_patch *patch)
 {
     stp_levels out;
     for (int q = 0; q < STP_PATCH_QUARTERS; q++)
@@ -372,7 +372,7 @@ stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *ch
     return out;
 }
 
-unsigned stp_levels_select(const stp_gpu_patch *patch, const stp_levels *levels,
+unsigned stp_levels_select(const stp_mirror_patch *patch, const stp_levels *levels,
                            stp_range out[STP_PATCH_QUARTERS])
 {
     unsigned count = 0;
@@ -389,7 +389,7 @@ unsigned stp_levels_select(const stp_gpu_patch *patch, const stp_levels *levels,
     return count;
 }
 
-unsigned stp_levels_shape(const stp_gpu_patch *patch, const stp_levels *levels)
+unsigned stp_levels_shape(const stp_mirror_patch *patch, const stp_levels *levels)
 {
     int level = levels->of[0];
     if ((patch->flags & STP_PATCH_STRIP) && level >= 0 && patch->count[level] >= 2)
@@ -398,7 +398,7 @@ unsigned stp_levels_shape(const stp_gpu_patch *patch, const stp_levels *levels)
 }
 
 float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                         const stp_gpu_patch *patch, int level, int quarter)
+                         const stp_mirror_patch *patch, int level, int quarter)
 {
     float error[2];
     stp_rule_sight sight = look_at_patch(frame, chunk, patch);

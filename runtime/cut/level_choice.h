@@ -13,6 +13,23 @@
 
 #define STP_LEVEL_SKIP (-1)
 
+/* A patch as the CPU keeps it while its block is on the GPU: stp_gpu_patch, decoded. Positions are
+ * relative to the chunk's origin. */
+typedef struct stp_mirror_patch {
+    float origin[3], step;
+    float bound_centre[3], bound_radius;
+    float cone_axis[3], cone_cos;
+    float vertex_error[2]; /* of level 3: perpendicular, tangential */
+    float finest_error[2]; /* of level 0: perpendicular, tangential */
+    float radius[STP_LEVEL_COUNT];
+    uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
+    uint8_t count[STP_LEVEL_COUNT];  /* 0: not resident */
+    uint8_t flags;                   /* STP_PATCH_* */
+    uint8_t colour_error[STP_LEVEL_COUNT];
+    /* Levels 2, then 1: perpendicular, tangential; by quarter. */
+    float quarter_error[2][2][STP_PATCH_QUARTERS];
+} stp_mirror_patch;
+
 /* Fills in what the shaders read about a view. The caller sets modes, quality[0..1], colours, clip
  * box and classes. */
 stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view);
@@ -31,21 +48,21 @@ typedef struct stp_levels {
 
 /* The levels to draw of a patch in sight. */
 stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                             const stp_gpu_patch *patch);
+                             const stp_mirror_patch *patch);
 
 /* The samples of the chosen levels as ranges of the Object Texture; adjacent ranges are joined.
  * Returns the number of ranges. */
-unsigned stp_levels_select(const stp_gpu_patch *patch, const stp_levels *levels,
+unsigned stp_levels_select(const stp_mirror_patch *patch, const stp_levels *levels,
                            stp_range out[STP_PATCH_QUARTERS]);
 
 /* What a patch with these levels is drawn as: STP_PATCH_STRIP (a polyline), STP_PATCH_TRIANGLES, or
  * 0 (points). All quarters of a strip or of triangles choose the same level. */
-unsigned stp_levels_shape(const stp_gpu_patch *patch, const stp_levels *levels);
+unsigned stp_levels_shape(const stp_mirror_patch *patch, const stp_levels *levels);
 
 /* The projected error of a quarter at a level, pixels; at levels 0 and 3 that of the whole patch. 0
  * if nothing bounds the projection (the finest level is drawn then). */
 float stp_level_error_px(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                         const stp_gpu_patch *patch, int level, int quarter);
+                         const stp_mirror_patch *patch, int level, int quarter);
 
 /* Weights of the error rule's terms (stp_rule_fits). The weight of colours was measured by `stipple
  * tune --terms`: 2 to 4 gain equally, 10 loses. */
@@ -89,13 +106,13 @@ typedef struct stp_patch_brief {
 
 /* chunk: that of the patch, by its number in the scene. */
 stp_patch_brief stp_patch_brief_of(const stp_scene *scene, uint32_t chunk,
-                                   const stp_gpu_patch *patch, const stp_patch *stored);
+                                   const stp_mirror_patch *patch, const stp_patch *stored);
 /* The bound of a patch, relative to the eye. */
 stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk *chunk);
 
 /* Whether `finest`, the finest level drawn of the chunk, is fine enough for all of a patch. */
 bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                     const stp_gpu_patch *patch, int finest);
+                     const stp_mirror_patch *patch, int finest);
 /* Whether level 3, the patch vertex, is fine enough for all of the patch. */
 bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                      const stp_patch_brief *brief);

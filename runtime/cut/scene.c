@@ -220,5 +220,6 @@ stp_gpu_chunk stp_scene_record(const stp_scene *scene, uint32_t block, int fines
         .finest = (uint32_t)finest,
         .id = scene->blocks[block].chunk,
         .depth = e->depth,
+        .order = block - stp_scene_find(scene, scene->blocks[block].chunk)->first_block,
     };
 }

@@ -65,7 +65,8 @@ const stp_scene_model *stp_scene_find_block(const stp_scene *scene, uint32_t blo
 /* The entry of a block's chunk. */
 const stp_chunk_entry *stp_scene_entry(const stp_scene *scene, uint32_t block);
 
-/* The record that shaders and the CPU read of a block that is drawn at levels >= finest. */
+/* The record that shaders and the CPU read of a block that is drawn at levels >= finest; without
+ * where the block is in the Object Texture. */
 stp_gpu_chunk stp_scene_record(const stp_scene *scene, uint32_t block, int finest, stp_dvec3 eye);
 
 /* Whether a block's chunk is the root of a model. */

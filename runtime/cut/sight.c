@@ -76,7 +76,7 @@ bool stp_patch_in_sight(const stp_sight *s, const stp_sight_params *params, cons
 /* Whether a patch in sight is left to the linked block below, which is in this state. If so, marks
  * the links of the block's patches. */
 static bool leave_below(const look *l, size_t state, const stp_draw *draw,
-                        const stp_gpu_patch *patch, const stp_patch_brief *brief,
+                        const stp_mirror_patch *patch, const stp_patch_brief *brief,
                         const stp_rule_sight *sight)
 {
     if (stp_finest_does(l->params->frame, sight, patch, draw->finest))
@@ -88,7 +88,7 @@ static bool leave_below(const look *l, size_t state, const stp_draw *draw,
 /* The greatest projected radius of the samples that a patch may be drawn with, if its patch vertex
  * is too coarse: that of the finest level, or of a coarser level up to the rule's cap. */
 static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                             const stp_gpu_patch *patch, unsigned finest)
+                             const stp_mirror_patch *patch, unsigned finest)
 {
     float greatest = patch->radius[finest], cap = frame->quality[1] / sight->scale;
     if (sight->scale < 0.0f)
@@ -113,7 +113,7 @@ static bool is_wide_square(const look *l, const stp_draw *draw, const stp_reside
     if (!r->mirror.squares || draw->finest != 0)
         return false;
     /* From within its bound as wide as any, but not as infinity, if no square is wide. */
-    const stp_gpu_patch *patch = &r->mirror.patches[at];
+    const stp_mirror_patch *patch = &r->mirror.patches[at];
     const float radius_px = sight->scale < 0.0f ? FLT_MAX : sight->scale * patch->radius[0];
     if (!(radius_px >
           (stp_raster_is_map(raster_of(r, at)) ? l->params->maps_px : l->params->grids_px)))

@@ -180,6 +180,17 @@ typedef struct stored_sample {
     stp_gpu_chunk chunk;
 } stored_sample;
 
+static uint32_t slot_of(const stp_gpu_patch *patch)
+{
+    return patch->slot[0] | (uint32_t)patch->slot[1] << 8 | (uint32_t)patch->slot[2] << 16;
+}
+
+/* The step of a patch's lattice. */
+static double step_of(const stp_gpu_patch *patch)
+{
+    return float_of((GLuint)patch->step << 23);
+}
+
 static bool read_sample(const stp_object_texture *texture, GLuint index, stored_sample *out)
 {
     GLuint patch_index = 0, samples = texture->sample_ranges.capacity;
@@ -187,17 +198,17 @@ static bool read_sample(const stp_object_texture *texture, GLuint index, stored_
            read_item(&texture->patch_of_sample, index, samples, &patch_index, sizeof patch_index) &&
            read_item(&texture->patches, patch_index, texture->patch_ranges.capacity, &out->patch,
                      sizeof out->patch) &&
-           read_item(&texture->chunks, out->patch.slot, texture->slot_capacity, &out->chunk,
+           read_item(&texture->chunks, slot_of(&out->patch), texture->slot_capacity, &out->chunk,
                      sizeof out->chunk);
 }
 
 static double depth_of(const stp_gpu_frame *frame, const stored_sample *s)
 {
-    double depth = 0.0;
+    double depth = 0.0, step = step_of(&s->patch);
     for (int i = 0; i < 3; i++)
-        depth -=
-            (double)frame->axis_back[i] * ((double)s->chunk.offset[i] + (double)s->patch.origin[i] +
-                                           (double)s->patch.step * s->sample.position[i]);
+        depth -= (double)frame->axis_back[i] *
+                 ((double)s->chunk.offset[i] +
+                  step * ((double)s->patch.origin[i] + s->sample.position[i]));
     return depth;
 }
 
@@ -212,7 +223,8 @@ static bool read_depths(const stp_pick_params *params, GLuint name, GLuint index
                         const stored_sample *first, double depths[2])
 {
     const bool square = (name & ~STP_NAME_SAMPLE) == STP_NAME_SQUARE;
-    const double about = square ? 2.0 * (double)first->patch.bound_radius : 0.0;
+    const double radius = stp_radius_decode(first->patch.bound_radius, 0) * step_of(&first->patch);
+    const double about = square ? 2.0 * radius : 0.0;
     const double depth = depth_of(params->frame, first);
     depths[0] = depth - about;
     depths[1] = depth + about;
@@ -238,13 +250,11 @@ static void describe(const stp_pick_params *params, const drawn_sample *drawn, s
         return;
     const double depth = -drawn->centre.z;
     const double tolerance = DEPTH_TOLERANCE * stp_dvec3_length(drawn->centre);
-    int level = 0;
-    while (level < STP_LEVEL_COUNT &&
-           !(index - first.patch.first[level] < first.patch.count[level]))
-        level++;
-    if (!(depth >= depths[0] - tolerance && depth <= depths[1] + tolerance) ||
-        level == STP_LEVEL_COUNT)
+    if (!(depth >= depths[0] - tolerance && depth <= depths[1] + tolerance))
         return;
+    int level = 0;
+    while (level < STP_LEVEL_COUNT - 1 && index < first.chunk.first[level])
+        level++;
     out->chunk = first.chunk.id;
     out->level = level;
     out->class_id = first.sample.class_id;

@@ -158,7 +158,7 @@ static seen_draw see(const stp_project_params *params, size_t i)
                        stp_gpu_chunk_from_draw(params->scene, &params->draws[i], params->eye)};
 }
 
-static const stp_gpu_patch *seen_patch(const seen_draw *seen, size_t i)
+static const stp_mirror_patch *seen_patch(const seen_draw *seen, size_t i)
 {
     return &seen->resident->mirror
                 .patches[seen->patches[i] - seen->resident->placement.patches.begin];
@@ -169,7 +169,7 @@ static stp_status list_samples(stp_project *p, const stp_project_params *params,
                                const seen_draw *seen, stp_error *err)
 {
     for (size_t i = 0; i < seen->count; i++) {
-        const stp_gpu_patch *patch = seen_patch(seen, i);
+        const stp_mirror_patch *patch = seen_patch(seen, i);
         stp_range parts[STP_PATCH_QUARTERS];
         stp_levels levels = stp_levels_choose(params->frame, &seen->chunk, patch);
         if (stp_levels_shape(patch, &levels) != 0)
@@ -283,7 +283,7 @@ static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *poi
     const stp_levels levels = {{(int)level, (int)level, (int)level, (int)level}};
     p->span_count = 0;
     for (size_t i = 0; i < seen->count; i++) {
-        const stp_gpu_patch *patch = seen_patch(seen, i);
+        const stp_mirror_patch *patch = seen_patch(seen, i);
         if (stp_levels_shape(patch, &levels) != 0)
             continue;
         if (patch->first[level] != end) {

@@ -138,7 +138,7 @@ static void set_grid(stp_gpu_square *out, const stp_gpu_frame *frame)
 }
 
 static stp_gpu_square record_of(const stp_square *square, const stp_raster *raster,
-                                const stp_gpu_patch *patch, const stp_gpu_chunk *chunk,
+                                const stp_mirror_patch *patch, const stp_gpu_chunk *chunk,
                                 const stp_model *model)
 {
     const bool overlaps = model->is_maps || !stp_raster_is_upright(raster);

@@ -16,7 +16,7 @@
 enum {
     STP_GL_VIEWPORTS = 16,
     STP_GL_DRAW_BUFFERS = 8,
-    STP_GL_UNITS = 13,
+    STP_GL_UNITS = 14,
     STP_GL_IMAGES = 8,
     STP_GL_BLOCKS = 7
 };

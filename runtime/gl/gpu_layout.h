@@ -20,7 +20,8 @@ enum {
     STP_UNIT_FRONT = 8,    /* while splatting: the depth buffer, then the two sums, or the lists */
     STP_UNIT_EDGE = 8,     /* while smoothing edges: the picture, its depths */
     STP_UNIT_SQUARES = 12, /* of square.glsl */
-    STP_UNIT_COUNT = 13
+    STP_UNIT_CODES = 13,
+    STP_UNIT_COUNT = 14
 };
 /* The image of contour.glsl; compute shaders have others at its sides. */
 #define STP_IMAGE_STEPS 3
@@ -93,31 +94,44 @@ typedef struct stp_gpu_frame {
     float openings[STP_OPENINGS_LIMIT][4];
 } stp_gpu_frame;
 
-/* Positions are relative to the chunk's origin. */
+/* Slots have numbers of 24 bits. */
+#define STP_GPU_SLOTS_LIMIT (1u << 24)
+
+/* Codes are those of the file (formats/chunk/sample.h); stp_gpu_code has their values. */
 typedef struct stp_gpu_patch {
-    float origin[3], step;
-    float bound_centre[3], bound_radius;
-    float cone_axis[3], cone_cos;
-    float vertex_error[2]; /* of level 3: perpendicular, tangential */
-    float finest_error[2]; /* of level 0: perpendicular, tangential */
-    float radius[STP_LEVEL_COUNT];
-    uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
-    uint8_t count[STP_LEVEL_COUNT];
-    uint32_t slot;
-    uint8_t flags;    /* STP_PATCH_* */
-    uint8_t order[3]; /* lowest 24 bits of the block's number in its model: decides between equal
-                         depths */
+    int32_t origin[3]; /* steps from the chunk's origin */
+    uint8_t slot[3];
+    uint8_t step;             /* exponent of the float: its bits 23 to 30 */
+    uint16_t bound_centre[3]; /* steps from the origin */
+    uint16_t first[3];        /* of levels 0 to 2, among those of the block */
+    uint8_t cone_axis[3], cone_angle;
+    uint8_t radius[STP_LEVEL_COUNT];
     uint8_t colour_error[STP_LEVEL_COUNT];
+    uint8_t vertex_error[2]; /* of level 3: perpendicular, tangential */
+    uint8_t finest_error[2]; /* of level 0: perpendicular, tangential */
+    uint8_t bound_radius;
+    uint8_t flags; /* STP_PATCH_* */
+    uint8_t count; /* of level 0, which tells the others */
+    uint8_t unused;
     /* Levels 2, then 1: perpendicular, tangential; by quarter. */
-    float quarter_error[2][2][STP_PATCH_QUARTERS];
+    uint8_t quarter_error[2][2][STP_PATCH_QUARTERS];
 } stp_gpu_patch;
+
+/* What a code of the file stands for: errors and radii in steps. */
+typedef struct stp_gpu_code {
+    float error, radius, cone_cos, unused;
+} stp_gpu_code;
+
+enum { STP_GPU_CODES = 256 };
 
 typedef struct stp_gpu_chunk {
     float offset[3]; /* origin minus eye */
     uint32_t finest;
     uint32_t id;
     uint32_t depth;
-    uint32_t unused[2];
+    uint32_t order;   /* the block's number in its model: decides between equal depths */
+    uint32_t patches; /* its first patch */
+    uint32_t first[STP_LEVEL_COUNT];      /* sample of each level; UINT32_MAX: not resident */
     uint32_t openings[STP_OPENING_WORDS]; /* through which its patches may be seen */
 } stp_gpu_chunk;
 
@@ -142,8 +156,8 @@ typedef struct stp_gpu_square {
 
 _Static_assert(sizeof(stp_gpu_frame) == 352 + 16 * STP_OPENINGS_LIMIT,
                "std140 block of layout.glsl");
-_Static_assert(sizeof(stp_gpu_patch) == 176, "STP_PATCH_TEXELS texels");
-_Static_assert(sizeof(stp_gpu_chunk) == 48, "STP_CHUNK_TEXELS texels");
+_Static_assert(sizeof(stp_gpu_patch) == 64, "STP_PATCH_TEXELS texels");
+_Static_assert(sizeof(stp_gpu_chunk) == 64, "STP_CHUNK_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_square) == 128, "STP_SQUARE_TEXELS texels");
 
 #endif

@@ -21,7 +21,7 @@ static const uint64_t ring_most_bytes[2] = {UINT64_C(32) << 20, UINT64_C(8) << 2
 #define SPARE_SLOTS_LEAST 16
 /* What else is kept of each block: entries of tables of the model, the cache and the stream. */
 #define TABLE_BYTES 160
-#define PATCH_MIRROR_BYTES (sizeof(stp_gpu_patch) + sizeof(stp_patch_brief) + sizeof(stp_square))
+#define PATCH_MIRROR_BYTES (sizeof(stp_mirror_patch) + sizeof(stp_patch_brief) + sizeof(stp_square))
 
 /* Sums and maxima over a scene's blocks. */
 typedef struct demand {
@@ -86,7 +86,7 @@ static unsigned choose_decoders(uint64_t each, uint64_t cpu, unsigned wanted)
 static uint32_t slots_of(const stp_scene *scene)
 {
     uint64_t spare = larger(SPARE_SLOTS_LEAST, smaller(scene->block_count, STP_STREAM_LOADS_LIMIT));
-    return (uint32_t)smaller(scene->block_count + spare, UINT32_MAX - 1);
+    return (uint32_t)smaller(scene->block_count + spare, STP_GPU_SLOTS_LIMIT);
 }
 
 /* Makes room for the scene, or for as much of it as both budgets, and textures of so many texels,

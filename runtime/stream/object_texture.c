@@ -36,6 +36,21 @@ uint32_t stp_object_texture_texels(void)
     return (uint32_t)limit < STP_NAME_SAMPLE ? (uint32_t)limit : STP_NAME_SAMPLE;
 }
 
+static void create_textures(stp_object_texture *t)
+{
+    static const GLenum formats[STP_OBJECT_TEXTURES + 1] = {GL_RGBA32UI, GL_RGBA32UI, GL_RGBA32UI,
+                                                            GL_R32UI, GL_RGBA32F};
+    stp_gpu_code codes[STP_GPU_CODES];
+    stp_gpu_codes_fill(codes);
+    glCreateBuffers(1, &t->codes);
+    glNamedBufferStorage(t->codes, sizeof codes, codes, 0);
+    const GLuint buffers[STP_OBJECT_TEXTURES + 1] = {
+        t->samples.name, t->patches.name, t->chunks.name, t->patch_of_sample.name, t->codes};
+    glCreateTextures(GL_TEXTURE_BUFFER, STP_OBJECT_TEXTURES + 1, t->textures);
+    for (int i = 0; i <= STP_OBJECT_TEXTURES; i++)
+        glTextureBuffer(t->textures[i], formats[i], buffers[i]);
+}
+
 stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_capacity,
                                      uint32_t patch_capacity, uint32_t slot_capacity, bool software,
                                      stp_error *err)
@@ -48,11 +63,7 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
     t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch), software);
     t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk), software);
     stp_lazy_buffer_fill(&t.chunks, 0, (uint64_t)slot_capacity * sizeof(stp_gpu_chunk));
-    const GLuint buffers[STP_OBJECT_TEXTURES] = {t.samples.name, t.patches.name, t.chunks.name,
-                                                 t.patch_of_sample.name};
-    glCreateTextures(GL_TEXTURE_BUFFER, STP_OBJECT_TEXTURES, t.textures);
-    for (int i = 0; i < STP_OBJECT_TEXTURES; i++)
-        glTextureBuffer(t.textures[i], i < 3 ? GL_RGBA32UI : GL_R32UI, buffers[i]);
+    create_textures(&t);
     create_sample_array(&t);
     stp_status status = stp_gl_check("making the Object Texture", err);
     if (status == STP_OK)
@@ -68,7 +79,8 @@ void stp_object_texture_destroy(stp_object_texture *t)
     const GLuint arrays[2] = {t->sample_array, t->empty_array};
     if (t->samples.name != 0) {
         glDeleteVertexArrays(2, arrays);
-        glDeleteTextures(STP_OBJECT_TEXTURES, t->textures);
+        glDeleteTextures(STP_OBJECT_TEXTURES + 1, t->textures);
+        glDeleteBuffers(1, &t->codes);
     }
     for (int i = 0; i < 4; i++)
         stp_lazy_buffer_destroy(buffers[i]);
@@ -120,7 +132,7 @@ void stp_object_texture_release(stp_object_texture *t, const stp_placement *plac
     stp_range_pool_give(&t->patch_ranges, placement->patches);
 }
 
-static void fill_errors(stp_gpu_patch *out, const stp_patch *patch)
+static void fill_errors(stp_mirror_patch *out, const stp_patch *patch)
 {
     const uint8_t *of[2] = {patch->error, patch->tangential_error};
     for (int kind = 0; kind < 2; kind++) {
@@ -137,17 +149,22 @@ static void fill_errors(stp_gpu_patch *out, const stp_patch *patch)
         }
 }
 
-static stp_gpu_patch gpu_patch(const stp_patch *patch)
+/* The cosine of a cone's angle; -1 if the cone holds all directions. */
+static float cone_cos(uint8_t code)
+{
+    const double angle = stp_cone_angle_decode(code);
+    return angle >= 3.14159 ? -1.0f : (float)cos(angle);
+}
+
+static stp_mirror_patch mirror_patch(const stp_patch *patch)
 {
     double step = ldexp(1.0, patch->exponent);
     vec3s axis = stp_normal_decode(patch->cone_axis);
-    double angle = stp_cone_angle_decode(patch->cone_angle);
-    stp_gpu_patch out = {
+    stp_mirror_patch out = {
         .step = (float)step,
         .bound_radius = (float)stp_radius_decode(patch->bound_radius, patch->exponent),
         .cone_axis = {axis.x, axis.y, axis.z},
-        .cone_cos = angle >= 3.14159 ? -1.0f : (float)cos(angle),
-        .flags = patch->flags,
+        .cone_cos = cone_cos(patch->cone_angle),
     };
     for (int i = 0; i < 3; i++) {
         out.origin[i] = (float)(patch->origin[i] * step);
@@ -155,28 +172,75 @@ static stp_gpu_patch gpu_patch(const stp_patch *patch)
     }
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         out.radius[l] = (float)stp_radius_decode(patch->radius[l], patch->exponent);
-        out.count[l] = patch->counts[l];
         out.colour_error[l] = patch->colour_error[l];
     }
     fill_errors(&out, patch);
     return out;
 }
 
-void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
-                          const stp_placement *placement, uint32_t slot, uint32_t order,
-                          unsigned shapes)
+static uint8_t flags_of(const stp_patch *patch, unsigned shapes)
+{
+    return (uint8_t)(patch->flags & (shapes | ~(unsigned)STP_PATCH_SHAPES));
+}
+
+void stp_mirror_patches_fill(stp_mirror_patch *out, const stp_chunk *chunk,
+                             const stp_placement *placement, unsigned shapes)
 {
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
-        out[i] = gpu_patch(&chunk->patches[i]);
-        out[i].slot = slot;
-        for (int k = 0; k < 3; k++)
-            out[i].order[k] = (uint8_t)(order >> 8 * k);
-        out[i].flags &= (uint8_t)(shapes | ~(unsigned)STP_PATCH_SHAPES);
+        out[i] = mirror_patch(&chunk->patches[i]);
+        out[i].flags = flags_of(&chunk->patches[i], shapes);
         for (int l = 0; l < STP_LEVEL_COUNT; l++) {
             bool present = l >= chunk->finest_level;
             out[i].first[l] =
                 present ? placement->level_begin[l] + chunk->level_begin[l][i] : UINT32_MAX;
-            out[i].count[l] = present ? out[i].count[l] : 0;
+            out[i].count[l] = present ? chunk->patches[i].counts[l] : 0;
         }
     }
+}
+
+static stp_gpu_patch gpu_patch(const stp_patch *patch)
+{
+    const float step = (float)ldexp(1.0, patch->exponent);
+    uint32_t bits;
+    memcpy(&bits, &step, sizeof bits);
+    stp_gpu_patch out = {
+        .step = (uint8_t)(bits >> 23),
+        .cone_angle = patch->cone_angle,
+        .vertex_error = {patch->error[3], patch->tangential_error[3]},
+        .finest_error = {patch->error[0], patch->tangential_error[0]},
+        .bound_radius = patch->bound_radius,
+        .count = patch->counts[0],
+    };
+    memcpy(out.origin, patch->origin, sizeof out.origin);
+    memcpy(out.bound_centre, patch->bound_centre, sizeof out.bound_centre);
+    memcpy(out.cone_axis, patch->cone_axis, sizeof out.cone_axis);
+    memcpy(out.radius, patch->radius, sizeof out.radius);
+    memcpy(out.colour_error, patch->colour_error, sizeof out.colour_error);
+    for (int level = 1; level <= 2; level++) {
+        uint8_t(*errors)[STP_PATCH_QUARTERS] = out.quarter_error[2 - level];
+        memcpy(errors[0], patch->quarter_error[level - 1], sizeof errors[0]);
+        memcpy(errors[1], patch->quarter_tangential_error[level - 1], sizeof errors[1]);
+    }
+    return out;
+}
+
+void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk, uint32_t slot,
+                          unsigned shapes)
+{
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        out[i] = gpu_patch(&chunk->patches[i]);
+        out[i].flags = flags_of(&chunk->patches[i], shapes);
+        for (int k = 0; k < 3; k++)
+            out[i].slot[k] = (uint8_t)(slot >> 8 * k);
+        for (int l = chunk->finest_level; l < STP_LEVEL_COUNT - 1; l++)
+            out[i].first[l] = (uint16_t)chunk->level_begin[l][i];
+    }
+}
+
+void stp_gpu_codes_fill(stp_gpu_code out[STP_GPU_CODES])
+{
+    for (int i = 0; i < STP_GPU_CODES; i++)
+        out[i] = (stp_gpu_code){.error = (float)stp_error_decode((uint8_t)i, 0),
+                                .radius = (float)stp_radius_decode((uint8_t)i, 0),
+                                .cone_cos = cone_cos((uint8_t)i)};
 }

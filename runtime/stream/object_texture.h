@@ -2,13 +2,14 @@
  *
  * One buffer holds samples of 16 bytes; shaders fetch them as texels, and it is a vertex buffer,
  * too. Further buffers hold each sample's patch index, the patches, and a record for each slot, of
- * which each frame rewrites those of the blocks that it draws. Source: Mar08, "Object Texture".
+ * which each frame rewrites those of the blocks that it draws; the last one holds what codes stand
+ * for. Source: Mar08, "Object Texture".
  * Threads: the render thread. */
 #ifndef STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 #define STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 
 #include "formats/chunk/block.h"
-#include "runtime/gl/gpu_layout.h"
+#include "runtime/cut/level_choice.h"
 #include "runtime/gl/lazy_buffer.h"
 #include "runtime/stream/range_pool.h"
 
@@ -19,12 +20,13 @@
 #define STP_OBJECT_TEXTURE_PATCH_BYTES sizeof(stp_gpu_patch)
 #define STP_OBJECT_TEXTURE_PATCH_TEXELS (sizeof(stp_gpu_patch) / sizeof(stp_sample))
 
-enum { STP_OBJECT_TEXTURES = 4 };
+enum { STP_OBJECT_TEXTURES = 4 }; /* besides that of the codes */
 
 typedef struct stp_object_texture {
     stp_lazy_buffer samples, patch_of_sample, patches, chunks;
-    GLuint textures[STP_OBJECT_TEXTURES]; /* of samples, patches, chunks, patch_of_sample */
-    GLuint sample_array, empty_array;     /* vertex arrays: with samples; with nothing */
+    GLuint codes;
+    GLuint textures[STP_OBJECT_TEXTURES + 1]; /* samples, patches, chunks, patch_of_sample; codes */
+    GLuint sample_array, empty_array;         /* vertex arrays: with samples; with nothing */
     stp_range_pool sample_ranges, patch_ranges;
     uint32_t slot_capacity; /* in blocks */
 } stp_object_texture;
@@ -55,11 +57,14 @@ stp_status stp_object_texture_check(const stp_object_texture *texture, stp_error
 uint64_t stp_placement_bytes(const stp_placement *placement);
 void stp_object_texture_release(stp_object_texture *texture, const stp_placement *placement);
 
-/* Fills out[chunk->patch_count] with a decoded block's patches in the GPU's form. order: decides
- * between equal depths of two blocks, the lesser comes first. shapes: the shapes of
- * STP_PATCH_SHAPES that the headers name; patches of other shapes are drawn as samples. */
-void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk,
-                          const stp_placement *placement, uint32_t slot, uint32_t order,
+/* Fill out[chunk->patch_count] with a decoded block's patches, in the GPU's form and in the CPU's.
+ * shapes: the shapes of STP_PATCH_SHAPES that the headers name; patches of other shapes are drawn
+ * as samples. */
+void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk, uint32_t slot,
                           unsigned shapes);
+void stp_mirror_patches_fill(stp_mirror_patch *out, const stp_chunk *chunk,
+                             const stp_placement *placement, unsigned shapes);
+/* What the codes of the file stand for. */
+void stp_gpu_codes_fill(stp_gpu_code out[STP_GPU_CODES]);
 
 #endif

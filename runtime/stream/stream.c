@@ -260,7 +260,7 @@ static void number_patches(const stp_chunk *chunk, const stp_placement *placemen
     }
 }
 
-static void write_piece(const stp_load *load, const stp_chunk *chunk)
+static void write_piece(const stp_load *load, const stp_chunk *chunk, unsigned shapes)
 {
     const stp_placement *p = &load->place.placement;
     uint8_t *memory = load->place.memory;
@@ -269,8 +269,8 @@ static void write_piece(const stp_load *load, const stp_chunk *chunk)
                chunk->samples[l],
                (size_t)chunk->level_begin[l][chunk->patch_count] * sizeof(stp_sample));
     number_patches(chunk, p, (uint32_t *)(void *)(memory + stp_load_numbers_offset(p)));
-    memcpy(memory + stp_load_patches_offset(p), load->mirror.patches,
-           (size_t)p->patches.count * sizeof *load->mirror.patches);
+    stp_gpu_patches_fill((stp_gpu_patch *)(void *)(memory + stp_load_patches_offset(p)), chunk,
+                         load->place.slot, shapes);
 }
 
 /* Fills the CPU's copies of the patches, and takes the squares of level 0 from the chunk. */
@@ -283,8 +283,7 @@ static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk 
     STP_TRY(stp_alloc(&m->briefs, chunk->patch_count, sizeof *m->briefs, "patches", err));
     uint32_t block = load->want.block, of = s->scene->blocks[block].chunk;
     const stp_scene_model *model = stp_scene_find(s->scene, of);
-    stp_gpu_patches_fill(m->patches, chunk, &load->place.placement, load->place.slot,
-                         block - model->first_block, stp_scene_shapes(s->scene));
+    stp_mirror_patches_fill(m->patches, chunk, &load->place.placement, stp_scene_shapes(s->scene));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         m->briefs[p] = stp_patch_brief_of(s->scene, of, &m->patches[p], &chunk->patches[p]);
         m->briefs[p].empty = model->model->chosen ? (uint8_t)stp_chosen_empty(chunk, p) : 0;
@@ -316,7 +315,7 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch 
     if (m->model->shown)
         STP_TRY(stp_shown_fill(m->model->shown, &own, chunk, err));
     STP_TRY(mirror_patches(s, load, chunk, err));
-    write_piece(load, chunk);
+    write_piece(load, chunk, stp_scene_shapes(s->scene));
 done:
     stp_chunk_recycle(&chunk, scratch);
     return status;

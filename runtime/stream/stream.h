@@ -59,7 +59,7 @@ uint64_t stp_load_bytes(const stp_placement *placement);
 
 /* What the CPU keeps of a block on the GPU: arrays by patch. */
 typedef struct stp_mirror {
-    stp_gpu_patch *patches;
+    stp_mirror_patch *patches;
     stp_patch_brief *briefs;
     stp_square *squares; /* if level 0 is of squares of a grid; else NULL */
     stp_raster *rasters; /* of the squares */

@@ -85,7 +85,7 @@ ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
     stp_sight sight = stp_sight(scale * stp_stretch(), sin_alpha, stp_rule_is_silhouette(sin_alpha) ? terms.y : 1.0);
     if (stp_fits(sight, p.vertex_error.x, p.vertex_error.y, p.radius[3], p.variation[3]))
         return ivec4(3, STP_LEVEL_SKIP, STP_LEVEL_SKIP, STP_LEVEL_SKIP);
-    stp_quarter_errors e = stp_quarter_errors_fetch(index);
+    stp_quarter_errors e = stp_quarter_errors_fetch(index, p.step);
     ivec4 levels = mix(ivec4(0), ivec4(1), stp_fit(sight, e.error_1, e.tangential_1, p.radius[1], p.variation[1]));
     levels = mix(levels, ivec4(2), stp_fit(sight, e.error_2, e.tangential_2, p.radius[2], p.variation[2]));
     return max(levels, finest) * ivec4(not(absent)) + skip * ivec4(absent);
@@ -110,7 +110,7 @@ uint stp_shape_of(stp_patch p, int level)
 bool stp_choose_shape(uint index, uint shape, out stp_patch p, out ivec4 levels)
 {
     stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(index));
-    p = stp_patch_fetch(index, chunk.offset);
+    p = stp_patch_fetch(index, chunk);
     levels = stp_choose_levels(index, p, chunk);
     return stp_shape_of(p, levels.x) == shape;
 }

@@ -26,6 +26,9 @@ struct stp_chunk {
     uint finest;          // finest resident level
     uint id;
     uint depth;
+    uint order;           // decides between equal depths
+    uint patches;         // its first patch
+    uvec4 first;          // sample of each level; STP_NO_SAMPLE: not resident
 };
 
 struct stp_disc {
@@ -47,33 +50,49 @@ stp_chunk stp_chunk_fetch(uint slot)
 {
     uvec4 a = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS);
     uvec4 b = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 1);
-    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y);
+    uvec4 first = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 2);
+    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z, b.w, first);
 }
 
 // The openings through which the patches of a block may be seen: bit i % 32 of word i / 32 stands for
 // openings[i].
 uvec4 stp_chunk_openings(uint slot)
 {
-    return texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 2);
+    return texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 3);
 }
 
 // The slot of a patch's chunk.
 uint stp_patch_slot(uint index)
 {
-    return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 6).y;
-}
-
-// The part of the chunk's id that decides between equal depths.
-uint stp_patch_order(uint index)
-{
-    return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 6).z >> 8;
+    return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS).w & 0xffffffu;
 }
 
 // A patch's origin relative to the eye, world axes, and its step.
 vec4 stp_lattice_fetch(uint index, vec3 chunk_offset)
 {
-    vec4 lattice = uintBitsToFloat(texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS));
-    return vec4(lattice.xyz + chunk_offset, lattice.w);
+    uvec4 a = texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS);
+    float step = uintBitsToFloat(a.w >> 24 << 23);
+    return vec4(vec3(ivec3(a.xyz)) * step + chunk_offset, step);
+}
+
+// Four bytes of a word, and the errors and radii that four codes stand for, in steps.
+uvec4 stp_bytes(uint word)
+{
+    return uvec4(word & 255u, word >> 8 & 255u, word >> 16 & 255u, word >> 24);
+}
+
+vec4 stp_errors_of(uint word)
+{
+    ivec4 code = ivec4(stp_bytes(word));
+    return vec4(texelFetch(code_texture, code.x).x, texelFetch(code_texture, code.y).x,
+                texelFetch(code_texture, code.z).x, texelFetch(code_texture, code.w).x);
+}
+
+vec4 stp_radii_of(uint word)
+{
+    ivec4 code = ivec4(stp_bytes(word));
+    return vec4(texelFetch(code_texture, code.x).y, texelFetch(code_texture, code.y).y,
+                texelFetch(code_texture, code.z).y, texelFetch(code_texture, code.w).y);
 }
 
 // How many times as long as it is anything is drawn at most.
@@ -86,38 +105,50 @@ float stp_stretch()
 #endif
 }
 
-stp_patch stp_patch_fetch(uint index, vec3 chunk_offset)
+// Unpacks an octahedral normal of 2 x 12 bits: a vector along it, in the scan's axes (Meyer et al.
+// 2010).
+vec3 stp_normal_direction(uint code)
+{
+    vec2 e = vec2(float(code & 4095u), float(code >> 12 & 4095u)) * (2.0 / 4095.0) - 1.0;
+    float z = 1.0 - abs(e.x) - abs(e.y);
+    float fold = max(-z, 0.0);
+    return vec3(e.x + (e.x >= 0.0 ? -fold : fold), e.y + (e.y >= 0.0 ? -fold : fold), z);
+}
+
+stp_patch stp_patch_fetch(uint index, stp_chunk chunk)
 {
     int base = int(index) * STP_PATCH_TEXELS;
     uvec4 a = texelFetch(patch_texture, base);
     uvec4 b = texelFetch(patch_texture, base + 1);
     uvec4 c = texelFetch(patch_texture, base + 2);
-    uvec4 e = texelFetch(patch_texture, base + 3);
-    uvec4 h = texelFetch(patch_texture, base + 6);
+    ivec3 origin = ivec3(a.xyz), bound = ivec3(b.x & 65535u, b.x >> 16, b.y & 65535u);
+    float step = uintBitsToFloat(a.w >> 24 << 23);
     stp_patch p;
-    p.origin = uintBitsToFloat(a.xyz) + chunk_offset;
-    p.step = uintBitsToFloat(a.w);
-    p.bound_centre = uintBitsToFloat(b.xyz) + chunk_offset;
-    p.bound_radius = uintBitsToFloat(b.w) * stp_stretch();
-    p.cone_axis = uintBitsToFloat(c.xyz);
-    p.cone_cos = uintBitsToFloat(c.w);
-    p.vertex_error = uintBitsToFloat(e.xy);
-    p.finest_error = uintBitsToFloat(e.zw);
-    p.radius = uintBitsToFloat(texelFetch(patch_texture, base + 4));
-    p.first = texelFetch(patch_texture, base + 5);
-    p.count = uvec4(h.x & 255u, h.x >> 8 & 255u, h.x >> 16 & 255u, h.x >> 24);
-    p.flags = h.z & 255u;
-    p.variation = unpackUnorm4x8(h.w);
+    p.origin = vec3(origin) * step + chunk.offset;
+    p.step = step;
+    p.bound_centre = vec3(origin + bound) * step + chunk.offset;
+    p.bound_radius = texelFetch(code_texture, int(c.w & 255u)).y * step * stp_stretch();
+    p.cone_axis = normalize(stp_normal_direction(b.w));
+    p.cone_cos = texelFetch(code_texture, int(b.w >> 24)).z;
+    vec4 errors = stp_errors_of(c.z) * step;
+    p.vertex_error = errors.xy;
+    p.finest_error = errors.zw;
+    p.radius = stp_radii_of(c.x) * step;
+    p.variation = unpackUnorm4x8(c.y);
+    p.flags = c.w >> 8 & 255u;
+    p.count.x = c.w >> 16 & 255u;
+    p.count.y = p.count.x + 3u >> 2;
+    p.count.z = p.count.y + 3u >> 2;
+    p.count.w = 1u;
+    p.first = chunk.first + uvec4(b.y >> 16, b.z & 65535u, b.z >> 16, index - chunk.patches);
     return p;
 }
 
-stp_quarter_errors stp_quarter_errors_fetch(uint index)
+stp_quarter_errors stp_quarter_errors_fetch(uint index, float step)
 {
-    int base = int(index) * STP_PATCH_TEXELS + 7;
-    return stp_quarter_errors(uintBitsToFloat(texelFetch(patch_texture, base)),
-                              uintBitsToFloat(texelFetch(patch_texture, base + 1)),
-                              uintBitsToFloat(texelFetch(patch_texture, base + 2)),
-                              uintBitsToFloat(texelFetch(patch_texture, base + 3)));
+    uvec4 codes = texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 3);
+    return stp_quarter_errors(stp_errors_of(codes.x) * step, stp_errors_of(codes.y) * step,
+                              stp_errors_of(codes.z) * step, stp_errors_of(codes.w) * step);
 }
 
 // Where the quarters end among the samples of the finer level, computed from the coarser level's
@@ -150,16 +181,6 @@ vec3 stp_back()
 #else
     return axis_back.xyz;
 #endif
-}
-
-// Unpacks an octahedral normal of 2 x 12 bits: a vector along it, in the scan's axes (Meyer et al.
-// 2010).
-vec3 stp_normal_direction(uint code)
-{
-    vec2 e = vec2(float(code & 4095u), float(code >> 12 & 4095u)) * (2.0 / 4095.0) - 1.0;
-    float z = 1.0 - abs(e.x) - abs(e.y);
-    float fold = max(-z, 0.0);
-    return vec3(e.x + (e.x >= 0.0 ? -fold : fold), e.y + (e.y >= 0.0 ? -fold : fold), z);
 }
 
 // A sample's position relative to the eye, world axes.

@@ -20,7 +20,7 @@ void stp_list(uint listed)
     uint patch_index = patches[listed];
     uint slot = stp_patch_slot(patch_index);
     stp_chunk chunk = stp_chunk_fetch(slot);
-    stp_patch p = stp_patch_fetch(patch_index, chunk.offset);
+    stp_patch p = stp_patch_fetch(patch_index, chunk);
     ivec4 levels = stp_choose_levels(patch_index, p, chunk);
     stp_selection s = stp_select(p, levels);
     if (s.end.w == 0u || stp_shape_of(p, levels.x) != 0u)

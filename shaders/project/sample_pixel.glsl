@@ -15,18 +15,18 @@
 #define STP_RADIUS_PART 1.0
 #endif
 
-int stp_level_of(uint sample_index, stp_patch p)
+// The coarser levels of a block come first.
+int stp_level_of(uint sample_index, stp_chunk chunk)
 {
-    for (int level = 0; level < STP_LEVELS; level++)
-        if (sample_index - p.first[level] < p.count[level])
-            return level;
-    return STP_LEVELS;
+    int level = 0;
+    while (level < STP_LEVELS - 1 && sample_index < chunk.first[level])
+        level++;
+    return level;
 }
 
 // Perpendicular and tangential error of the quarter that a sample is in, at the sample's level.
-vec2 stp_error_of(uvec2 id, stp_patch p)
+vec2 stp_error_of(uvec2 id, stp_patch p, int level)
 {
-    int level = stp_level_of(id.x, p);
     if (level == 0 || level == 3)
         return level == 0 ? p.finest_error : p.vertex_error;
     uvec4 end = uvec4(1u, 2u, 3u, 4u);
@@ -34,7 +34,7 @@ vec2 stp_error_of(uvec2 id, stp_patch p)
         end = stp_children_end(end, p.count[2], p.count[1]);
     uint i = id.x - p.first[level];
     int q = int(i >= end.x) + int(i >= end.y) + int(i >= end.z);
-    stp_quarter_errors e = stp_quarter_errors_fetch(id.y);
+    stp_quarter_errors e = stp_quarter_errors_fetch(id.y, p.step);
     return level == 1 ? vec2(e.error_1[q], e.tangential_1[q])
                       : vec2(e.error_2[q], e.tangential_2[q]);
 }
@@ -42,8 +42,7 @@ vec2 stp_error_of(uvec2 id, stp_patch p)
 // Seven bits that change if the same surface is drawn at another level of the tree or of the chunk.
 int stp_mark_of(uvec2 id, stp_chunk chunk)
 {
-    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
-    return (4 * int(chunk.depth) + STP_LEVELS - stp_level_of(id.x, p)) & 127;
+    return (4 * int(chunk.depth) + STP_LEVELS - stp_level_of(id.x, chunk)) & 127;
 }
 
 // The projected error, in pixels, of a patch with this perpendicular and tangential error.
@@ -87,11 +86,11 @@ vec3 stp_sample_colour(stp_disc disc, uint name, uvec2 id)
 #if STP_SHADE == STP_SHADE_CHUNK
     vec3 shown = stp_palette_hash(chunk.id);
 #elif STP_SHADE == STP_SHADE_LEVEL
-    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
-    vec3 shown = stp_palette_level(stp_level_of(id.x, p), int(chunk.depth));
+    vec3 shown = stp_palette_level(stp_level_of(id.x, chunk), int(chunk.depth));
 #elif STP_SHADE == STP_SHADE_ERROR
-    stp_patch p = stp_patch_fetch(id.y, chunk.offset);
-    vec3 shown = stp_palette_heat(stp_patch_error(p, stp_error_of(id, p)) / max(quality.x, 1e-6));
+    stp_patch p = stp_patch_fetch(id.y, chunk);
+    vec2 error = stp_error_of(id, p, stp_level_of(id.x, chunk));
+    vec3 shown = stp_palette_heat(stp_patch_error(p, error) / max(quality.x, 1e-6));
 #elif STP_SHADE == STP_SHADE_PRIMITIVE
     vec3 shown = stp_palette_primitive(name);
 #else
@@ -128,10 +127,11 @@ stp_disc stp_disc_alone(stp_disc disc)
 }
 
 // The vertices of a sample's level in its patch: the first, and one past the last.
-uvec2 stp_level_ends(uvec2 id, vec4 lattice)
+uvec2 stp_level_ends(uvec2 id)
 {
-    stp_patch p = stp_patch_fetch(id.y, lattice.xyz);
-    int level = min(stp_level_of(id.x, p), STP_LEVELS - 1);
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
+    stp_patch p = stp_patch_fetch(id.y, chunk);
+    int level = stp_level_of(id.x, chunk);
     return uvec2(p.first[level], p.first[level] + p.count[level]);
 }
 
@@ -162,7 +162,7 @@ stp_disc stp_disc_of(uint name, uvec2 id, vec4 lattice, vec2 window)
         stp_disc a = stp_vertex_fetch(index, lattice), b = stp_vertex_fetch(index + 1u, lattice);
         if ((name & STP_NAME_TRIANGLE) == 0u)
             return stp_segment_disc(a, b, window);
-        uvec2 ends = stp_level_ends(id, lattice);
+        uvec2 ends = stp_level_ends(id);
         return stp_ribbon_disc(stp_ribbon_between(a, b, index, ends, lattice), window);
     }
 #endif

@@ -14,8 +14,8 @@ layout(location = 1) uniform bool counting;
 // frames.
 bool comes_first(uint a, uint b)
 {
-    uint p = stp_patch_order(texelFetch(patch_of_sample, int(a)).x);
-    uint q = stp_patch_order(texelFetch(patch_of_sample, int(b)).x);
+    uint p = stp_chunk_fetch(stp_patch_slot(texelFetch(patch_of_sample, int(a)).x)).order;
+    uint q = stp_chunk_fetch(stp_patch_slot(texelFetch(patch_of_sample, int(b)).x)).order;
     return p < q || p == q && a < b;
 }
 

@@ -78,8 +78,7 @@ static void read_block(picture *p, uint32_t id)
             r->placement.level_begin[l - 1] + chunk->level_begin[l - 1][chunk->patch_count];
     r->mirror.patches = allocate(chunk->patch_count, sizeof *r->mirror.patches);
     r->mirror.briefs = allocate(chunk->patch_count, sizeof *r->mirror.briefs);
-    stp_gpu_patches_fill(r->mirror.patches, chunk, &r->placement, id, id,
-                         stp_scene_shapes(&p->scene));
+    stp_mirror_patches_fill(r->mirror.patches, chunk, &r->placement, stp_scene_shapes(&p->scene));
     for (uint32_t i = 0; i < chunk->patch_count; i++)
         r->mirror.briefs[i] =
             stp_patch_brief_of(&p->scene, block->chunk, &r->mirror.patches[i], &chunk->patches[i]);

@@ -30,7 +30,7 @@ typedef struct made_model {
     stp_chunk_entry entries[CHUNKS];
     stp_block blocks[CHUNKS * PATCHES / FAMILY];
     uint32_t first_block[CHUNKS + 1];
-    stp_gpu_patch patches[CHUNKS][PATCHES];
+    stp_mirror_patch patches[CHUNKS][PATCHES];
     stp_patch stored[CHUNKS][PATCHES];
     uint32_t begin[CHUNKS][PATCHES], end[CHUNKS][PATCHES]; /* hold the units under a patch */
     uint32_t above[CHUNKS][PATCHES];                       /* the parent's patch */
@@ -101,7 +101,7 @@ static void make_entries(made_scene *s, made_model *m, double unlinked)
     }
 }
 
-static void set_errors(stp_gpu_patch *p, float finest, float vertex)
+static void set_errors(stp_mirror_patch *p, float finest, float vertex)
 {
     p->finest_error[0] = finest;
     p->vertex_error[0] = vertex;
@@ -116,16 +116,16 @@ static void make_patch(made_scene *s, made_model *m, uint32_t id, uint32_t p, fl
 {
     bool leaf = id >= FIRST_LEAF;
     uint32_t length = m->end[id][p] - m->begin[id][p];
-    stp_gpu_patch *g = &m->patches[id][p];
+    stp_mirror_patch *g = &m->patches[id][p];
     double centre = m->begin[id][p] + 0.5 * length;
-    *g = (stp_gpu_patch){.bound_centre = {(float)(centre - m->entries[id].origin.x),
-                                          (float)-m->entries[id].origin.y,
-                                          (float)-m->entries[id].origin.z},
-                         .bound_radius = 0.6f * (float)length,
-                         .cone_axis = {0.0f, 0.0f, 1.0f},
-                         .cone_cos = -1.0f,
-                         .flags = STP_PATCH_TWO_SIDED,
-                         .count = {leaf ? 64 : FAMILY, leaf ? 16 : 1, leaf ? 4 : 1, 1}};
+    *g = (stp_mirror_patch){.bound_centre = {(float)(centre - m->entries[id].origin.x),
+                                             (float)-m->entries[id].origin.y,
+                                             (float)-m->entries[id].origin.z},
+                            .bound_radius = 0.6f * (float)length,
+                            .cone_axis = {0.0f, 0.0f, 1.0f},
+                            .cone_cos = -1.0f,
+                            .flags = STP_PATCH_TWO_SIDED,
+                            .count = {leaf ? 64 : FAMILY, leaf ? 16 : 1, leaf ? 4 : 1, 1}};
     set_errors(g, finest, finest + (float)(0.02 + 0.08 * chance(s)) * (float)length);
     m->stored[id][p].counts[0] = g->count[0];
 }
@@ -163,7 +163,7 @@ static void make_inner(made_scene *s, made_model *m, uint32_t id, bool shuffled)
     }
 }
 
-static void widen(stp_block *b, const stp_gpu_patch *p)
+static void widen(stp_block *b, const stp_mirror_patch *p)
 {
     const float errors[STP_LEVEL_COUNT] = {p->finest_error[0], p->quarter_error[1][0][0],
                                            p->quarter_error[0][0][0], p->vertex_error[0]};

@@ -53,12 +53,15 @@ static const char decode[] =
     "    put4(openings[0]); put4(openings[127]);\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
     "    put3(c.offset); put(float(c.finest)); put(float(c.id));\n"
-    "    put(float(c.depth));\n"
-    "    stp_patch p = stp_patch_fetch(1u, vec3(0.0));\n"
+    "    put(float(c.depth)); put(float(c.order)); put(float(c.patches)); put4(vec4(c.first));\n"
+    "    put4(vec4(stp_chunk_openings(1u)));\n"
+    "    vec4 lattice = stp_lattice_fetch(2u, c.offset);\n"
+    "    put3(lattice.xyz - c.offset); put(lattice.w); put(float(stp_patch_slot(2u)));\n"
+    "    c.offset = vec3(0.0);\n"
+    "    stp_patch p = stp_patch_fetch(2u, c);\n"
     "    put3(p.origin); put(p.step); put3(p.bound_centre); put(p.bound_radius);\n"
     "    put3(p.cone_axis); put(p.cone_cos); put4(vec4(p.vertex_error, p.finest_error));\n"
-    "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count)); "
-    "put(float(stp_patch_slot(1u))); put(float(stp_patch_order(1u)));\n"
+    "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count));\n"
     "    put4(p.variation * 255.0); put(float(p.flags)); put(float(STP_PATCH_STRIP)); "
     "put(float(STP_PATCH_TRIANGLES));\n"
     "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE)); "
@@ -73,7 +76,7 @@ static const char decode[] =
     "    for (int i = 0; i < 9; i++)\n"
     "        if (i != 4) put(float(stp_square_beside(1u, ivec2(i % 3, i / 3) - 1)));\n"
     "    mat2x3 g = stp_square_grid_fetch(1u); put3(g[0]); put3(g[1]);\n"
-    "    stp_quarter_errors q = stp_quarter_errors_fetch(1u);\n"
+    "    stp_quarter_errors q = stp_quarter_errors_fetch(2u, p.step);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
     "    for (int i = 0; i < 3; i++) {\n"
     "        stp_disc d = stp_disc_decode(texelFetch(object_texture, i), vec3(0.0), 0.5);\n"
@@ -121,25 +124,40 @@ static stp_gpu_frame make_frame(void)
         .openings = {[0] = {91, 92, 93, 94}, [STP_OPENINGS_LIMIT - 1] = {95, 96, 97, 98}}};
 }
 
-static stp_gpu_patch make_patch(void)
+/* The second patch of a block, as the file has it. Its block is resident from patch 1 on. */
+static const stp_patch patch = {
+    .origin = {21, -22, 1 << 20},
+    .exponent = -3,
+    .cone_angle = 32,
+    .counts = {50, 13, 4, 1},
+    .error = {35, 0, 0, 33},
+    .tangential_error = {36, 0, 0, 0},
+    .colour_error = {98, 99, 100, 255},
+    .radius = {41, 42, 43, 44},
+    .bound_centre = {25, 65535, 27},
+    .bound_radius = 28,
+    .cone_axis = {29, 230, 31},
+    .flags = STP_PATCH_STRIP | STP_PATCH_CLOSED,
+    .quarter_error = {{51, 52, 53, 54}, {55, 56, 57, 58}},
+    .quarter_tangential_error = {{59, 60, 61, 62}, {63, 64, 65, 255}},
+};
+#define SLOT 0x345678u
+
+/* Fills in the patch for the GPU and for the CPU. */
+static void make_patch(stp_gpu_patch *out, stp_mirror_patch *mirror, const stp_gpu_chunk *record)
 {
-    return (stp_gpu_patch){.origin = {21, 22, 23},
-                           .step = 24,
-                           .bound_centre = {25, 26, 27},
-                           .bound_radius = 28,
-                           .cone_axis = {29, 30, 31},
-                           .cone_cos = 32,
-                           .vertex_error = {33, 34},
-                           .finest_error = {35, 36},
-                           .quarter_error = {{{51, 52, 53, 54}, {55, 56, 57, 58}},
-                                             {{59, 60, 61, 62}, {63, 64, 65, 66}}},
-                           .radius = {41, 42, 43, 44},
-                           .first = {45, 46, 47, 48},
-                           .count = {64, 16, 4, 1},
-                           .slot = 49,
-                           .flags = 30,
-                           .order = {91, 92, 93},
-                           .colour_error = {98, 99, 100, 255}};
+    static uint32_t begin[STP_LEVEL_COUNT][3] = {
+        {0, 40000, 40050}, {0, 10000, 10013}, {0, 300, 304}, {0, 1, 2}};
+    stp_patch patches[2] = {{.counts = {1, 1, 1, 1}}, patch};
+    const stp_chunk chunk = {.patches = patches,
+                             .patch_count = 2,
+                             .level_begin = {begin[0], begin[1], begin[2], begin[3]}};
+    stp_placement placement = {.patches = {record->patches, 2}};
+    stp_mirror_patch both[2];
+    memcpy(placement.level_begin, record->first, sizeof placement.level_begin);
+    stp_gpu_patches_fill(out + record->patches, &chunk, SLOT, STP_PATCH_STRIP);
+    stp_mirror_patches_fill(both, &chunk, &placement, STP_PATCH_STRIP);
+    *mirror = both[1];
 }
 
 static void want_sample(expectation *e, const stp_sample *sample)
@@ -201,7 +219,7 @@ static void want_square(expectation *e)
 }
 
 static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                              const stp_gpu_patch *patch, const stp_sample *samples)
+                              const stp_mirror_patch *mirror, const stp_sample *samples)
 {
     expectation e = {.count = 0};
     want_floats(&e, frame->axis_right, 4);
@@ -229,24 +247,31 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want(&e, chunk->finest);
     want(&e, chunk->id);
     want(&e, chunk->depth);
-    want_floats(&e, patch->origin, 3);
-    want(&e, (double)patch->step);
-    want_floats(&e, patch->bound_centre, 3);
-    want(&e, (double)patch->bound_radius);
-    want_floats(&e, patch->cone_axis, 3);
-    want(&e, (double)patch->cone_cos);
-    want_floats(&e, patch->vertex_error, 2);
-    want_floats(&e, patch->finest_error, 2);
-    want_floats(&e, patch->radius, 4);
+    want(&e, chunk->order);
+    want(&e, chunk->patches);
     for (int i = 0; i < 4; i++)
-        want(&e, patch->first[i]);
+        want(&e, chunk->first[i]);
     for (int i = 0; i < 4; i++)
-        want(&e, patch->count[i]);
-    want(&e, patch->slot);
-    want(&e, patch->order[0] + 256 * (patch->order[1] + 256 * patch->order[2]));
+        want(&e, chunk->openings[i]);
+    want_floats(&e, mirror->origin, 3);
+    want(&e, (double)mirror->step);
+    want(&e, SLOT);
+    want_floats(&e, mirror->origin, 3);
+    want(&e, (double)mirror->step);
+    want_floats(&e, mirror->bound_centre, 3);
+    want(&e, (double)mirror->bound_radius);
+    want_floats(&e, mirror->cone_axis, 3);
+    want(&e, (double)mirror->cone_cos);
+    want_floats(&e, mirror->vertex_error, 2);
+    want_floats(&e, mirror->finest_error, 2);
+    want_floats(&e, mirror->radius, 4);
     for (int i = 0; i < 4; i++)
-        want(&e, patch->colour_error[i]);
-    want(&e, patch->flags);
+        want(&e, mirror->first[i]);
+    for (int i = 0; i < 4; i++)
+        want(&e, mirror->count[i]);
+    for (int i = 0; i < 4; i++)
+        want(&e, mirror->colour_error[i]);
+    want(&e, mirror->flags);
     want(&e, STP_PATCH_STRIP);
     want(&e, STP_PATCH_TRIANGLES);
     want(&e, STP_NAME_SEGMENT);
@@ -257,20 +282,20 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want(&e, STP_NAME_SQUARE_SHIFT);
     want(&e, STP_NAME_PLACE_SHIFT);
     want_square(&e);
-    want_floats(&e, patch->quarter_error[0][0], 16);
+    want_floats(&e, mirror->quarter_error[0][0], 16);
     for (int i = 0; i < 3; i++)
         want_sample(&e, &samples[i]);
     want(&e, e.count);
     return e;
 }
 
-static GLuint texture_of(const void *data, size_t bytes, GLuint unit)
+static GLuint texture_of(const void *data, size_t bytes, GLuint unit, GLenum format)
 {
     GLuint buffer = 0, texture = 0;
     glCreateBuffers(1, &buffer);
     glNamedBufferStorage(buffer, (GLsizeiptr)bytes, data, 0);
     glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
-    glTextureBuffer(texture, GL_RGBA32UI, buffer);
+    glTextureBuffer(texture, format, buffer);
     glBindTextureUnit(unit, texture);
     return buffer;
 }
@@ -279,9 +304,20 @@ static void shaders_read_what_c_writes(void **state)
 {
     (void)state;
     stp_gpu_frame frame = make_frame();
-    stp_gpu_chunk chunks[2] = {{.finest = 9},
-                               {.offset = {51, 52, 53}, .finest = 2, .id = 56, .depth = 57}};
-    stp_gpu_patch patches[2] = {{.step = 9}, make_patch()};
+    const stp_gpu_chunk chunks[2] = {{.finest = 9},
+                                     {.offset = {51, 52, 53},
+                                      .finest = 2,
+                                      .id = 56,
+                                      .depth = 57,
+                                      .order = 58,
+                                      .patches = 1,
+                                      .first = {90000, 60000, 30000, 20000},
+                                      .openings = {1, 2, 4, 8}}};
+    stp_gpu_patch patches[3] = {{.step = 9}};
+    stp_mirror_patch mirror;
+    stp_gpu_code codes[STP_GPU_CODES];
+    make_patch(patches, &mirror, &chunks[1]);
+    stp_gpu_codes_fill(codes);
     stp_sample samples[3] = {{{1, 65535, 3},
                               200,
                               STP_SAMPLE_HAS_NORMAL | 2u << STP_SAMPLE_KIND_SHIFT,
@@ -304,13 +340,14 @@ static void shaders_read_what_c_writes(void **state)
                               {9, 8, 7},
                               0}};
     const stp_gpu_square squares[2] = {{.step = 9}, square};
-    GLuint buffers[6];
+    GLuint buffers[7];
     float found[256];
     GLuint program = compute_program(decode);
-    buffers[0] = texture_of(samples, sizeof samples, STP_UNIT_OBJECT_TEXTURE);
-    buffers[1] = texture_of(patches, sizeof patches, STP_UNIT_PATCHES);
-    buffers[2] = texture_of(chunks, sizeof chunks, STP_UNIT_CHUNKS);
-    buffers[5] = texture_of(squares, sizeof squares, STP_UNIT_SQUARES);
+    buffers[0] = texture_of(samples, sizeof samples, STP_UNIT_OBJECT_TEXTURE, GL_RGBA32UI);
+    buffers[1] = texture_of(patches, sizeof patches, STP_UNIT_PATCHES, GL_RGBA32UI);
+    buffers[2] = texture_of(chunks, sizeof chunks, STP_UNIT_CHUNKS, GL_RGBA32UI);
+    buffers[5] = texture_of(squares, sizeof squares, STP_UNIT_SQUARES, GL_RGBA32UI);
+    buffers[6] = texture_of(codes, sizeof codes, STP_UNIT_CODES, GL_RGBA32F);
     glCreateBuffers(2, buffers + 3);
     glNamedBufferStorage(buffers[3], sizeof frame, &frame, 0);
     glNamedBufferStorage(buffers[4], sizeof found, NULL, 0);
@@ -321,11 +358,11 @@ static void shaders_read_what_c_writes(void **state)
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glGetNamedBufferSubData(buffers[4], 0, sizeof found, found);
     check_ok(stp_gl_check("decoding", err));
-    expectation e = expect_all(&frame, &chunks[1], &patches[1], samples);
+    expectation e = expect_all(&frame, &chunks[1], &mirror, samples);
     for (int i = 0; i < e.count; i++)
         if (!(fabs((double)found[i] - e.values[i]) <= 1e-6 * fmax(1.0, fabs(e.values[i]))))
             fail_msg("value %d is %.9g, expected %.9g", i, (double)found[i], e.values[i]);
-    glDeleteBuffers(6, buffers);
+    glDeleteBuffers(7, buffers);
     glDeleteProgram(program);
 }
 

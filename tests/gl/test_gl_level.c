@@ -26,12 +26,12 @@ typedef struct choices {
  * slightly different. The cone decides whether an outline may be there: near 90 degrees a sine
  * hardly changes with its angle, so there both answers are right. sine: sin(alpha) by the CPU. */
 static bool is_tie(const stp_inspection *look, const stp_gpu_chunk *chunk,
-                   const stp_gpu_patch *patch, float sine, int quarter, int gpu)
+                   const stp_mirror_patch *patch, float sine, int quarter, int gpu)
 {
     for (int k = 0; k < (sine >= SINE_TIE ? 8 : 6); k++) {
         const float factor = 1.0f + (k % 2 == 0 ? TIE : -TIE);
         stp_gpu_frame frame = *look->frame;
-        stp_gpu_patch near = *patch;
+        stp_mirror_patch near = *patch;
         for (int i = 0; i < 2 && k < 2; i++)
             frame.quality[i] *= factor;
         if (k == 2 || k == 3)
@@ -55,7 +55,7 @@ static void compare_block(const gl_levels *levels, size_t draw, int view, choice
     stp_inspection look = stp_renderer_inspect(levels->fixture.renderer);
     uint32_t count = look.looked.scene->blocks[resident->block].patch_count;
     for (uint32_t p = 0; p < count; p++) {
-        const stp_gpu_patch *patch = &resident->mirror.patches[p];
+        const stp_mirror_patch *patch = &resident->mirror.patches[p];
         stp_levels gpu = gl_levels_drawn(levels, resident, p);
         stp_levels cpu;
         memset(&cpu, STP_LEVEL_SKIP, sizeof cpu);

@@ -32,7 +32,7 @@ typedef struct parts {
 } parts;
 
 /* The errors of a quarter's level, as the rule reads them. */
-static void errors_of(const stp_gpu_patch *patch, int level, unsigned quarter, float out[2])
+static void errors_of(const stp_mirror_patch *patch, int level, unsigned quarter, float out[2])
 {
     for (int kind = 0; kind < 2; kind++)
         out[kind] = level == 0   ? patch->finest_error[kind]
@@ -72,7 +72,7 @@ static stp_status note_patch(noting *n, const stp_gpu_chunk *chunk, const stp_re
                              uint32_t p, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_gpu_patch *patch = &resident->mirror.patches[p];
+    const stp_mirror_patch *patch = &resident->mirror.patches[p];
     uint32_t first = n->look->looked.scene->blocks[resident->block].first_patch;
     stp_levels levels = stp_levels_choose(n->look->frame, chunk, patch);
     stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[p], chunk);
