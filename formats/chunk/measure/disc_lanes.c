@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define FAR 1e30f
+#define FAR STP_LANE_FAR
 #define STEP STP_LANE_STEP
 
 void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned count,
@@ -76,25 +76,6 @@ void stp_disc_columns_clear(stp_disc_columns *columns)
     *columns = (stp_disc_columns){{0}, NULL};
 }
 
-/* cost(p, d) = o + t_d + min(a + b, h) as in overhang.h, or the squared distance. */
-static inline float value(const float point[3], const float disc[STP_LANE_NUMBERS], bool own,
-                          stp_over_what what, const stp_over *over)
-{
-    float height, overhang = stp_lane_overhang(point, disc, &height);
-    float squared = height * height + overhang * overhang;
-    if (what == STP_OVER_SQUARED)
-        return squared;
-    const float *n = disc + STP_LANE_NORMAL, *m = over->normal;
-    float cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
-    float x = n[0] - cosine * m[0], y = n[1] - cosine * m[1], z = n[2] - cosine * m[2];
-    height = fabsf(height);
-    float aside = own ? 0.0f : height * sqrtf(x * x + y * y + z * z);
-    float high = height + disc[STP_LANE_CARRIED_ERROR];
-    float beyond = sqrtf(fmaxf((high - over->error) * (high + over->error), 0.0f));
-    float open = fminf(aside + beyond, height);
-    return squared <= over->near_squared ? overhang + disc[STP_LANE_CARRIED] + open : FAR;
-}
-
 /* Whether a disc is one of those under p's merged disc. */
 static inline bool is_own(uint32_t disc, const stp_over *over)
 {
@@ -117,7 +98,7 @@ static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_
         float disc[STP_LANE_NUMBERS] = {0.0f};
         for (int c = 0; c < numbers; c++)
             disc[c] = column[c][i];
-        float cost = value(point, disc, is_own(index[i], over), what, over);
+        float cost = stp_lane_value(point, disc, is_own(index[i], over), what, over);
         out[i] = i < count ? cost : FAR;
         less |= out[i] < least;
     }
@@ -157,7 +138,7 @@ uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin,
 
 float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float point[3])
 {
-    return value(point, disc->numbers, false, STP_OVER_COST, over);
+    return stp_lane_value(point, disc->numbers, false, STP_OVER_COST, over);
 }
 
 STP_WIDE
@@ -175,7 +156,7 @@ bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_L
         float disc[STP_LANE_NUMBERS];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = column[c][i];
-        reached |= value(p, disc, is_own(index[i], &o), STP_OVER_COST, &o) <= limit;
+        reached |= stp_lane_value(p, disc, is_own(index[i], &o), STP_OVER_COST, &o) <= limit;
     }
     return reached;
 }
@@ -212,7 +193,7 @@ static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what wha
             point[c] = lanes->point[c][i];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = lanes->disc[c][i];
-        cost[i] = value(point, disc, is_own(lanes->index[i], &o), what, &o);
+        cost[i] = stp_lane_value(point, disc, is_own(lanes->index[i], &o), what, &o);
     }
 }
 
