@@ -6,8 +6,7 @@
 
 #define OUT "test_disc_rows.stipple"
 
-/* Of points in a hole; and a distance that excludes no disc. */
-#define HOLE_COST 1e15f
+/* A distance that excludes no disc. */
 #define FAR 1e30f
 /* Errors are rounded up to a code, and go by the first disc whose cost will do. */
 #define TIGHT 1.6
@@ -118,7 +117,7 @@ static int count_found(const stp_disc_grid *g, const stp_disc_rows *rows)
         const float least = stp_disc_rows_least(rows, x, &over, -1.0f, &disc);
         assert_true(least >= all);
         found += least == all;
-        if (least < HOLE_COST)
+        if (least < STP_DISC_ROWS_NONE)
             assert_true(stp_lane_cost(&g->numbers[disc], &over, x) == least);
         disc = UINT32_MAX; /* any disc will do whose cost is no more than asked for */
         const float some = stp_disc_rows_least(rows, x, &over, 2.0f * least, &disc);

@@ -6,8 +6,7 @@
 
 #include <stdlib.h>
 
-#define FAR 1e18f      /* its square is a float, too */
-#define FAR_COST 1e15f /* a disc that is none costs more */
+#define FAR 1e18f /* its square is a float, too */
 #define STEP ((int)STP_LANE_STEP)
 /* Discs are tried among 2 NEAR columns and rows about a point; if all of these are a hole, among
  * 2 WIDE. */
@@ -217,13 +216,15 @@ static inline void try_row(const stp_disc_rows *r, int column, int row, const st
 {
     const float *at[STP_LANE_CARRIED];
     const size_t columns = (size_t)r->columns;
+    const uint32_t *index = r->disc + (size_t)row * columns + (size_t)column;
     for (size_t c = 0; c < STP_LANE_CARRIED; c++)
         at[c] = numbers_at(r, column, row) + c * columns;
     for (int i = 0; i < STEP; i++) {
+        const bool own = index[i] - over->begin < over->end - over->begin;
         float disc[STP_LANE_NUMBERS] = {0.0f};
         for (int c = 0; c < STP_LANE_CARRIED; c++)
             disc[c] = at[c][i];
-        const float cost = stp_lane_value(point, disc, false, STP_OVER_COST, over);
+        const float cost = stp_lane_value(point, disc, own, STP_OVER_COST, over);
         l->row[i] = cost < l->cost[i] ? row : l->row[i];
         l->cost[i] = fminf(cost, l->cost[i]);
     }
@@ -268,7 +269,7 @@ float stp_disc_rows_least(const stp_disc_rows *r, const float x[3], const stp_ov
                           float stop, uint32_t *disc)
 {
     float found = FAR;
-    for (int reach = NEAR; reach <= WIDE && found >= FAR_COST; reach *= WIDE / NEAR) {
+    for (int reach = NEAR; reach <= WIDE && found >= STP_DISC_ROWS_NONE; reach *= WIDE / NEAR) {
         const int column = place_before(r, 0, x[0], reach), row = place_before(r, 1, x[1], reach);
         for (int c = 1 - reach; c < reach && found > stop; c += STEP) {
             uint32_t d;
@@ -333,6 +334,7 @@ static bool hole_in(const stp_disc_rows *r, const stp_disc *disc, const int from
 bool stp_disc_rows_hole(const stp_disc_rows *r, const stp_disc *disc, stp_dvec3 *out)
 {
     const double centre[2] = {disc->centre.x, disc->centre.y};
+    const double normal[2] = {disc->normal.x, disc->normal.y};
     const int count[2] = {r->columns, r->rows};
     int from[2], to[2];
     unsigned most = HOLE_LEAST - 1;
@@ -341,7 +343,8 @@ bool stp_disc_rows_hole(const stp_disc_rows *r, const stp_disc *disc, stp_dvec3 
         return false;
     for (int a = 0; a < 2; a++) {
         const double middle = (centre[a] - (double)r->first[a]) * (double)r->inverse[a];
-        const double reach = disc->radius * fabs((double)r->inverse[a]);
+        const double across = disc->radius * sqrt(fmax(0.0, 1.0 - normal[a] * normal[a]));
+        const double reach = fmin(across * fabs((double)r->inverse[a]), MARGIN);
         from[a] = (int)fmax(0.0, ceil(middle - reach));
         to[a] = (int)fmin((double)count[a] - 1.0, floor(middle + reach));
     }

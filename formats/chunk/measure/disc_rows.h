@@ -25,16 +25,21 @@ typedef struct stp_disc_rows {
 stp_status stp_disc_rows_create(stp_disc_rows *out, const stp_disc_grid *grid, stp_error *err);
 void stp_disc_rows_clear(stp_disc_rows *rows);
 
+/* Costs less than this are over a disc. */
+#define STP_DISC_ROWS_NONE 1e15f
+
 /* Returns the least cost of a point over the discs in rows and columns about it, or the first one
- * that is at most `stop`, and sets *disc. If all these places are a hole, returns 1e15 or more. */
+ * that is at most `stop`, and sets *disc. If all these places are a hole, returns
+ * STP_DISC_ROWS_NONE or more. */
 float stp_disc_rows_least(const stp_disc_rows *rows, const float x[3], const stp_over *over,
                           float stop, uint32_t *disc);
 
 /* Pairs each point of the lanes with the disc of the place that it is nearest to. */
 void stp_disc_rows_pair(const stp_disc_rows *rows, stp_paired_lanes *lanes);
 
-/* Finds the place under a disc that is farthest from all discs of the rows, if a hole of three
- * columns and rows or more is there. Sets *out, the disc's point over or under it. */
+/* Finds the place under a disc, at most 32 columns and rows from its centre, that is farthest from
+ * all discs of the rows, if a hole of three columns and rows or more is there. Sets *out, the
+ * disc's point over or under it. */
 bool stp_disc_rows_hole(const stp_disc_rows *rows, const stp_disc *disc, stp_dvec3 *out);
 
 #endif

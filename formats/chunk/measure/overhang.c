@@ -181,24 +181,26 @@ static void measure_point(measure *m, const suspect *s)
         raise_to(m, value);
 }
 
-/* The same in rows: its cost over the disc of those about it over which it is least, or over its
- * nearest own disc. */
+/* The same in rows: its cost over that disc about it over which it is least, or over its nearest
+ * own disc, which may lie farther off. */
 static void measure_in_rows(measure *m, const suspect *s)
 {
-    const stp_over over = over_near(m, s->normal, s->slack);
     const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
     const float stop = (float)(m->greatest - s->slack);
+    stp_over over = over_near(m, s->normal, s->slack);
     stp_merged_disc merged = m->merged;
-    double squared;
-    uint32_t disc = 0;
-    if (stp_disc_rows_least(m->rows, point, &over, stop, &disc) <= stop)
-        return;
+    double squared, value = INFINITY;
+    uint32_t disc;
     merged.normal = s->normal;
-    merged.begin = s->first;
-    merged.end = s->last;
-    const uint32_t own = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
-    const double value = stp_min(stp_disc_grid_value(m->grid, disc, s->x, &merged),
-                                 stp_disc_grid_value(m->grid, own, s->x, &merged));
+    merged.begin = over.begin = s->first;
+    merged.end = over.end = s->last;
+    const float least = stp_disc_rows_least(m->rows, point, &over, stop, &disc);
+    if (least < STP_DISC_ROWS_NONE)
+        value = least <= stop ? 0.0 : stp_disc_grid_value(m->grid, disc, s->x, &merged);
+    if (value <= m->greatest)
+        return;
+    disc = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
+    value = stp_min(value, stp_disc_grid_value(m->grid, disc, s->x, &merged));
     if (value > m->greatest)
         raise_to(m, value);
 }
