@@ -12,19 +12,39 @@
 #define FAR STP_LANE_FAR
 #define STEP STP_LANE_STEP
 
-void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned count,
-                          stp_dvec3 origin, double unit, uint32_t first)
+#define COS_1 0.92387953251128674 /* of an eighth of pi */
+#define SIN_1 0.38268343236508977
+#define COS_2 0.70710678118654752 /* of a quarter of pi */
+
+/* The centre, the rim points as in patch_bounds.c, then the centre again in the lanes that are
+ * left. */
+static const double around[2][STP_DISC_LANES] = {
+    {0.0, 1.0, COS_1, COS_2, SIN_1, 0.0, -SIN_1, -COS_2, -COS_1, -1.0, -COS_1, -COS_2, -SIN_1, 0.0,
+     SIN_1, COS_2, COS_1},
+    {0.0, 0.0, SIN_1, COS_2, COS_1, 1.0, COS_1, COS_2, SIN_1, 0.0, -SIN_1, -COS_2, -COS_1, -1.0,
+     -COS_1, -COS_2, -SIN_1}};
+
+STP_WIDE
+void stp_disc_lanes_begin(stp_disc_lanes *out, stp_dvec3 centre, const stp_dvec3 axes[2],
+                          double radius)
 {
-    out->origin = origin;
-    out->scale = unit > 0.0 ? 1.0 / unit : 1.0;
+    const double middle[3] = {centre.x, centre.y, centre.z};
+    const double u[3] = {axes[0].x, axes[0].y, axes[0].z};
+    const double v[3] = {axes[1].x, axes[1].y, axes[1].z};
+    float *const to[3] = {out->x, out->y, out->z};
+    const double scale = radius > 0.0 ? 1.0 / radius : 1.0;
+    out->origin = centre;
+    out->scale = scale;
+    for (int a = 0; a < 3; a++)
+        for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+            const double rim = u[a] * (radius * around[0][i]) + v[a] * (radius * around[1][i]);
+            out->at[a][i] = middle[a] + rim;
+            to[a][i] = (float)((out->at[a][i] - middle[a]) * scale);
+        }
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
-        stp_dvec3 p = points[i < count ? i : 0];
-        p = stp_dvec3_scale(stp_dvec3_sub(p, origin), out->scale);
-        out->x[i] = (float)p.x;
-        out->y[i] = (float)p.y;
-        out->z[i] = (float)p.z;
         out->squared[i] = FAR;
-        out->nearest[i] = first;
+        out->height[i] = FAR;
+        out->nearest[i] = 0;
     }
 }
 
@@ -36,7 +56,7 @@ void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 norma
     const float cx = (float)c.x, cy = (float)c.y, cz = (float)c.z;
     const float nx = (float)normal.x, ny = (float)normal.y, nz = (float)normal.z;
     const float r = (float)(radius * lanes->scale);
-    float squared[STP_DISC_LANES];
+    float squared[STP_DISC_LANES], heights[STP_DISC_LANES];
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
         float x = lanes->x[i] - cx, y = lanes->y[i] - cy, z = lanes->z[i] - cz;
         float height = x * nx + y * ny + z * nz;
@@ -44,10 +64,12 @@ void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 norma
         float overhang = sqrtf(fmaxf(across, 0.0f)) - r;
         overhang = fmaxf(overhang, 0.0f);
         squared[i] = height * height + overhang * overhang;
+        heights[i] = fabsf(height);
     }
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
         bool nearer = squared[i] < lanes->squared[i];
         lanes->nearest[i] = nearer ? index : lanes->nearest[i];
+        lanes->height[i] = nearer ? heights[i] : lanes->height[i];
         lanes->squared[i] = nearer ? squared[i] : lanes->squared[i];
     }
 }
@@ -161,25 +183,13 @@ bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_L
     return reached;
 }
 
-#define COS_1 0.92387953251128674f /* of an eighth of pi */
-#define SIN_1 0.38268343236508977f
-#define COS_2 0.70710678118654752f /* of a quarter of pi */
-
-/* The centre, the rim points as in patch_bounds.c, then the centre again in the lanes that are
- * left. */
-static const float around[2][STP_DISC_LANES] = {
-    {0.0f, 1.0f, COS_1, COS_2, SIN_1, 0.0f, -SIN_1, -COS_2, -COS_1, -1.0f, -COS_1, -COS_2, -SIN_1,
-     0.0f, SIN_1, COS_2, COS_1},
-    {0.0f, 0.0f, SIN_1, COS_2, COS_1, 1.0f, COS_1, COS_2, SIN_1, 0.0f, -SIN_1, -COS_2, -COS_1,
-     -1.0f, -COS_1, -COS_2, -SIN_1}};
-
 void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],
                              float radius)
 {
     for (int c = 0; c < 3; c++) {
         const float middle = centre[c], u = axes[0][c] * radius, v = axes[1][c] * radius;
         for (unsigned i = 0; i < STP_DISC_LANES; i++)
-            out->point[c][i] = middle + (u * around[0][i] + v * around[1][i]);
+            out->point[c][i] = middle + (u * (float)around[0][i] + v * (float)around[1][i]);
     }
 }
 

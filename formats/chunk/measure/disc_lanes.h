@@ -18,18 +18,22 @@
 /* Discs that are tried at a time. */
 #define STP_LANE_STEP 8u
 
+/* The points of a disc, as stp_disc_points gives them, then its centre in the lanes that are left.
+ */
 typedef struct stp_disc_lanes {
+    double at[3][STP_DISC_LANES]; /* by axis */
     float x[STP_DISC_LANES], y[STP_DISC_LANES], z[STP_DISC_LANES];
     float squared[STP_DISC_LANES]; /* distance from the nearest disc so far */
+    float height[STP_DISC_LANES];  /* over its plane, without sign */
     uint32_t nearest[STP_DISC_LANES];
     stp_dvec3 origin;
     double scale; /* lane units a unit of length */
 } stp_disc_lanes;
 
-/* Takes `count` points (1 to STP_DISC_LANES) near origin; `unit` is how far around it they lie (if
- * not > 0: 1). `first` is the nearest index of every point until a disc is tried. */
-void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned count,
-                          stp_dvec3 origin, double unit, uint32_t first);
+/* Takes the points of a disc. axes: the two that span its plane, zero if it has no normal. Before a
+ * disc is tried, disc 0 is the nearest of every point. */
+void stp_disc_lanes_begin(stp_disc_lanes *out, stp_dvec3 centre, const stp_dvec3 axes[2],
+                          double radius);
 
 /* Tries a disc: keeps it for each point to which it is nearer than the nearest so far. A zero
  * normal makes it a ball. */
