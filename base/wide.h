@@ -4,6 +4,8 @@
 #ifndef STP_BASE_WIDE_H
 #define STP_BASE_WIDE_H
 
+#include <limits.h> /* tells whether this is glibc */
+
 /* The choice is made before sanitizers are ready, so they get the baseline only. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&       \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

@@ -1,8 +1,6 @@
 /* Encodes a chunk as payload bytes, and fills its directory entry. */
-#include "base/memory.h"
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/segment.h"
-#include "formats/chunk/codec/square_map.h"
 #include "formats/chunk/describe.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/patch.h"
@@ -82,32 +80,13 @@ stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payl
     stp_bytes bytes = {0};
     stp_chunk_entry described = *entry;
     uint32_t counts[STP_LEVEL_COUNT];
-    stp_chunk squared = *chunk; /* with room for the squares that encoding finds, and their maps */
-    const uint32_t block_count = chunk->block_count ? chunk->block_count : 1;
-    squared.squares = NULL;
-    squared.maps = NULL;
     STP_TRY(check_chunk(chunk, counts, err));
-    if (chunk->raster_count > 0) {
-        STP_TRY(stp_alloc(&squared.squares, chunk->patch_count, sizeof *squared.squares, "squares",
-                          err));
-        STP_TRY(stp_alloc(&squared.maps, block_count, sizeof *squared.maps, "squares", err));
-    }
-    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
-        size_t begin = bytes.size;
-        STP_TRY(stp_segment_encode(&squared, s, codec, &bytes, err));
-        described.segment_end[s] = (uint32_t)bytes.size;
-        described.segment_hash[s] = stp_hash(bytes.data + begin, bytes.size - begin);
-    }
-    described.codec = (uint8_t)codec;
+    STP_TRY(stp_segments_encode(chunk, codec, &described, &bytes, err));
     describe(&described, chunk);
     *entry = described;
     *payload = bytes.data;
     bytes.data = NULL;
 done:
-    for (uint32_t b = 0; squared.maps && b < block_count; b++)
-        stp_square_map_clear(&squared.maps[b]);
-    free(squared.maps);
-    free(squared.squares);
     free(bytes.data);
     return status;
 }

@@ -173,11 +173,10 @@ typedef struct stp_chunk {
     /* Of grids of heights. Encoding finds the squares by the rasters; decoding sets both. */
     stp_raster *rasters; /* belongs to the chunk */
     uint32_t raster_count;
-    unsigned reach;      /* normals are of planes through (2 reach + 1)^2 samples; 0 to 4 */
-    stp_square *squares; /* by patch; NULL: none. Belongs to the chunk */
-    /* By block, while a chunk is encoded: its segments share them. Else NULL. */
-    struct stp_square_map *maps;
-    void *memory; /* owns all other arrays */
+    unsigned reach;             /* normals are of planes through (2 reach + 1)^2 samples; 0 to 4 */
+    stp_square *squares;        /* by patch; NULL: none. Belongs to the chunk */
+    struct stp_square_map *map; /* while a block is encoded: its segments share it. Else NULL */
+    void *memory;               /* owns all other arrays */
     size_t memory_bytes;
     size_t memory_capacity; /* of the block of arrays; more if another chunk had it before */
 } stp_chunk;

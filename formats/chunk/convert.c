@@ -145,13 +145,7 @@ static stp_status recode(const conversion *c, uint32_t id, piece *p, stp_error *
     if (p->entry.codec == codec && !c->params->block_samples)
         goto done;
     STP_TRY(cut(c, p, chunk, err));
-    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
-        size_t begin = bytes.size;
-        STP_TRY(stp_segment_encode(chunk, s, codec, &bytes, err));
-        p->entry.segment_end[s] = (uint32_t)bytes.size;
-        p->entry.segment_hash[s] = stp_hash(bytes.data + begin, bytes.size - begin);
-    }
-    p->entry.codec = (uint8_t)codec;
+    STP_TRY(stp_segments_encode(chunk, codec, &p->entry, &bytes, err));
     free(p->payload);
     p->payload = bytes.data;
     bytes.data = NULL;

@@ -1,11 +1,13 @@
 /* Makes a tile of a grid of heights a leaf. */
 #include "base/memory.h"
+#include "base/wide.h"
 #include "formats/chunk/codec/plane_fit.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/grid/height_grid.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define SIDE_WITH_REACH (STP_TILE_SIDE + 2 * STP_GRID_REACH)
 /* A sample's disc is at most as wide as that of a cell this many times as large. */
@@ -61,25 +63,59 @@ static void load(tile *t)
     }
 }
 
-static double difference(const double *a, const double *b)
+typedef double lanes[STP_SQUARE_SIDE];
+/* Sums over the windows around the samples of a row of a square, a lane each. */
+typedef struct windows {
+    /* How far a sample may lie over or under the middle and still be on the same surface, by steps
+     * from it: three times as far as the lesser step to a neighbour goes on, beside a slope of 2
+     * and the noise. What lies farther off is behind a cliff. */
+    lanes by_columns[STP_GRID_REACH + 1], by_rows[STP_GRID_REACH + 1];
+    double noise;
+    lanes z, xz, yz;
+    lanes beyond; /* how far one is behind a cliff, at most */
+} windows;
+
+/* Sets heights by steps. A lesser step that is not there is infinite. */
+static inline void set_cliffs(const double *middle, int beside, double slope, int reach, lanes *out)
 {
-    return isnan(*a) || isnan(*b) ? INFINITY : fabs(*a - *b);
+    for (unsigned k = 0; k < STP_SQUARE_SIDE; k++) {
+        const double before = fabs(middle[k] - middle[(int)k - beside]);
+        const double after = fabs(middle[k] - middle[(int)k + beside]);
+        const double a = isnan(before) ? INFINITY : before, b = isnan(after) ? INFINITY : after;
+        out[0][k] = 0.0;
+        for (int i = 1; i <= reach; i++)
+            out[i][k] = i * (CLIFF_STEPS * (a < b ? a : b) + slope);
+    }
 }
 
-/* How far a sample may lie over or under the middle and still be on the same surface: three times
- * as far as the lesser step to a neighbour goes on, beside a slope of 2 and the noise. What lies
- * farther off is behind a cliff. */
-typedef struct cliff {
-    double by_column, by_row, least;
-} cliff;
-
-static cliff cliff_at(const tile *t, const double *middle)
+/* Adds the samples i columns and j rows from those of the row. */
+static inline void add_lanes(const double *restrict middle, int i, int j, windows *restrict w)
 {
-    const int row = SIDE_WITH_REACH;
-    const double x = stp_min(difference(middle, middle - 1), difference(middle, middle + 1));
-    const double y = stp_min(difference(middle, middle - row), difference(middle, middle + row));
-    return (cliff){CLIFF_STEPS * x + CLIFF_SLOPE * t->frame.wide,
-                   CLIFF_STEPS * y + CLIFF_SLOPE * t->frame.deep, CLIFF_NOISE * t->grid->noise};
+    const double *next = middle + j * (int)SIDE_WITH_REACH + i;
+    const double *columns = w->by_columns[abs(i)], *rows = w->by_rows[abs(j)];
+#pragma GCC unroll 1 /* unrolled, it would not become vectors */
+    for (unsigned k = 0; k < STP_SQUARE_SIDE; k++) {
+        const double up = next[k] - middle[k];
+        const double beyond = fabs(up) - (columns[k] + rows[k] + w->noise);
+        w->beyond[k] = beyond > w->beyond[k] ? beyond : w->beyond[k];
+        w->z[k] += up;
+        w->xz[k] += i * up;
+        w->yz[k] += j * up;
+    }
+}
+
+STP_WIDE
+static void sum_windows(const double *middle, int reach, windows *w)
+{
+    for (int j = -reach; j <= reach; j++)
+        for (int i = -reach; i <= reach; i++)
+            add_lanes(middle, i, j, w);
+}
+
+/* Whether all samples of a window are there and on the same surface. */
+static bool is_whole(const windows *w, unsigned lane)
+{
+    return w->beyond[lane] <= 0.0 && !isnan(w->z[lane]);
 }
 
 /* Whether the chunk's columns are the grid's rows. The codec expects normals on the side from which
@@ -89,41 +125,26 @@ static bool is_turned(const stp_height_grid *grid, const stp_raster_frame *frame
     return grid->nodes != NULL && frame->area < 0.0;
 }
 
-/* Greatest height over or under the middle, by steps from it along an axis. */
-static void reach_along(double by_step, int reach, double out[STP_GRID_REACH + 1])
-{
-    out[0] = 0.0; /* by_step may be infinite */
-    for (int i = 1; i <= reach; i++)
-        out[i] = i * by_step;
-}
-
-static stp_plane_sums sum_window(const tile *t, const double *middle)
+/* Of the window around a sample of the row, less what is behind a cliff. */
+static stp_plane_sums sum_window(const tile *t, const double *middle, const windows *w,
+                                 unsigned lane)
 {
     const int reach = (int)t->grid->reach, side = 2 * reach + 1;
-    const cliff far = cliff_at(t, middle);
-    double columns[STP_GRID_REACH + 1], rows[STP_GRID_REACH + 1];
-    stp_plane_sums s = {0};
-    bool whole = true;
-    reach_along(far.by_column, reach, columns);
-    reach_along(far.by_row, reach, rows);
-    for (int j = -reach; j <= reach; j++)
-        for (int i = -reach; i <= reach; i++) {
-            const double z = middle[j * (int)SIDE_WITH_REACH + i] - *middle;
-            whole &= fabs(z) <= columns[abs(i)] + rows[abs(j)] + far.least;
-            s.z += z;
-            s.xz += i * z;
-            s.yz += j * z;
-        }
     const int squares = reach * (reach + 1) * side / 3; /* of a row's columns, summed up */
-    s.n = side * side;
-    s.xx = s.yy = side * squares;
-    if (whole)
+    stp_plane_sums s = {.n = side * side,
+                        .z = w->z[lane],
+                        .xx = side * squares,
+                        .yy = side * squares,
+                        .xz = w->xz[lane],
+                        .yz = w->yz[lane]};
+    if (is_whole(w, lane))
         return s;
     s = (stp_plane_sums){0};
     for (int j = -reach; j <= reach; j++)
         for (int i = -reach; i <= reach; i++) {
             const double z = middle[j * (int)SIDE_WITH_REACH + i] - *middle;
-            if (fabs(z) <= columns[abs(i)] + rows[abs(j)] + far.least) /* else a cliff, or none */
+            if (fabs(z) <= w->by_columns[abs(i)][lane] + w->by_rows[abs(j)][lane] +
+                               w->noise) /* else a cliff, or none */
                 stp_plane_add(&s, i, j, z);
         }
     return s;
@@ -131,9 +152,9 @@ static stp_plane_sums sum_window(const tile *t, const double *middle)
 
 /* The normal of the plane that fits best through the samples around; upwards where they tell
  * nothing. */
-static stp_dvec3 normal_of(const tile *t, const double *middle)
+static stp_dvec3 normal_of(const tile *t, const double *middle, const windows *w, unsigned lane)
 {
-    const stp_plane_sums s = sum_window(t, middle);
+    const stp_plane_sums s = sum_window(t, middle, w, lane);
     const double *c = t->frame.by_column, *r = t->frame.by_row;
     const double area = t->frame.area;
     double slopes[2]; /* height by column and by row */
@@ -184,17 +205,17 @@ static bool is_border(const double *middle)
 
 /* At the border of a wide hole a disc is just large enough to meet its neighbours, so that the hole
  * stays as wide as it is. Single samples that are missing are closed. */
-static double spacing_of(const tile *t, const double *middle, double upwards)
+static double spacing_of(const tile *t, const double *middle, bool whole, double upwards)
 {
     const double wide = sqrt(stp_min(1.0 / stp_max(upwards, 1e-3), WIDEST_CELL));
     const double steps = nearbyint(STRETCH_STEPS * log2(wide));
     const double stretch = steps > 0.0 ? exp2(steps / STRETCH_STEPS) : 1.0;
-    if (is_border(middle))
+    if (!whole && is_border(middle))
         return 0.5 * BORDER_SHARE * stretch * t->diagonal / t->params->lambda;
     return stp_max(stretch * sqrt(fabs(t->frame.area)), DIAGONAL_SHARE * t->diagonal);
 }
 
-static void add_sample(tile *t, uint32_t column, uint32_t row)
+static void add_sample(tile *t, uint32_t column, uint32_t row, const windows *sums)
 {
     const stp_height_grid *grid = t->grid;
     const stp_scan_raster *r = &grid->raster;
@@ -203,9 +224,10 @@ static void add_sample(tile *t, uint32_t column, uint32_t row)
         return;
     const uint32_t c = t->column + column, w = t->row + row;
     const uint64_t place = (uint64_t)w * r->columns + c;
-    const stp_dvec3 normal = normal_of(t, z);
+    const unsigned lane = column % STP_SQUARE_SIDE;
+    const stp_dvec3 normal = normal_of(t, z, sums, lane);
     stp_point_facts facts = {.position = stp_scan_raster_at(r, c, w, *z),
-                             .spacing = spacing_of(t, z, normal.z),
+                             .spacing = spacing_of(t, z, is_whole(sums, lane), normal.z),
                              .normal = on_grid(normal, t->params->normal_bits),
                              .source = (uint32_t)place,
                              .normal_bits = STP_NORMAL_BITS, /* it is on the grid already */
@@ -230,11 +252,20 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
     t->diagonal = fmax(hypot(across[0] + down[0], across[1] + down[1]),
                        hypot(across[0] - down[0], across[1] - down[1]));
     const bool turned = is_turned(t->grid, &t->frame);
+    windows by_row[STP_SQUARE_SIDE];
+    for (uint32_t r = 0; r < STP_SQUARE_SIDE; r++) {
+        const double *middle = height_at(t, column, row + r);
+        const int reach = (int)t->grid->reach;
+        by_row[r] = (windows){.noise = CLIFF_NOISE * t->grid->noise};
+        set_cliffs(middle, 1, CLIFF_SLOPE * t->frame.wide, reach, by_row[r].by_columns);
+        set_cliffs(middle, SIDE_WITH_REACH, CLIFF_SLOPE * t->frame.deep, reach, by_row[r].by_rows);
+        sum_windows(middle, reach, &by_row[r]);
+    }
     for (uint32_t i = 0; i < STP_SQUARE_SIDE * STP_SQUARE_SIDE; i++) {
         const uint32_t a = stp_square_column(i), b = stp_square_row(i);
         const uint32_t c = column + (turned ? b : a), r = row + (turned ? a : b);
         if (c < t->columns && r < t->rows)
-            add_sample(t, c, r);
+            add_sample(t, c, r, &by_row[r - row]);
     }
     if (t->count > before)
         t->ends[t->squares++] = t->count;

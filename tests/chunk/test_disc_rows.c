@@ -1,10 +1,15 @@
 /* Tests the search among rows of discs against a plain search of all discs, that tangential errors
- * are as without rows but for the order of the search, and that they tell of holes under discs. */
+ * are what some disc asks for and little more, and that they tell of holes under discs. */
 #include "formats/chunk/measure/disc_rows.h"
 #include "formats/chunk/measure/overhang.h"
 #include "tests/fixtures/prep_fixture.h"
 
 #define OUT "test_disc_rows.stipple"
+
+/* A distance that excludes no disc. */
+#define FAR 1e30f
+/* Errors are rounded up to a code, and go by the first disc whose cost will do. */
+#define TIGHT 1.6
 
 enum { COLUMNS = 90, ROWS = 70, COUNT = COLUMNS * ROWS, POINTS = 4000, STRIPES = 31, HOLE = 7 };
 
@@ -90,24 +95,85 @@ static stp_dvec3 point_near(const stp_disc_grid *g, uint64_t i)
                        (double)d[2] + 0.2 * reach * (random_at(8, i) - 0.5)};
 }
 
-/* Returns how many of POINTS points the rows answer. */
+/* The least cost of a point over all discs. */
+static float least_of_all(const stp_disc_grid *g, const float x[3], const stp_over *over)
+{
+    float least = FAR;
+    stp_disc_columns_least(&g->columns, 0, g->entries, over, x, &least);
+    return least;
+}
+
+/* Returns for how many of POINTS points the rows find the disc of least cost. */
 static int count_found(const stp_disc_grid *g, const stp_disc_rows *rows)
 {
-    const stp_near_enough never = {.squared = -1.0f, .cost = -1.0f, .over.near_squared = -1.0f};
+    stp_over over = {STP_OVER_COST, {0.36f, 0.48f, 0.8f}, 0.0f, FAR, 0, 0};
     int found = 0;
+    over.error = (float)(0.1 * g->radius);
     for (uint64_t i = 0; i < POINTS; i++) {
-        const stp_dvec3 x = point_near(g, i);
-        double least, squared = 0.0;
+        const stp_dvec3 at = point_near(g, i);
+        const float x[3] = {(float)at.x, (float)at.y, (float)at.z};
+        const float all = least_of_all(g, x, &over);
         uint32_t disc = UINT32_MAX;
-        const uint32_t nearest = stp_disc_grid_nearest(g, 0, g->count, x, &least);
-        if (!stp_disc_rows_nearest(rows, x, &never, &squared, &disc))
-            continue;
-        found++;
-        assert_true(squared == least);
-        if (least > 0.0)
-            assert_int_equal(disc, nearest);
+        const float least = stp_disc_rows_least(rows, x, &over, -1.0f, &disc);
+        assert_true(least >= all);
+        found += least == all;
+        if (least < STP_DISC_ROWS_NONE)
+            assert_true(stp_lane_cost(&g->numbers[disc], &over, x) == least);
+        disc = UINT32_MAX; /* any disc will do whose cost is no more than asked for */
+        const float some = stp_disc_rows_least(rows, x, &over, 2.0f * least, &disc);
+        assert_true(some >= least && some <= 2.0f * least);
     }
     return found;
+}
+
+/* The greatest error that the points of a quarter's discs ask for, over the disc of least cost. */
+static double asked_by(const stp_disc_grid *g, uint32_t p, int level, unsigned q)
+{
+    const stp_chunk *chunk = g->chunk;
+    const stp_patch *patch = &chunk->patches[p];
+    const unsigned end = level == 3 ? 1 : stp_quarter_begin(patch->counts, level, q + 1);
+    const double error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent);
+    stp_over over = {STP_OVER_COST, {0}, (float)(error * STP_STORED_SLACK * g->scale), FAR, 0, 0};
+    float most = 0.0f;
+    for (unsigned i = level == 3 ? 0 : stp_quarter_begin(patch->counts, level, q); i < end; i++) {
+        stp_dvec3 points[STP_DISC_POINTS];
+        const stp_disc disc =
+            stp_disc_from_sample(&chunk->samples[level][chunk->level_begin[level][p] + i], patch);
+        const unsigned count = stp_disc_points(&disc, points);
+        const vec3s n = stp_dvec3_to_float(disc.normal);
+        memcpy(over.normal, n.raw, sizeof over.normal);
+        over.begin = chunk->level_begin[0][p] + stp_covered_begin(patch->counts, level, i, 0);
+        over.end = chunk->level_begin[0][p] + stp_covered_begin(patch->counts, level, i + 1, 0);
+        for (unsigned k = 0; k < count; k++) {
+            const stp_dvec3 x = stp_dvec3_scale(points[k], g->scale);
+            most =
+                fmaxf(most, least_of_all(g, (float[3]){(float)x.x, (float)x.y, (float)x.z}, &over));
+        }
+    }
+    return (double)most / g->scale;
+}
+
+/* Every error is at least what the points ask for. Returns how many of the patches have errors
+ * hardly greater than this, or than the least one that is told apart. */
+static int check_errors(const stp_disc_grid *g, const stp_overhang *own)
+{
+    const stp_chunk *chunk = g->chunk;
+    int tight = 0;
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        const stp_patch *patch = &chunk->patches[p];
+        const double least =
+            stp_radius_decode(patch->radius[0], patch->exponent) / STP_OVERHANG_PARTS;
+        double asked = least;
+        for (int level = 1; level < STP_LEVEL_COUNT; level++)
+            for (unsigned q = 0; q < (level == 3 ? 1 : patch->counts[2]); q++) {
+                const double error = level == 3 ? own[p].level[3] : own[p].quarter[level - 1][q];
+                const double by_points = asked_by(g, p, level, q);
+                assert_true(error >= by_points * (1.0 - 1e-4) - 1e-4 * least);
+                asked = fmax(asked, by_points);
+            }
+        tight += own[p].level[3] <= TIGHT * asked;
+    }
+    return tight;
 }
 
 static void check(surface *height, double noise, double missing, int found_least)
@@ -115,40 +181,26 @@ static void check(surface *height, double noise, double missing, int found_least
     stp_chunk *chunk = make_chunk(height, noise, missing, false);
     stp_flat_disc beside[ROWS + 1];
     const stp_surroundings around = make_around(chunk, beside);
-    stp_overhang *own = calloc(2 * (size_t)chunk->patch_count, sizeof *own);
+    stp_overhang *own = calloc(chunk->patch_count, sizeof *own);
     stp_disc_grid grid;
     stp_disc_rows rows;
     assert_int_equal(stp_disc_grid_create(&grid, chunk, NULL, &around, NULL), STP_OK);
+    assert_int_equal(stp_disc_grid_fill(&grid, NULL), STP_OK);
     assert_int_equal(stp_disc_rows_create(&rows, &grid, NULL), STP_OK);
     assert_true(rows.columns > 0);
     const int found = count_found(&grid, &rows);
-    print_message("%d of %d points\n", found, POINTS);
+    assert_int_equal(stp_overhang_measure(own, chunk, NULL, &around, NULL), STP_OK);
+    const int tight = check_errors(&grid, own);
+    print_message("%d of %d points, %d of %u patches\n", found, POINTS, tight, chunk->patch_count);
     assert_true(found >= found_least);
+    assert_true(10 * tight >= 9 * (int)chunk->patch_count);
     stp_disc_rows_clear(&rows);
     stp_disc_grid_clear(&grid);
-
-    assert_int_equal(stp_overhang_measure(own, chunk, NULL, &around, NULL), STP_OK);
-    chunk->raster_count = 0;
-    assert_int_equal(stp_overhang_measure(own + chunk->patch_count, chunk, NULL, &around, NULL),
-                     STP_OK);
-    uint32_t same = 0;
-    for (uint32_t p = 0; p < chunk->patch_count; p++) {
-        const stp_overhang *plain = &own[chunk->patch_count + p];
-        bool alike = true;
-        for (int l = 0; l < STP_LEVEL_COUNT; l++) {
-            alike &= own[p].level[l] == plain->level[l];
-            assert_true(own[p].level[l] >= 0.8 * plain->level[l]);
-        }
-        for (int q = 0; q < 2 * STP_PATCH_QUARTERS; q++)
-            alike &= own[p].quarter[q % 2][q / 2] == plain->quarter[q % 2][q / 2];
-        same += alike;
-    }
-    assert_true(10 * same >= 9 * chunk->patch_count); /* but for those near holes and borders */
     free(own);
     stp_chunk_destroy(&chunk);
 }
 
-static void rows_find_the_nearest(void **state)
+static void rows_find_the_least_cost(void **state)
 {
     (void)state;
     check(waves, 0.0, 0.0, POINTS * 3 / 4);
@@ -226,9 +278,6 @@ static void other_discs_are_in_no_rows(void **state)
     stp_chunk *chunk = make_chunk(waves, 0.1, 0.0, false);
     stp_sample *s = &chunk->samples[0][70], was = *s;
     assert_true(has_rows(chunk));
-    s->radius = 255; /* wider than the rows that are tried */
-    assert_false(has_rows(chunk));
-    *s = was;
     s->position[0] = (uint16_t)(s->position[0] + s[1].position[0]) / 2; /* off its place */
     assert_false(has_rows(chunk));
     *s = was;
@@ -245,7 +294,7 @@ static void other_discs_are_in_no_rows(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(rows_find_the_nearest),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(rows_find_the_least_cost),
                                        cmocka_unit_test(holes_under_discs_are_measured),
                                        cmocka_unit_test(other_discs_are_in_no_rows)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -107,7 +107,7 @@ typedef struct block_squares {
 /* Makes the map, or takes the one that segment 0 made. */
 static stp_status map_find(const stp_chunk *block, int segment, block_squares *out, stp_error *err)
 {
-    stp_square_map *kept = block->maps;
+    stp_square_map *kept = block->map;
     out->kept = kept != NULL;
     if (kept && segment > 0) {
         out->map = *kept;

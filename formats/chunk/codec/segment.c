@@ -40,7 +40,7 @@ static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, u
     v->chunk.block_count = 0;
     v->chunk.is_block = true;
     v->chunk.squares = NULL;
-    v->chunk.maps = NULL;
+    v->chunk.map = NULL;
     v->chunk.rasters = NULL;
     v->chunk.raster_count = 0;
     stp_status status = stp_alloc(&v->begins, STP_LEVEL_COUNT * ((size_t)count + 1),
@@ -76,36 +76,53 @@ static void put_row(const stp_chunk *block, int segment, size_t bytes, uint8_t *
         stp_put_u16(row + 10 - 2 * l, (uint16_t)(block->level_begin[l][block->patch_count] - 1));
 }
 
-/* Encodes block b of a chunk. row: of the segment's index, in out. */
-static stp_status encode_block(const stp_chunk *chunk, uint32_t b, int segment, stp_codec codec,
-                               size_t row, stp_bytes *out, stp_error *err)
+/* Encodes segments [first, end) of a block. If the chunk has rasters, all share the squares that
+ * segment 0 finds, and their map. rows: of the block in each segment's index. */
+static stp_status encode_block(const stp_chunk *chunk, uint32_t b, int first, int end,
+                               stp_codec codec, const size_t *rows, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     view v = {0};
-    const uint32_t first = b ? chunk->block_ends[b - 1] : 0;
-    const uint32_t end = chunk->block_count ? chunk->block_ends[b] : chunk->patch_count;
-    size_t begin = out->size;
-    STP_TRY(view_create(&v, chunk, first, end, err));
-    view_place(&v, chunk, first);
-    v.chunk.maps = chunk->maps ? chunk->maps + b : NULL;
-    STP_TRY(stp_part_encode(&v.chunk, segment, codec, out, err));
-    put_row(&v.chunk, segment, out->size - begin, out->data + row);
+    stp_square_map map = {0};
+    stp_square *squares = NULL;
+    const uint32_t patch = b ? chunk->block_ends[b - 1] : 0;
+    const uint32_t patch_end = chunk->block_count ? chunk->block_ends[b] : chunk->patch_count;
+    STP_TRY(view_create(&v, chunk, patch, patch_end, err));
+    view_place(&v, chunk, patch);
+    if (chunk->raster_count > 0 && end - first > 1) {
+        STP_TRY(stp_alloc(&squares, v.chunk.patch_count, sizeof *squares, "squares", err));
+        v.chunk.squares = squares;
+        v.chunk.map = &map;
+    }
+    for (int s = first; s < end; s++) {
+        const size_t begin = out[s].size;
+        STP_TRY(stp_part_encode(&v.chunk, s, stp_codec_of_part(codec), &out[s], err));
+        put_row(&v.chunk, s, out[s].size - begin, out[s].data + rows[s] + b * row_bytes(s));
+    }
 done:
+    stp_square_map_clear(&map);
+    free(squares);
     free(v.begins);
     return status;
 }
 
-static stp_status encode_blocks(const stp_chunk *chunk, int segment, stp_codec codec,
-                                stp_bytes *out, stp_error *err)
+static stp_status encode(const stp_chunk *chunk, int first, int end, stp_codec codec,
+                         stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint32_t count = chunk->block_count ? chunk->block_count : 1;
-    const size_t rows = out->size + COUNT_BYTES;
-    STP_TRY(stp_bytes_append(out, NULL, stp_block_index_bytes(count, segment), err));
-    stp_put_u32(out->data + rows - COUNT_BYTES, count);
-    for (uint32_t b = 0; b < count; b++)
-        STP_TRY(encode_block(chunk, b, segment, stp_codec_of_part(codec),
-                             rows + b * row_bytes(segment), out, err));
+    size_t rows[STP_SEGMENT_COUNT];
+    for (int s = first; s < end; s++) {
+        if (!stp_codec_has_blocks(codec)) {
+            STP_TRY(stp_part_encode(chunk, s, codec, &out[s], err));
+            continue;
+        }
+        rows[s] = out[s].size + COUNT_BYTES;
+        STP_TRY(stp_bytes_append(&out[s], NULL, stp_block_index_bytes(count, s), err));
+        stp_put_u32(out[s].data + rows[s] - COUNT_BYTES, count);
+    }
+    for (uint32_t b = 0; stp_codec_has_blocks(codec) && b < count; b++)
+        STP_TRY(encode_block(chunk, b, first, end, codec, rows, out, err));
 done:
     return status;
 }
@@ -113,8 +130,25 @@ done:
 stp_status stp_segment_encode(const stp_chunk *chunk, int segment, stp_codec codec, stp_bytes *out,
                               stp_error *err)
 {
-    return stp_codec_has_blocks(codec) ? encode_blocks(chunk, segment, codec, out, err)
-                                       : stp_part_encode(chunk, segment, codec, out, err);
+    return encode(chunk, segment, segment + 1, codec, out - segment, err);
+}
+
+stp_status stp_segments_encode(const stp_chunk *chunk, stp_codec codec, stp_chunk_entry *entry,
+                               stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_bytes segments[STP_SEGMENT_COUNT] = {{0}};
+    STP_TRY(encode(chunk, 0, STP_SEGMENT_COUNT, codec, segments, err));
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
+        STP_TRY(stp_bytes_append(out, segments[s].data, segments[s].size, err));
+        entry->segment_end[s] = (uint32_t)out->size;
+        entry->segment_hash[s] = stp_hash(segments[s].data, segments[s].size);
+    }
+    entry->codec = (uint8_t)codec;
+done:
+    for (int s = 0; s < STP_SEGMENT_COUNT; s++)
+        free(segments[s].data);
+    return status;
 }
 
 /* ---- decoding ---- */

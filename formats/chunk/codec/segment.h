@@ -24,11 +24,14 @@ typedef struct stp_block_row {
 } stp_block_row;
 
 /* Appends a segment's bytes. Blocks end at chunk->block_ends. The chunk must hold the segment's
- * levels and pass stp_patches_check. If it has rasters and room for squares, segment 0 sets these,
- * and the others take them. Errors: OUT_OF_MEMORY, INTERNAL (Draco, zstd),
+ * levels and pass stp_patches_check. Errors: OUT_OF_MEMORY, INTERNAL (Draco, zstd),
  * INVALID_ARGUMENT (codec). */
 stp_status stp_segment_encode(const stp_chunk *chunk, int segment, stp_codec codec, stp_bytes *out,
                               stp_error *err);
+/* Appends the bytes of all segments, encoded block by block: only one block's squares are held at a
+ * time. Sets the entry's codec, segment ends and hashes. Errors: those of stp_segment_encode. */
+stp_status stp_segments_encode(const stp_chunk *chunk, stp_codec codec, stp_chunk_entry *entry,
+                               stp_bytes *out, stp_error *err);
 
 /* Decodes a segment into the chunk's arrays (stp_chunk_create). The caller has set `linked`, and
  * the last elements of level_begin to the counts that must be met. child_count: of the directory

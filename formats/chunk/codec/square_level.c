@@ -331,12 +331,12 @@ static void code_folded(const coder *c, const table_row *r, const double directi
 
 static unsigned kind_of(const coder *c, uint32_t sample)
 {
-    const stp_square_level *on = &c->grid->level[c->level];
     const stp_raster *raster = c->grid->raster;
     const stp_sample *s = &c->block->samples[c->level][sample];
-    const double tilt[2] = {stp_square_tilt(c->grid, c->level, sample, 0),
-                            stp_square_tilt(c->grid, c->level, sample, 1)};
+    double tilt[2] = {0.0, 0.0};
     int32_t uv[2];
+    for (int k = 0; k < 2 && !raster->level; k++)
+        tilt[k] = stp_square_tilt(c->grid, c->level, sample, k);
     stp_normal_codes_get(s->normal, uv);
     const stp_ivec3 n = stp_integer_normal(uv[0], uv[1]);
     const double length = (double)(n.v[0] * n.v[0] + n.v[1] * n.v[1] + n.v[2] * n.v[2]);
@@ -347,14 +347,8 @@ static unsigned kind_of(const coder *c, uint32_t sample)
     unsigned kind = 0;
     for (double ratio = M_SQRT2; kind + 1 < STEEPNESS_COUNT && all >= ratio * upright; ratio *= 2.0)
         kind++;
-    const int column = stp_square_cell(on->column[sample], c->level);
-    const int row = stp_square_cell(on->row[sample], c->level);
-    bool missing = false;
-    for (int j = row - 1; j <= row + 1; j++)
-        for (int i = column - 1; i <= column + 1; i++)
-            missing = missing || (i >= 0 && j >= 0 && i < on->cell_columns && j < on->cell_rows &&
-                                  stp_square_at(on, i, j) < 0);
-    return kind + (missing ? STEEPNESS_COUNT : 0);
+    return kind +
+           (stp_square_is_beside_hole(c->map, c->grid, c->level, sample) ? STEEPNESS_COUNT : 0);
 }
 
 /* The last radius of each kind, in codes on the finest lattice. */
@@ -437,14 +431,11 @@ static void code_by_slopes(const coder *c, const stp_square_normals *normals, ui
 static void code_normals(coder *c, unsigned reach)
 {
     rows r = {0};
-    int32_t last[KIND_COUNT];
     const bool by_parents = reach == STP_SQUARE_REACH_PARENTS;
     const stp_square_normals normals =
         stp_square_normals_begin(c->map, c->level, by_parents ? 0 : reach);
     if (by_parents)
         set_parents_normals(c);
-    for (unsigned k = 0; k < KIND_COUNT; k++)
-        last[k] = c->block->patches[0].radius[c->level];
     for (uint32_t p = 0; p < c->block->patch_count; p++) {
         const stp_patch *patch = &c->block->patches[p];
         family f = {.patch = patch};
@@ -459,6 +450,26 @@ static void code_normals(coder *c, unsigned reach)
                     code_turned(c, &f, k, &next);
                 else
                     code_by_slopes(c, &normals, f.first + k, &next);
+            }
+        }
+    }
+}
+
+/* When all normals are known. */
+static void code_radii(coder *c)
+{
+    rows r = {0};
+    int32_t last[KIND_COUNT];
+    for (unsigned k = 0; k < KIND_COUNT; k++)
+        last[k] = c->block->patches[0].radius[c->level];
+    for (uint32_t p = 0; p < c->block->patch_count; p++) {
+        const stp_patch *patch = &c->block->patches[p];
+        family f = {.patch = patch};
+        c->grid = stp_square_grid_of(c->map, p);
+        for (unsigned j = 0; j < patch->counts[c->level + 1]; j++) {
+            find_family(c, p, j, &f);
+            for (unsigned k = 0; k < f.count; k++) {
+                const table_row next = next_row(c, &r, k + 1 == f.count);
                 code_radius(c, &next, patch, f.first + k, last);
             }
         }
@@ -511,21 +522,20 @@ static uint64_t normals_cost(const stp_level_tables *tables)
     return sum;
 }
 
-/* Lets normals follow from what they are nearest to. */
+/* Lets normals follow from what they are nearest to, the given reach if in doubt. That one is tried
+ * last, since it need not be coded again then. */
 static void choose_reach(coder *c, stp_square_choice *choice)
 {
     const bool spreads = stp_raster_spreads(stp_square_grid_of(c->map, 0)->raster);
-    static const unsigned others[2] = {0, STP_SQUARE_REACH_PARENTS};
-    unsigned coded = choice->reach;
-    uint64_t least = normals_cost(c->tables);
-    for (unsigned i = 0; i < (spreads ? 2 : 1); i++) {
-        code_normals(c, others[i]);
-        coded = others[i];
+    const unsigned reaches[3] = {choice->reach, 0, STP_SQUARE_REACH_PARENTS};
+    uint64_t least = UINT64_MAX;
+    for (int i = spreads ? 2 : c->level > 0; i >= 0; i--) {
+        code_normals(c, reaches[i]);
         const uint64_t cost = normals_cost(c->tables);
-        choice->reach = cost < least ? others[i] : choice->reach;
-        least = cost < least ? cost : least;
+        choice->reach = cost <= least ? reaches[i] : choice->reach;
+        least = cost <= least ? cost : least;
     }
-    if (coded != choice->reach)
+    if (choice->reach != reaches[0])
         code_normals(c, choice->reach);
 }
 
@@ -566,9 +576,8 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
 {
     coder c = coder_begin(block, level, map, tables, false);
     code_families(&c);
-    code_normals(&c, choice->reach);
-    if (level > 0 || stp_raster_spreads(stp_square_grid_of(map, 0)->raster))
-        choose_reach(&c, choice);
+    choose_reach(&c, choice);
+    code_radii(&c);
     choice->follow = cost(&tables->elder, true) < cost(&tables->elder, false);
     if (choice->follow)
         move_colours(&tables->elder, -1);
@@ -582,4 +591,5 @@ void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
         move_colours(&tables->elder, 1);
     code_families(&c);
     code_normals(&c, choice->reach);
+    code_radii(&c);
 }

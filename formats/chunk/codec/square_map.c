@@ -224,6 +224,19 @@ static void place_merged(const stp_chunk *block, uint32_t p, int l, const stp_sq
     }
 }
 
+/* Whether no cell of a level's grids is empty. */
+static bool is_full(const stp_square_map *map, int level)
+{
+    int32_t least = 0;
+    for (uint32_t g = 0; g < map->grid_count; g++) {
+        const stp_square_level *on = &map->grids[g].level[level];
+        const size_t count = (size_t)on->cell_columns * (size_t)on->cell_rows;
+        for (size_t i = 0; i < count; i++)
+            least = on->cells[i] < least ? on->cells[i] : least;
+    }
+    return least >= 0;
+}
+
 stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squares,
                                  stp_square_map *out, stp_error *err)
 {
@@ -255,6 +268,8 @@ stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squar
         for (int l = 1; l < STP_LEVEL_COUNT; l++)
             place_merged(block, p, l, &map);
     }
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        map.full[l] = is_full(&map, l);
     *out = map;
     map = (stp_square_map){0};
 done:
@@ -273,4 +288,18 @@ void stp_square_map_clear(stp_square_map *map)
 double stp_square_map_steps(const stp_square_map *map, const stp_patch *patch)
 {
     return ldexp(1.0, patch->exponent - map->exponent);
+}
+
+bool stp_square_is_beside_hole(const stp_square_map *map, const stp_square_grid *grid, int level,
+                               uint32_t sample)
+{
+    const stp_square_level *on = &grid->level[level];
+    const int column = stp_square_cell(on->column[sample], level);
+    const int row = stp_square_cell(on->row[sample], level);
+    for (int j = row - 1; j <= row + 1 && !map->full[level]; j++)
+        for (int i = column - 1; i <= column + 1; i++)
+            if (i >= 0 && j >= 0 && i < on->cell_columns && j < on->cell_rows &&
+                stp_square_at(on, i, j) < 0)
+                return true;
+    return false;
 }

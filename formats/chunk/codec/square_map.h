@@ -37,8 +37,9 @@ typedef struct stp_square_map {
     const stp_square *squares; /* by patch; borrowed */
     stp_square_grid *grids;
     uint32_t first_raster, grid_count;
-    double *sums; /* of all grids, one behind the other */
-    int exponent; /* of the finest lattice */
+    double *sums;               /* of all grids, one behind the other */
+    int exponent;               /* of the finest lattice */
+    bool full[STP_LEVEL_COUNT]; /* no cell of the level's grids is empty */
 } stp_square_map;
 
 /* Makes the map of a block whose squares are known; they and the rasters are borrowed. Heights are
@@ -50,6 +51,10 @@ void stp_square_map_clear(stp_square_map *map);
 
 /* The factor from steps of a patch's lattice to steps of the finest lattice, 1 to 256. */
 double stp_square_map_steps(const stp_square_map *map, const stp_patch *patch);
+
+/* Whether a cell of the grid beside that of a sample is empty. */
+bool stp_square_is_beside_hole(const stp_square_map *map, const stp_square_grid *grid, int level,
+                               uint32_t sample);
 
 /* The grid of a patch. */
 STP_INLINE const stp_square_grid *stp_square_grid_of(const stp_square_map *map, uint32_t patch)

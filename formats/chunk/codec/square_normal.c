@@ -1,50 +1,77 @@
 /* Finds normals from heights. */
 #include "formats/chunk/codec/square_normal.h"
 
+#include "base/wide.h"
 #include "formats/chunk/codec/plane_fit.h"
 #include "formats/chunk/codec/predict_normal.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Sums of a row of a window: samples, their columns, squares of columns, heights, and columns
- * times heights. Columns count from the middle. */
+ * times heights. Columns count from the middle. Each kind by cell. */
 enum { N, I, II, Z, IZ, SUMS };
 _Static_assert(SUMS == STP_SQUARE_SUMS, "the map has room for the sums");
 
-static double *sums_at(const stp_square_grid *grid, int level, int column, int row)
+/* Cells of a row that are summed up at a time. */
+#define RUN 64
+#define REACH_MOST ((int)STP_SQUARE_REACH_MOST)
+
+static double *sums_of(const stp_square_grid *grid, int level, int kind)
 {
-    const size_t columns = (size_t)grid->level[level].cell_columns;
-    return grid->sums + ((size_t)row * columns + (size_t)column) * SUMS;
+    const stp_square_level *on = &grid->level[level];
+    return grid->sums + (size_t)kind * (size_t)on->cell_columns * (size_t)on->cell_rows;
 }
 
-static void sum_row(const stp_square_normals *n, const stp_square_grid *grid, int column, int row)
+/* Samples of a row and their heights, 0 where there is none, `reach` more on either side. */
+typedef struct run {
+    double there[RUN + 2 * STP_SQUARE_REACH_MOST], height[RUN + 2 * STP_SQUARE_REACH_MOST];
+} run;
+
+/* Heights are whole numbers: sums are exact, whatever their order. */
+STP_WIDE
+static void sum_run(const run *r, int reach, int count, double *restrict out[SUMS])
+{
+    for (int i = 0; i <= 2 * reach; i++) {
+        const double *there = r->there + i, *height = r->height + i, by = i - reach;
+        for (int c = 0; c < count; c++) {
+            out[N][c] += there[c];
+            out[I][c] += by * there[c];
+            out[II][c] += by * by * there[c];
+            out[Z][c] += height[c];
+            out[IZ][c] += by * height[c];
+        }
+    }
+}
+
+static void sum_row(const stp_square_normals *n, const stp_square_grid *grid, int row)
 {
     const stp_square_level *on = &grid->level[n->level];
-    double *out = sums_at(grid, n->level, column, row);
-    for (int s = 0; s < SUMS; s++)
-        out[s] = 0.0;
-    for (int i = -n->reach; i <= n->reach; i++) {
-        const int32_t sample = stp_square_at(on, column + i, row);
-        if (sample < 0)
-            continue;
-        out[N] += 1.0;
-        out[I] += i;
-        out[II] += i * i;
-        out[Z] += on->height[sample];
-        out[IZ] += i * on->height[sample];
+    const size_t begin = (size_t)row * (size_t)on->cell_columns;
+    for (int column = 0; column < on->cell_columns; column += RUN) {
+        const int left = on->cell_columns - column, count = left < RUN ? left : RUN;
+        double *out[SUMS];
+        run r;
+        for (int i = 0; i < count + 2 * n->reach; i++) {
+            const int32_t sample = stp_square_at(on, column + i - n->reach, row);
+            r.there[i] = sample >= 0 ? 1.0 : 0.0;
+            r.height[i] = sample >= 0 ? on->height[sample] : 0.0;
+        }
+        for (int s = 0; s < SUMS; s++) {
+            out[s] = sums_of(grid, n->level, s) + begin + column;
+            memset(out[s], 0, (size_t)count * sizeof *out[s]);
+        }
+        sum_run(&r, n->reach, count, out);
     }
 }
 
 stp_square_normals stp_square_normals_begin(const stp_square_map *map, int level, unsigned reach)
 {
     const stp_square_normals out = {level, (int)reach, ldexp(1.0, map->exponent - level)};
-    for (uint32_t g = 0; g < map->grid_count && reach > 0; g++) {
-        const stp_square_level *on = &map->grids[g].level[level];
-        for (int row = 0; row < on->cell_rows; row++)
-            for (int column = 0; column < on->cell_columns; column++)
-                sum_row(&out, &map->grids[g], column, row);
-    }
+    for (uint32_t g = 0; g < map->grid_count && reach > 0; g++)
+        for (int row = 0; row < map->grids[g].level[level].cell_rows; row++)
+            sum_row(&out, &map->grids[g], row);
     return out;
 }
 
@@ -52,20 +79,34 @@ stp_square_normals stp_square_normals_begin(const stp_square_map *map, int level
 static void fit(const stp_square_normals *n, const stp_square_grid *grid, int column, int row,
                 double out[2])
 {
+    const stp_square_level *on = &grid->level[n->level];
+    const int side = 2 * n->reach + 1, squares = n->reach * (n->reach + 1) * side / 3;
+    const size_t kind = (size_t)on->cell_columns * (size_t)on->cell_rows;
     stp_plane_sums w = {0};
     for (int j = -n->reach; j <= n->reach; j++) {
-        if (row + j < 0 || row + j >= grid->level[n->level].cell_rows)
+        if (row + j < 0 || row + j >= on->cell_rows)
             continue;
-        const double *sums = sums_at(grid, n->level, column, row + j);
-        w.n += sums[N];
-        w.x += sums[I];
-        w.y += j * sums[N];
-        w.z += sums[Z];
-        w.xx += sums[II];
-        w.xy += j * sums[I];
-        w.yy += j * j * sums[N];
-        w.xz += sums[IZ];
-        w.yz += j * sums[Z];
+        const double *sums = grid->sums + (size_t)(row + j) * (size_t)on->cell_columns + column;
+        w.n += sums[N * kind];
+        w.z += sums[Z * kind];
+        w.xz += sums[IZ * kind];
+        w.yz += j * sums[Z * kind];
+    }
+    if (w.n == side * side) {             /* none is missing: the other sums are known */
+        const double xx = side * squares; /* and yy; x, y and xy are 0 */
+        out[0] = w.xz * xx / (xx * xx);
+        out[1] = w.yz * xx / (xx * xx);
+        return;
+    }
+    for (int j = -n->reach; j <= n->reach; j++) {
+        if (row + j < 0 || row + j >= on->cell_rows)
+            continue;
+        const double *sums = grid->sums + (size_t)(row + j) * (size_t)on->cell_columns + column;
+        w.x += sums[I * kind];
+        w.y += j * sums[N * kind];
+        w.xx += sums[II * kind];
+        w.xy += j * sums[I * kind];
+        w.yy += j * j * sums[N * kind];
     }
     (void)stp_plane_slopes(&w, out);
 }

@@ -206,36 +206,41 @@ static void enter_discs(stp_disc_grid *g, uint32_t *bucket)
 stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, const stp_carry *carry,
                                 const stp_surroundings *around, stp_error *err)
 {
-    stp_status status = STP_OK;
     stp_disc_grid g = {.chunk = chunk,
                        .own_count = chunk->level_begin[0][chunk->patch_count],
                        .around = around ? around->discs : NULL,
                        .carry = carry,
                        .carry_around = around ? around->carry : NULL};
     g.count = g.own_count + (around ? around->count : 0);
+    const stp_status status = stp_alloc(&g.numbers, g.count, sizeof *g.numbers, "discs", err);
+    if (status == STP_OK) {
+        choose_scale(&g);
+        take_discs(&g);
+    }
+    *out = g;
+    return status;
+}
+
+stp_status stp_disc_grid_fill(stp_disc_grid *g, stp_error *err)
+{
+    stp_status status = STP_OK;
     uint32_t size = 1, sum = 0, *bucket = NULL;
-    while (DISCS_A_BLOCK * size < g.count)
+    while (DISCS_A_BLOCK * size < g->count)
         size *= 2;
-    g.mask = size - 1;
+    g->mask = size - 1;
     size *= 64;
-    STP_TRY(stp_alloc(&g.numbers, g.count, sizeof *g.numbers, "discs", err));
-    STP_TRY(stp_alloc(&g.begin, (size_t)size + 1, sizeof *g.begin, "discs", err));
-    STP_TRY(stp_alloc(&bucket, g.count, sizeof *bucket, "discs", err));
-    choose_scale(&g);
-    take_discs(&g);
-    enter_discs(&g, bucket);
+    STP_TRY(stp_alloc(&g->begin, (size_t)size + 1, sizeof *g->begin, "discs", err));
+    STP_TRY(stp_alloc(&bucket, g->count, sizeof *bucket, "discs", err));
+    enter_discs(g, bucket);
     for (uint32_t b = 0; b <= size; b++)
-        g.begin[b] = sum += g.begin[b];
-    g.entries = sum;
-    STP_TRY(stp_alloc(&g.columns.disc, (size_t)sum + STP_LANE_STEP, sizeof *g.columns.disc, "discs",
-                      err));
-    enter_discs(&g, bucket);
-    STP_TRY(stp_disc_columns_fill(&g.columns, g.numbers, sum, g.carry || g.carry_around, err));
+        g->begin[b] = sum += g->begin[b];
+    g->entries = sum;
+    STP_TRY(stp_alloc(&g->columns.disc, (size_t)sum + STP_LANE_STEP, sizeof *g->columns.disc,
+                      "discs", err));
+    enter_discs(g, bucket);
+    STP_TRY(stp_disc_columns_fill(&g->columns, g->numbers, sum, g->carry || g->carry_around, err));
 done:
     free(bucket);
-    if (status != STP_OK)
-        stp_disc_grid_clear(&g);
-    *out = g;
     return status;
 }
 

@@ -43,10 +43,12 @@ typedef struct stp_merged_disc {
     uint32_t begin, end; /* the level-0 discs under it: [begin, end) */
 } stp_merged_disc;
 
-/* around: NULL for nothing. carry: by level-0 sample, or NULL. All are borrowed. Errors:
- * OUT_OF_MEMORY. */
+/* Takes the discs. around: NULL for nothing. carry: by level-0 sample, or NULL. All are borrowed.
+ * Clear *out also after a failure. Errors: OUT_OF_MEMORY. */
 stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, const stp_carry *carry,
                                 const stp_surroundings *around, stp_error *err);
+/* Enters them in cells, for stp_disc_grid_least. Errors: OUT_OF_MEMORY. */
+stp_status stp_disc_grid_fill(stp_disc_grid *grid, stp_error *err);
 void stp_disc_grid_clear(stp_disc_grid *grid);
 
 /* The nearest of the discs [first, last), at least one. *squared: the square of its distance, as

@@ -9,22 +9,42 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define FAR 1e30f
+#define FAR STP_LANE_FAR
 #define STEP STP_LANE_STEP
 
-void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned count,
-                          stp_dvec3 origin, double unit, uint32_t first)
+#define COS_1 0.92387953251128674 /* of an eighth of pi */
+#define SIN_1 0.38268343236508977
+#define COS_2 0.70710678118654752 /* of a quarter of pi */
+
+/* The centre, the rim points as in patch_bounds.c, then the centre again in the lanes that are
+ * left. */
+static const double around[2][STP_DISC_LANES] = {
+    {0.0, 1.0, COS_1, COS_2, SIN_1, 0.0, -SIN_1, -COS_2, -COS_1, -1.0, -COS_1, -COS_2, -SIN_1, 0.0,
+     SIN_1, COS_2, COS_1},
+    {0.0, 0.0, SIN_1, COS_2, COS_1, 1.0, COS_1, COS_2, SIN_1, 0.0, -SIN_1, -COS_2, -COS_1, -1.0,
+     -COS_1, -COS_2, -SIN_1}};
+
+STP_WIDE
+void stp_disc_lanes_begin(stp_disc_lanes *out, stp_dvec3 centre, const stp_dvec3 axes[2],
+                          double radius)
 {
-    out->origin = origin;
-    out->scale = unit > 0.0 ? 1.0 / unit : 1.0;
+    const double middle[3] = {centre.x, centre.y, centre.z};
+    const double u[3] = {axes[0].x, axes[0].y, axes[0].z};
+    const double v[3] = {axes[1].x, axes[1].y, axes[1].z};
+    float *const to[3] = {out->x, out->y, out->z};
+    const double scale = radius > 0.0 ? 1.0 / radius : 1.0;
+    out->origin = centre;
+    out->scale = scale;
+    for (int a = 0; a < 3; a++)
+        for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+            const double rim = u[a] * (radius * around[0][i]) + v[a] * (radius * around[1][i]);
+            out->at[a][i] = middle[a] + rim;
+            to[a][i] = (float)((out->at[a][i] - middle[a]) * scale);
+        }
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
-        stp_dvec3 p = points[i < count ? i : 0];
-        p = stp_dvec3_scale(stp_dvec3_sub(p, origin), out->scale);
-        out->x[i] = (float)p.x;
-        out->y[i] = (float)p.y;
-        out->z[i] = (float)p.z;
         out->squared[i] = FAR;
-        out->nearest[i] = first;
+        out->height[i] = FAR;
+        out->nearest[i] = 0;
     }
 }
 
@@ -36,7 +56,7 @@ void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 norma
     const float cx = (float)c.x, cy = (float)c.y, cz = (float)c.z;
     const float nx = (float)normal.x, ny = (float)normal.y, nz = (float)normal.z;
     const float r = (float)(radius * lanes->scale);
-    float squared[STP_DISC_LANES];
+    float squared[STP_DISC_LANES], heights[STP_DISC_LANES];
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
         float x = lanes->x[i] - cx, y = lanes->y[i] - cy, z = lanes->z[i] - cz;
         float height = x * nx + y * ny + z * nz;
@@ -44,10 +64,12 @@ void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 norma
         float overhang = sqrtf(fmaxf(across, 0.0f)) - r;
         overhang = fmaxf(overhang, 0.0f);
         squared[i] = height * height + overhang * overhang;
+        heights[i] = fabsf(height);
     }
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
         bool nearer = squared[i] < lanes->squared[i];
         lanes->nearest[i] = nearer ? index : lanes->nearest[i];
+        lanes->height[i] = nearer ? heights[i] : lanes->height[i];
         lanes->squared[i] = nearer ? squared[i] : lanes->squared[i];
     }
 }
@@ -76,25 +98,6 @@ void stp_disc_columns_clear(stp_disc_columns *columns)
     *columns = (stp_disc_columns){{0}, NULL};
 }
 
-/* cost(p, d) = o + t_d + min(a + b, h) as in overhang.h, or the squared distance. */
-static inline float value(const float point[3], const float disc[STP_LANE_NUMBERS], bool own,
-                          stp_over_what what, const stp_over *over)
-{
-    float height, overhang = stp_lane_overhang(point, disc, &height);
-    float squared = height * height + overhang * overhang;
-    if (what == STP_OVER_SQUARED)
-        return squared;
-    const float *n = disc + STP_LANE_NORMAL, *m = over->normal;
-    float cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
-    float x = n[0] - cosine * m[0], y = n[1] - cosine * m[1], z = n[2] - cosine * m[2];
-    height = fabsf(height);
-    float aside = own ? 0.0f : height * sqrtf(x * x + y * y + z * z);
-    float high = height + disc[STP_LANE_CARRIED_ERROR];
-    float beyond = sqrtf(fmaxf((high - over->error) * (high + over->error), 0.0f));
-    float open = fminf(aside + beyond, height);
-    return squared <= over->near_squared ? overhang + disc[STP_LANE_CARRIED] + open : FAR;
-}
-
 /* Whether a disc is one of those under p's merged disc. */
 static inline bool is_own(uint32_t disc, const stp_over *over)
 {
@@ -117,7 +120,7 @@ static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_
         float disc[STP_LANE_NUMBERS] = {0.0f};
         for (int c = 0; c < numbers; c++)
             disc[c] = column[c][i];
-        float cost = value(point, disc, is_own(index[i], over), what, over);
+        float cost = stp_lane_value(point, disc, is_own(index[i], over), what, over);
         out[i] = i < count ? cost : FAR;
         less |= out[i] < least;
     }
@@ -157,7 +160,7 @@ uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin,
 
 float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float point[3])
 {
-    return value(point, disc->numbers, false, STP_OVER_COST, over);
+    return stp_lane_value(point, disc->numbers, false, STP_OVER_COST, over);
 }
 
 STP_WIDE
@@ -175,22 +178,10 @@ bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_L
         float disc[STP_LANE_NUMBERS];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = column[c][i];
-        reached |= value(p, disc, is_own(index[i], &o), STP_OVER_COST, &o) <= limit;
+        reached |= stp_lane_value(p, disc, is_own(index[i], &o), STP_OVER_COST, &o) <= limit;
     }
     return reached;
 }
-
-#define COS_1 0.92387953251128674f /* of an eighth of pi */
-#define SIN_1 0.38268343236508977f
-#define COS_2 0.70710678118654752f /* of a quarter of pi */
-
-/* The centre, the rim points as in patch_bounds.c, then the centre again in the lanes that are
- * left. */
-static const float around[2][STP_DISC_LANES] = {
-    {0.0f, 1.0f, COS_1, COS_2, SIN_1, 0.0f, -SIN_1, -COS_2, -COS_1, -1.0f, -COS_1, -COS_2, -SIN_1,
-     0.0f, SIN_1, COS_2, COS_1},
-    {0.0f, 0.0f, SIN_1, COS_2, COS_1, 1.0f, COS_1, COS_2, SIN_1, 0.0f, -SIN_1, -COS_2, -COS_1,
-     -1.0f, -COS_1, -COS_2, -SIN_1}};
 
 void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],
                              float radius)
@@ -198,7 +189,7 @@ void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const
     for (int c = 0; c < 3; c++) {
         const float middle = centre[c], u = axes[0][c] * radius, v = axes[1][c] * radius;
         for (unsigned i = 0; i < STP_DISC_LANES; i++)
-            out->point[c][i] = middle + (u * around[0][i] + v * around[1][i]);
+            out->point[c][i] = middle + (u * (float)around[0][i] + v * (float)around[1][i]);
     }
 }
 
@@ -212,7 +203,7 @@ static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what wha
             point[c] = lanes->point[c][i];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = lanes->disc[c][i];
-        cost[i] = value(point, disc, is_own(lanes->index[i], &o), what, &o);
+        cost[i] = stp_lane_value(point, disc, is_own(lanes->index[i], &o), what, &o);
     }
 }
 

@@ -18,18 +18,22 @@
 /* Discs that are tried at a time. */
 #define STP_LANE_STEP 8u
 
+/* The points of a disc, as stp_disc_points gives them, then its centre in the lanes that are left.
+ */
 typedef struct stp_disc_lanes {
+    double at[3][STP_DISC_LANES]; /* by axis */
     float x[STP_DISC_LANES], y[STP_DISC_LANES], z[STP_DISC_LANES];
     float squared[STP_DISC_LANES]; /* distance from the nearest disc so far */
+    float height[STP_DISC_LANES];  /* over its plane, without sign */
     uint32_t nearest[STP_DISC_LANES];
     stp_dvec3 origin;
     double scale; /* lane units a unit of length */
 } stp_disc_lanes;
 
-/* Takes `count` points (1 to STP_DISC_LANES) near origin; `unit` is how far around it they lie (if
- * not > 0: 1). `first` is the nearest index of every point until a disc is tried. */
-void stp_disc_lanes_begin(stp_disc_lanes *out, const stp_dvec3 *points, unsigned count,
-                          stp_dvec3 origin, double unit, uint32_t first);
+/* Takes the points of a disc. axes: the two that span its plane, zero if it has no normal. Before a
+ * disc is tried, disc 0 is the nearest of every point. */
+void stp_disc_lanes_begin(stp_disc_lanes *out, stp_dvec3 centre, const stp_dvec3 axes[2],
+                          double radius);
 
 /* Tries a disc: keeps it for each point to which it is nearer than the nearest so far. A zero
  * normal makes it a ball. */
@@ -39,12 +43,15 @@ void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 norma
 /* What is asked of a point over a disc: its cost (overhang.h), or the square of its distance. */
 typedef enum stp_over_what { STP_OVER_COST, STP_OVER_SQUARED } stp_over_what;
 
+/* The cost of a disc that is too far away. */
+#define STP_LANE_FAR 1e30f
+
 /* What cost(p, d) needs to know besides p and d. */
 typedef struct stp_over {
     stp_over_what what;
     float normal[3];     /* of p's merged disc */
     float error;         /* perpendicular error e */
-    float near_squared;  /* a disc farther away than this costs 1e30 */
+    float near_squared;  /* a disc farther away than this costs STP_LANE_FAR */
     uint32_t begin, end; /* the discs under p's merged disc: [begin, end) */
 } stp_over;
 
@@ -74,6 +81,26 @@ static inline float stp_lane_overhang(const float point[3], const float disc[STP
     y -= *height * n[1];
     z -= *height * n[2];
     return fmaxf(sqrtf(x * x + y * y + z * z) - disc[STP_LANE_RADIUS], 0.0f);
+}
+
+/* cost(p, d) = o + t_d + min(a + b, h) as in overhang.h, or the squared distance. own: the disc is
+ * one under p's merged disc. */
+static inline float stp_lane_value(const float point[3], const float disc[STP_LANE_NUMBERS],
+                                   bool own, stp_over_what what, const stp_over *over)
+{
+    float height, overhang = stp_lane_overhang(point, disc, &height);
+    float squared = height * height + overhang * overhang;
+    if (what == STP_OVER_SQUARED)
+        return squared;
+    const float *n = disc + STP_LANE_NORMAL, *m = over->normal;
+    float cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
+    float x = n[0] - cosine * m[0], y = n[1] - cosine * m[1], z = n[2] - cosine * m[2];
+    height = fabsf(height);
+    float aside = own ? 0.0f : height * sqrtf(x * x + y * y + z * z);
+    float high = height + disc[STP_LANE_CARRIED_ERROR];
+    float beyond = sqrtf(fmaxf((high - over->error) * (high + over->error), 0.0f));
+    float open = fminf(aside + beyond, height);
+    return squared <= over->near_squared ? overhang + disc[STP_LANE_CARRIED] + open : STP_LANE_FAR;
 }
 
 /* Discs as columns; disc[i] says which disc entry i is. */

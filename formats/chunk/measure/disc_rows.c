@@ -8,22 +8,17 @@
 
 #define FAR 1e18f /* its square is a float, too */
 #define STEP ((int)STP_LANE_STEP)
-/* Columns before that of a point that are tried, and rows on either side of it. No other disc has
- * its place in less than 4 sides of a cell from the point. */
-#define BEFORE 3
-#define RINGS 4
-/* Squares of places that share a greatest radius: those beside a square hold all that a search
- * tries. */
+/* Discs are tried among 2 NEAR columns and rows about a point; if all of these are a hole, among
+ * 2 WIDE. */
+#define NEAR 4
+#define WIDE 16
+/* Squares of places that share the greatest distance from discs. */
 #define SQUARE 8
 /* Places around those of the chunk: a merged disc reaches some 12 cells out of its patch. */
 #define MARGIN 32
 /* A disc lies this near to its place, in sides of a cell. No comparison here is with what is not
  * finite: the compiler takes all numbers for finite. */
 #define OFF_MOST 0.03125f
-/* A nearest disc is sure within this distance, in sides of a cell; for that, discs beyond the
- * squares beside a point's own have no larger radius than this. */
-#define ROOM_MOST 2.0f
-#define RADIUS_MOST ((float)SQUARE - ROOM_MOST)
 /* Cells a grid unit: floats tell a place to less than 1/128 cell. */
 #define INVERSE_MOST 0x1p16
 /* Places for each disc, at most, and so many more. */
@@ -36,9 +31,6 @@
 #define HOLE_LEAST 2u
 /* The cosine of the steepest disc under which holes are looked for. */
 #define LEVEL_LEAST 0.1
-/* The factor of squared distances for errors of floats. */
-#define ROOM_SLACK 0.9999f
-
 /* The place of a disc. False if it is off its place. */
 static bool find_place(const stp_disc_rows *r, const float centre[3], int out[2])
 {
@@ -79,40 +71,22 @@ static float *numbers_at(const stp_disc_rows *r, int column, int row)
     return r->numbers + (size_t)row * STP_LANE_CARRIED * (size_t)r->columns + column;
 }
 
-static float *widest_at(const stp_disc_rows *r, int column, int row)
+static uint8_t *hollow_at(const stp_disc_rows *r, int column, int row)
 {
-    return r->widest + (size_t)(row / SQUARE) * (size_t)(r->columns / SQUARE + 1) + column / SQUARE;
+    return r->hollow + (size_t)(row / SQUARE) * (size_t)(r->columns / SQUARE + 1) + column / SQUARE;
 }
 
-/* Raises the greatest radius of each square to those of the squares beside it: first along rows,
- * then along columns. */
-static stp_status widen(stp_disc_rows *r, stp_error *err)
-{
-    const size_t wide = (size_t)r->columns / SQUARE + 1, deep = (size_t)r->rows / SQUARE + 1;
-    const size_t count = wide * deep;
-    float *along = NULL;
-    const stp_status status = stp_alloc(&along, count, sizeof *along, "discs", err);
-    for (size_t row = 0; status == STP_OK && row < count; row += wide)
-        for (size_t i = row; i < row + wide; i++)
-            along[i] = fmaxf(r->widest[i], fmaxf(i > row ? r->widest[i - 1] : 0.0f,
-                                                 i + 1 < row + wide ? r->widest[i + 1] : 0.0f));
-    for (size_t i = 0; status == STP_OK && i < count; i++)
-        r->widest[i] = fmaxf(along[i], fmaxf(i >= wide ? along[i - wide] : 0.0f,
-                                             i + wide < count ? along[i + wide] : 0.0f));
-    free(along);
-    return status;
-}
-
-/* Puts all discs into their places. False if two have one place, or one is too large or off. */
+/* Puts all discs into their places. False if two have one place, or one is off. */
 static bool put_discs(stp_disc_rows *r, const stp_disc_grid *g)
 {
     const size_t columns = (size_t)r->columns;
-    for (size_t i = 0; i < (size_t)r->rows * columns * STP_LANE_CARRIED; i++)
-        r->numbers[i] = FAR;
+    for (int row = 0; row < r->rows; row++) /* no disc: a ball far away */
+        for (size_t i = 0; i < STP_LANE_NORMAL * columns; i++)
+            numbers_at(r, 0, row)[i] = FAR;
     for (uint32_t d = 0; d < g->count; d++) {
         const float *from = g->numbers[d].numbers;
         int at[2];
-        if (!find_place(r, from, at) || !(from[STP_LANE_RADIUS] <= RADIUS_MOST * r->side))
+        if (!find_place(r, from, at))
             return false;
         if (at[0] < 0 || at[1] < 0 || at[0] >= r->columns || at[1] >= r->rows)
             continue;
@@ -122,8 +96,6 @@ static bool put_discs(stp_disc_rows *r, const stp_disc_grid *g)
         for (size_t c = 0; c < STP_LANE_CARRIED; c++)
             to[c * columns] = from[c];
         r->disc[(size_t)at[1] * columns + (size_t)at[0]] = d;
-        float *widest = widest_at(r, at[0], at[1]);
-        *widest = fmaxf(*widest, from[STP_LANE_RADIUS]);
     }
     return true;
 }
@@ -138,40 +110,58 @@ static bool is_whole(const stp_disc_rows *r)
     return true;
 }
 
-/* The least of four places beside one, those before it or (by = -1) behind it, and 1 more. */
-static uint8_t next_away(const stp_disc_rows *r, int column, int row, int by)
+/* Lowers distances of a row to what those of the row beside it allow. */
+static void sweep_down(const uint8_t *restrict beside, uint8_t *restrict row, int columns)
 {
-    static const int beside[4][2] = {{-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
-    unsigned least = MARGIN;
-    for (int k = 0; k < 4; k++) {
-        const int i = column + by * beside[k][0], j = row + by * beside[k][1];
-        const bool inside = i >= 0 && i < r->columns && j >= 0 && j < r->rows;
-        const unsigned away = inside ? r->away[(size_t)j * (size_t)r->columns + (size_t)i] : MARGIN;
-        least = away < least ? away : least;
+    for (int i = 1; i + 1 < columns; i++) {
+        uint8_t least = beside[i - 1] < beside[i] ? beside[i - 1] : beside[i];
+        least = beside[i + 1] < least ? beside[i + 1] : least;
+        least = (uint8_t)(least + 1);
+        row[i] = row[i] < least ? row[i] : least;
     }
-    return (uint8_t)(least + 1);
 }
 
+static void sweep_along(uint8_t *row, int columns)
+{
+    for (int i = 1; i < columns; i++)
+        row[i] = row[i] <= row[i - 1] ? row[i] : (uint8_t)(row[i - 1] + 1);
+    for (int i = columns - 1; i-- > 0;)
+        row[i] = row[i] <= row[i + 1] ? row[i] : (uint8_t)(row[i + 1] + 1);
+}
+
+/* Finds how far each place is from the nearest disc. The way there goes aslant, then up, down or
+ * along a row. The outermost columns are far from all discs of the chunk. */
 static stp_status find_holes(stp_disc_rows *r, stp_error *err)
 {
-    const size_t count = (size_t)r->columns * (size_t)r->rows;
+    stp_status status = STP_OK;
+    const size_t columns = (size_t)r->columns;
+    const size_t squares = (columns / SQUARE + 1) * (size_t)(r->rows / SQUARE + 1);
     if (is_whole(r))
         return STP_OK;
-    const stp_status status = stp_alloc(&r->away, count, sizeof *r->away, "holes", err);
-    if (status != STP_OK)
-        return status;
-    for (int by = 1; by >= -1; by -= 2)
-        for (size_t n = 0; n < count; n++) {
-            const size_t place = by > 0 ? n : count - 1 - n;
-            const int column = (int)(place % (size_t)r->columns),
-                      row = (int)(place / (size_t)r->columns);
-            const uint8_t next = next_away(r, column, row, by);
-            if (*numbers_at(r, column, row) != FAR)
-                r->away[place] = 0;
-            else if (by > 0 || next < r->away[place])
-                r->away[place] = next;
-        }
-    return STP_OK;
+    STP_TRY(stp_alloc(&r->away, columns * (size_t)r->rows, sizeof *r->away, "holes", err));
+    STP_TRY(stp_alloc(&r->hollow, squares, sizeof *r->hollow, "holes", err));
+    for (int row = 0; row < r->rows; row++) {
+        uint8_t *away = r->away + (size_t)row * columns;
+        const float *x = numbers_at(r, 0, row);
+        for (size_t i = 0; i < columns; i++)
+            away[i] = x[i] == FAR ? MARGIN : 0;
+        if (row > 0)
+            sweep_down(away - columns, away, r->columns);
+    }
+    for (int row = r->rows - 1; row >= 0; row--) {
+        uint8_t *away = r->away + (size_t)row * columns;
+        if (row + 1 < r->rows)
+            sweep_down(away + columns, away, r->columns);
+    }
+    for (int row = 0; row < r->rows; row++) {
+        uint8_t *away = r->away + (size_t)row * columns;
+        sweep_along(away, r->columns);
+        for (int i = 0; i < r->columns; i++)
+            *hollow_at(r, i, row) =
+                away[i] > *hollow_at(r, i, row) ? away[i] : *hollow_at(r, i, row);
+    }
+done:
+    return status;
 }
 
 stp_status stp_disc_rows_create(stp_disc_rows *out, const stp_disc_grid *grid, stp_error *err)
@@ -190,16 +180,12 @@ stp_status stp_disc_rows_create(stp_disc_rows *out, const stp_disc_grid *grid, s
             return STP_OK;
         r.inverse[a] = (float)inverse;
     }
-    r.side = (1.0f - OFF_MOST) / fmaxf(fabsf(r.inverse[0]), fabsf(r.inverse[1]));
     if (!find_extent(&r, grid))
         return STP_OK;
     const size_t places = (size_t)r.columns * (size_t)r.rows;
-    const size_t squares = (size_t)(r.columns / SQUARE + 1) * (size_t)(r.rows / SQUARE + 1);
     STP_TRY(stp_alloc(&r.numbers, places * STP_LANE_CARRIED, sizeof *r.numbers, "discs", err));
     STP_TRY(stp_alloc(&r.disc, places, sizeof *r.disc, "discs", err));
-    STP_TRY(stp_alloc(&r.widest, squares, sizeof *r.widest, "discs", err));
     if (put_discs(&r, grid)) {
-        STP_TRY(widen(&r, err));
         STP_TRY(find_holes(&r, err));
         *out = r;
         r = (stp_disc_rows){0};
@@ -213,96 +199,106 @@ void stp_disc_rows_clear(stp_disc_rows *r)
 {
     free(r->numbers);
     free(r->disc);
-    free(r->widest);
+    free(r->hollow);
     free(r->away);
     *r = (stp_disc_rows){0};
 }
 
 /* What a search has found so far, by lane. */
-typedef struct nearest {
-    float squared[STEP];
+typedef struct least {
+    float cost[STEP];
     int row[STEP];
-} nearest;
+} least;
 
-/* Tries the discs of a row from `column` on. */
-static inline void try_row(const stp_disc_rows *r, int column, int row, const float point[3],
-                           nearest *f)
+/* Tries STEP discs of a row from `column` on. */
+static inline void try_row(const stp_disc_rows *r, int column, int row, const stp_over *over,
+                           const float point[3], least *l)
 {
     const float *at[STP_LANE_CARRIED];
     const size_t columns = (size_t)r->columns;
+    const uint32_t *index = r->disc + (size_t)row * columns + (size_t)column;
     for (size_t c = 0; c < STP_LANE_CARRIED; c++)
         at[c] = numbers_at(r, column, row) + c * columns;
     for (int i = 0; i < STEP; i++) {
-        float disc[STP_LANE_NUMBERS], height;
+        const bool own = index[i] - over->begin < over->end - over->begin;
+        float disc[STP_LANE_NUMBERS] = {0.0f};
         for (int c = 0; c < STP_LANE_CARRIED; c++)
             disc[c] = at[c][i];
-        const float overhang = stp_lane_overhang(point, disc, &height);
-        const float squared = height * height + overhang * overhang;
-        f->row[i] = squared < f->squared[i] ? row : f->row[i];
-        f->squared[i] = fminf(squared, f->squared[i]);
+        const float cost = stp_lane_value(point, disc, own, STP_OVER_COST, over);
+        l->row[i] = cost < l->cost[i] ? row : l->row[i];
+        l->cost[i] = fminf(cost, l->cost[i]);
     }
 }
 
-static inline float least_of(const nearest *f)
-{
-    float least = f->squared[0];
-    for (int i = 1; i < STEP; i++)
-        least = fminf(least, f->squared[i]);
-    return least;
-}
-
-static inline uint32_t disc_of_least(const stp_disc_rows *r, const nearest *f, int column,
-                                     float least)
-{
-    int lane = 0;
-    for (int i = 1; i < STEP; i++)
-        lane = f->squared[i] == least ? i : lane;
-    return r->disc[(size_t)f->row[lane] * (size_t)r->columns + (size_t)(column - BEFORE + lane)];
-}
-
+/* Tries the discs of STEP columns, the rows next to the point first. Returns the least cost. */
 STP_WIDE
-static bool search(const stp_disc_rows *r, const float x[3], const int at[2],
-                   const stp_near_enough *enough, float *squared, uint32_t *disc)
+static float search(const stp_disc_rows *r, int column, int row, int rows, const stp_over *over,
+                    const float x[3], float stop, uint32_t *disc)
 {
-    const float point[3] = {x[0], x[1], x[2]}, widest = *widest_at(r, at[0], at[1]);
-    nearest f;
+    const float point[3] = {x[0], x[1], x[2]};
+    const stp_over o = *over;
+    float found = FAR;
+    int lane = 0;
+    least l;
     for (int i = 0; i < STEP; i++) {
-        f.squared[i] = FAR * FAR;
-        f.row[i] = at[1];
+        l.cost[i] = FAR;
+        l.row[i] = row;
     }
-    for (int ring = 1; ring <= RINGS; ring++) {
-        try_row(r, at[0] - BEFORE, at[1] + 1 - ring, point, &f);
-        try_row(r, at[0] - BEFORE, at[1] + ring, point, &f);
-        const float room = fminf((float)ring * r->side - widest, ROOM_MOST * r->side);
-        const float least = least_of(&f);
-        const bool done =
-            least <= enough->squared || (room > 0.0f && least < room * room * ROOM_SLACK);
-        if (!done && least > enough->over.near_squared)
-            continue;
-        *squared = least;
-        *disc = disc_of_least(r, &f, at[0], least);
-        if (done || stp_lane_cost(&r->discs[*disc], &enough->over, point) <= enough->cost)
-            return true;
+    for (int ring = 1; ring <= rows / 2 && found > stop; ring++) {
+        try_row(r, column, row + 1 - ring, &o, point, &l);
+        try_row(r, column, row + ring, &o, point, &l);
+        found = l.cost[0];
+        for (int i = 1; i < STEP; i++)
+            found = fminf(found, l.cost[i]);
     }
-    return false;
+    for (int i = 1; i < STEP; i++)
+        lane = l.cost[i] == found ? i : lane;
+    *disc = r->disc[(size_t)l.row[lane] * (size_t)r->columns + (size_t)(column + lane)];
+    return found;
 }
 
-bool stp_disc_rows_nearest(const stp_disc_rows *r, stp_dvec3 x, const stp_near_enough *enough,
-                           double *squared, uint32_t *disc)
+/* The column or row of the place just before x, at least `reach` places from the ends. */
+static int place_before(const stp_disc_rows *r, int axis, float x, int reach)
 {
-    const float point[3] = {(float)x.x, (float)x.y, (float)x.z};
-    const int most[2] = {r->columns - (STEP - BEFORE), r->rows - (STEP - BEFORE)};
-    int at[2];
-    float least = 0.0f;
-    for (int a = 0; a < 2; a++) {
-        const float place = (point[a] - r->first[a]) * r->inverse[a];
-        if (!(place >= (float)RINGS && place < (float)most[a]))
-            return false;
-        at[a] = (int)place;
+    const int most = (axis ? r->rows : r->columns) - reach - 1;
+    const float place = (x - r->first[axis]) * r->inverse[axis];
+    return (int)fminf(fmaxf(place, (float)(reach - 1)), (float)most);
+}
+
+float stp_disc_rows_least(const stp_disc_rows *r, const float x[3], const stp_over *over,
+                          float stop, uint32_t *disc)
+{
+    float found = FAR;
+    for (int reach = NEAR; reach <= WIDE && found >= STP_DISC_ROWS_NONE; reach *= WIDE / NEAR) {
+        const int column = place_before(r, 0, x[0], reach), row = place_before(r, 1, x[1], reach);
+        for (int c = 1 - reach; c < reach && found > stop; c += STEP) {
+            uint32_t d;
+            const float cost = search(r, column + c, row, 2 * reach, over, x, stop, &d);
+            *disc = cost < found ? d : *disc;
+            found = fminf(found, cost);
+        }
     }
-    const bool found = search(r, point, at, enough, &least, disc);
-    *squared = (double)least;
     return found;
+}
+
+void stp_disc_rows_pair(const stp_disc_rows *r, stp_paired_lanes *lanes)
+{
+    const float most[2] = {(float)(r->columns - 1), (float)(r->rows - 1)};
+    uint32_t place[STP_DISC_LANES];
+    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+        float at[2];
+        for (int a = 0; a < 2; a++)
+            at[a] = fminf(fmaxf((lanes->point[a][i] - r->first[a]) * r->inverse[a] + 0.5f, 0.0f),
+                          most[a]);
+        place[i] = (uint32_t)((int)at[1] * r->columns + (int)at[0]);
+    }
+    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+        const uint32_t disc = r->disc[place[i]];
+        const float *d = r->discs[disc].numbers;
+        lanes->index[i] = disc;
+        for (int c = 0; c < STP_LANE_NUMBERS; c++)
+            lanes->disc[c][i] = d[c];
+    }
 }
 
 /* The disc's point over or under a place; false if that is beyond its rim. */
@@ -317,9 +313,28 @@ static bool point_at(const stp_disc_rows *r, const stp_disc *disc, int column, i
     return x * x + y * y + z * z <= disc->radius * disc->radius;
 }
 
+/* Looks for the place of a square, between two corners, that is farthest from discs. */
+static bool hole_in(const stp_disc_rows *r, const stp_disc *disc, const int from[2],
+                    const int to[2], unsigned *most, stp_dvec3 *out)
+{
+    bool found = false;
+    for (int row = from[1]; row <= to[1]; row++)
+        for (int column = from[0]; column <= to[0]; column++) {
+            const unsigned away = r->away[(size_t)row * (size_t)r->columns + (size_t)column];
+            stp_dvec3 point;
+            if (away <= *most || !point_at(r, disc, column, row, &point))
+                continue;
+            *most = away;
+            *out = point;
+            found = true;
+        }
+    return found;
+}
+
 bool stp_disc_rows_hole(const stp_disc_rows *r, const stp_disc *disc, stp_dvec3 *out)
 {
     const double centre[2] = {disc->centre.x, disc->centre.y};
+    const double normal[2] = {disc->normal.x, disc->normal.y};
     const int count[2] = {r->columns, r->rows};
     int from[2], to[2];
     unsigned most = HOLE_LEAST - 1;
@@ -328,19 +343,19 @@ bool stp_disc_rows_hole(const stp_disc_rows *r, const stp_disc *disc, stp_dvec3 
         return false;
     for (int a = 0; a < 2; a++) {
         const double middle = (centre[a] - (double)r->first[a]) * (double)r->inverse[a];
-        const double reach = disc->radius * fabs((double)r->inverse[a]);
+        const double across = disc->radius * sqrt(fmax(0.0, 1.0 - normal[a] * normal[a]));
+        const double reach = fmin(across * fabs((double)r->inverse[a]), MARGIN);
         from[a] = (int)fmax(0.0, ceil(middle - reach));
         to[a] = (int)fmin((double)count[a] - 1.0, floor(middle + reach));
     }
-    for (int row = from[1]; row <= to[1]; row++)
-        for (int column = from[0]; column <= to[0]; column++) {
-            const unsigned away = r->away[(size_t)row * (size_t)r->columns + (size_t)column];
-            stp_dvec3 point;
-            if (away <= most || !point_at(r, disc, column, row, &point))
-                continue;
-            most = away;
-            *out = point;
-            found = true;
+    for (int row = from[1]; row <= to[1]; row = (row | (SQUARE - 1)) + 1)
+        for (int column = from[0]; column <= to[0]; column = (column | (SQUARE - 1)) + 1) {
+            const int end[2] = {column | (SQUARE - 1), row | (SQUARE - 1)};
+            if (*hollow_at(r, column, row) > most)
+                found |= hole_in(r, disc, (const int[2]){column, row},
+                                 (const int[2]){end[0] < to[0] ? end[0] : to[0],
+                                                end[1] < to[1] ? end[1] : to[1]},
+                                 &most, out);
         }
     return found;
 }

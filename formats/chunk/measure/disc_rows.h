@@ -1,5 +1,4 @@
-/* Discs of a level raster by column and row: the nearest disc is found among those beside a point,
- * without hashed cells.
+/* Discs of a level raster by column and row: those beside a point are found without hashed cells.
  *
  * Rows of discs lie in memory as columns of floats (disc_lanes.h), so eight discs of a row are
  * tried at a time. Threads: any may search at once in rows that are made. */
@@ -14,11 +13,10 @@ typedef struct stp_disc_rows {
     const stp_lane_disc *discs; /* borrowed */
     int columns, rows;          /* places, with a margin; no columns: the discs are not in rows */
     float first[2], inverse[2]; /* of x and y: a place is (x - first) inverse */
-    float side;                 /* lesser side of a cell, less what discs are off their places */
     float *numbers;             /* by row STP_LANE_CARRIED times the columns; no disc: far away */
     uint32_t *disc;             /* by place */
-    float *widest;              /* by square of places: greatest radius in it and beside it */
-    uint8_t *away; /* by place: columns or rows from the nearest disc; NULL: there are no holes */
+    uint8_t *away;   /* by place: columns or rows from the nearest disc; NULL: there are no holes */
+    uint8_t *hollow; /* by square of places: the greatest of these */
 } stp_disc_rows;
 
 /* Puts the discs of the grid into rows if its chunk has one level raster, each disc near it has a
@@ -27,20 +25,21 @@ typedef struct stp_disc_rows {
 stp_status stp_disc_rows_create(stp_disc_rows *out, const stp_disc_grid *grid, stp_error *err);
 void stp_disc_rows_clear(stp_disc_rows *rows);
 
-/* What disc answers a point, though another may be nearer: one within this squared distance, or one
- * that `over` does not take for too far away and over which the point costs at most `cost`. */
-typedef struct stp_near_enough {
-    float squared, cost;
-    stp_over over;
-} stp_near_enough;
+/* Costs less than this are over a disc. */
+#define STP_DISC_ROWS_NONE 1e15f
 
-/* Looks for the disc nearest to a point, or one near enough. Sets *squared, its distance, and
- * *disc. Returns false if a disc farther off than the rows that it tries may be nearer. */
-bool stp_disc_rows_nearest(const stp_disc_rows *rows, stp_dvec3 x, const stp_near_enough *enough,
-                           double *squared, uint32_t *disc);
+/* Returns the least cost of a point over the discs in rows and columns about it, or the first one
+ * that is at most `stop`, and sets *disc. If all these places are a hole, returns
+ * STP_DISC_ROWS_NONE or more. */
+float stp_disc_rows_least(const stp_disc_rows *rows, const float x[3], const stp_over *over,
+                          float stop, uint32_t *disc);
 
-/* Finds the place under a disc that is farthest from all discs of the rows, if a hole of three
- * columns and rows or more is there. Sets *out, the disc's point over or under it. */
+/* Pairs each point of the lanes with the disc of the place that it is nearest to. */
+void stp_disc_rows_pair(const stp_disc_rows *rows, stp_paired_lanes *lanes);
+
+/* Finds the place under a disc, at most 32 columns and rows from its centre, that is farthest from
+ * all discs of the rows, if a hole of three columns and rows or more is there. Sets *out, the
+ * disc's point over or under it. */
 bool stp_disc_rows_hole(const stp_disc_rows *rows, const stp_disc *disc, stp_dvec3 *out);
 
 #endif

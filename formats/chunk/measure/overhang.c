@@ -88,11 +88,11 @@ static double forgiven(const measure *m, double slack)
 
 /* Square of the greatest distance of a disc that answers a point without being the nearest: (t + e
  * sin(gamma))^2. Whatever is nearer than that disc is no farther on the screen than the rule says.
- */
+ * In rows no disc lies over another one, and any answers. */
 static double near_squared(const measure *m, double slack)
 {
     double near = stp_max(0.0, m->greatest - slack) + forgiven(m, slack);
-    return m->check ? INFINITY : near * near;
+    return m->check || m->rows->columns > 0 ? INFINITY : near * near;
 }
 
 /* Square of a distance that answers a point by itself. o and h are legs of the distance s, so o + h
@@ -153,43 +153,22 @@ static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squar
                    sqrt(squared) + slack - forgiven(m, slack));
 }
 
-/* Whether floats show that the point's cost over a disc under another merged disc is no more than
- * the greatest. */
-static bool is_cheap(const measure *m, const suspect *s, uint32_t disc)
-{
-    stp_over over = over_near(m, s->normal, s->slack);
-    const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
-    over.near_squared = INFINITY;
-    return stp_lane_cost(&m->grid->numbers[disc], &over, point) <= (float)(m->greatest - s->slack);
-}
-
-/* Looks for the disc nearest to a point, or one near enough. False: one not found may be nearer. */
-static bool find_nearest(const measure *m, const suspect *s, double *squared, uint32_t *disc)
-{
-    const stp_merged_disc merged = {.what = STP_OVER_SQUARED};
-    const double stop = enough(m, s->slack);
-    const stp_near_enough near = {(float)stop, (float)(m->greatest - s->slack),
-                                  over_near(m, s->normal, s->slack)};
-    if (m->rows->columns > 0 && stp_disc_rows_nearest(m->rows, s->x, &near, squared, disc))
-        return true;
-    *squared = INFINITY;
-    return stp_disc_grid_least(m->grid, s->x, &merged, stop, false, squared, disc);
-}
-
 /* Raises the greatest error to what the point needs: its cost over the nearest disc, or what it
  * needs going by its nearest own disc, if that is less. */
 static void measure_point(measure *m, const suspect *s)
 {
+    const stp_merged_disc nearest = {.what = STP_OVER_SQUARED};
     stp_merged_disc merged = m->merged;
     double squared = INFINITY, own_squared = 0.0, value = INFINITY;
     uint32_t disc = 0;
-    if (m->rows->columns == 0 && is_answered_about(m, s))
+    if (is_answered_about(m, s))
         return;
     merged.normal = s->normal;
     merged.begin = s->first;
     merged.end = s->last;
-    const bool found = find_nearest(m, s, &squared, &disc);
-    if (found && (squared <= enough(m, s->slack) || is_cheap(m, s, disc)))
+    const bool found =
+        stp_disc_grid_least(m->grid, s->x, &nearest, enough(m, s->slack), false, &squared, &disc);
+    if (found && squared <= enough(m, s->slack))
         return;
     if (found)
         value = stp_disc_grid_value(m->grid, disc, s->x, &merged);
@@ -199,6 +178,30 @@ static void measure_point(measure *m, const suspect *s)
     value = stp_min(value, over_own(m, own, s->x, own_squared, s->slack));
     const bool alone = found && squared > near_squared(m, s->slack); /* no disc is near enough */
     if (value > m->greatest && (alone || !is_answered(m, s)))
+        raise_to(m, value);
+}
+
+/* The same in rows: its cost over that disc about it over which it is least, or over its nearest
+ * own disc, which may lie farther off. */
+static void measure_in_rows(measure *m, const suspect *s)
+{
+    const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
+    const float stop = (float)(m->greatest - s->slack);
+    stp_over over = over_near(m, s->normal, s->slack);
+    stp_merged_disc merged = m->merged;
+    double squared, value = INFINITY;
+    uint32_t disc;
+    merged.normal = s->normal;
+    merged.begin = over.begin = s->first;
+    merged.end = over.end = s->last;
+    const float least = stp_disc_rows_least(m->rows, point, &over, stop, &disc);
+    if (least < STP_DISC_ROWS_NONE)
+        value = least <= stop ? 0.0 : stp_disc_grid_value(m->grid, disc, s->x, &merged);
+    if (value <= m->greatest)
+        return;
+    disc = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
+    value = stp_min(value, stp_disc_grid_value(m->grid, disc, s->x, &merged));
+    if (value > m->greatest)
         raise_to(m, value);
 }
 
@@ -240,7 +243,10 @@ static uint32_t unanswered(const measure *m, const stp_disc *disc, double slack,
                               {(float)v.x, (float)v.y, (float)v.z}};
     const stp_over over = over_near(m, n, slack);
     stp_paired_lanes_points(lanes, centre, axes, (float)disc->radius);
-    stp_disc_hints_pair(m->hints, lanes);
+    if (m->rows->columns > 0)
+        stp_disc_rows_pair(m->rows, lanes);
+    else
+        stp_disc_hints_pair(m->hints, lanes);
     uint32_t above = stp_paired_lanes_above(lanes, &over, (float)(m->greatest - slack), told);
     return known && disc->radius > 0.0 ? above & ((1u << STP_DISC_POINTS) - 1) : above & 1;
 }
@@ -292,6 +298,8 @@ static void measure_suspects(measure *m)
         const suspect *s = &m->suspects[most];
         if (s->cost > m->greatest && m->check)
             check_point(m, s);
+        else if (s->cost > m->greatest && m->rows->columns > 0)
+            measure_in_rows(m, s);
         else if (s->cost > m->greatest)
             measure_point(m, s);
         m->suspects[most] = m->suspects[--m->suspect_count];
@@ -383,19 +391,24 @@ static bool exceeds_stored(measure *m, const stp_chunk *chunk, uint32_t p)
     return m->exceeded;
 }
 
-/* What all patches of a chunk are measured with. */
+/* What all patches of a chunk are measured with: rows, or cells and hints. */
 typedef struct ground {
     stp_disc_grid grid;
     stp_disc_hints hints;
-    stp_disc_rows rows; /* to measure */
+    stp_disc_rows rows; /* never to check */
 } ground;
 
 static stp_status ground_create(ground *out, const stp_chunk *chunk, const stp_carry *carry,
-                                const stp_surroundings *around, stp_error *err)
+                                const stp_surroundings *around, bool check, stp_error *err)
 {
     stp_status status = STP_OK;
     *out = (ground){0};
     STP_TRY(stp_disc_grid_create(&out->grid, chunk, carry, around, err));
+    if (!check)
+        STP_TRY(stp_disc_rows_create(&out->rows, &out->grid, err));
+    if (out->rows.columns > 0)
+        return STP_OK;
+    STP_TRY(stp_disc_grid_fill(&out->grid, err));
     STP_TRY(stp_disc_hints_create(&out->hints, out->grid.numbers, out->grid.count, out->grid.radius,
                                   err));
 done:
@@ -425,10 +438,8 @@ stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const
                                 const stp_surroundings *around, stp_error *err)
 {
     ground g;
-    stp_status status = ground_create(&g, chunk, carry, around, err);
+    stp_status status = ground_create(&g, chunk, carry, around, false, err);
     measure m = {.grid = &g.grid, .hints = &g.hints, .rows = &g.rows};
-    if (status == STP_OK)
-        status = stp_disc_rows_create(&g.rows, &g.grid, err);
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
         if (chunk->patches[p].flags & STP_PATCH_SHAPES)
             out[p] = stored_overhang(&chunk->patches[p]);
@@ -442,7 +453,7 @@ stp_status stp_overhang_check(uint32_t *patch, const stp_chunk *chunk,
                               const stp_surroundings *around, stp_error *err)
 {
     ground g;
-    stp_status status = ground_create(&g, chunk, NULL, around, err);
+    stp_status status = ground_create(&g, chunk, NULL, around, true, err);
     measure m = {.grid = &g.grid, .hints = &g.hints, .rows = &g.rows, .check = true};
     uint32_t found = STP_CHUNK_NONE;
     for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count && found == STP_CHUNK_NONE; p++)

@@ -40,12 +40,13 @@
  * p, without what discs carry.
  *
  * A grid of heights (disc_rows.h) may have a hole between centre and rim. There p is also the
- * disc's point in the middle of the hole.
+ * disc's point in the middle of the hole. d runs over the discs in the columns and rows about p.
  *
  * What is stored (stp_overhang_measure) may be more, so that p is also drawn near what is nearest
  * to it in space. Let gamma be the patch's cone angle, at most a right angle. Then d must be the
  * disc nearest to p, or lie within t + e sin(gamma) of p. Whatever is nearer than d is then near
- * enough in any direction: the rule never takes sin(alpha) for less than sin(gamma).
+ * enough in any direction: the rule never takes sin(alpha) for less than sin(gamma). In a grid of
+ * heights no disc lies over another one: there any d will do.
  *
  * Strips and triangles have errors of their own (strip.h, triangles.h): stp_overhang_measure
  * returns what they store, stp_overhang_check skips them. Threads: any, one chunk each. */

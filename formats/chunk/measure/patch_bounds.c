@@ -91,20 +91,30 @@ unsigned stp_disc_points(const stp_disc *disc, stp_dvec3 out[STP_DISC_POINTS])
     return STP_DISC_POINTS;
 }
 
-/* rim: the greatest height of the merged disc's points over their nearest discs, with the errors of
- * these. */
+/* Lanes tell heights to this part of the merged disc's radius. */
+#define HEIGHT_SLACK 0x1p-16
+
+/* The greatest height of the merged disc's points over their nearest discs, with the errors of
+ * these. Heights in lanes tell which of them it may be. */
 static double measure_heights(const stp_disc *merged, const stp_disc *discs, unsigned count)
 {
-    stp_dvec3 points[STP_DISC_POINTS];
+    const bool round = has_normal(merged) && merged->radius > 0.0;
+    const double unit = merged->radius > 0.0 ? merged->radius : 1.0;
+    stp_dvec3 axes[2] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     stp_disc_lanes lanes;
-    unsigned point_count = stp_disc_points(merged, points);
     double greatest = 0.0;
-    stp_disc_lanes_begin(&lanes, points, point_count, merged->centre, merged->radius, 0);
+    if (round)
+        stp_disc_axes(merged->normal, &axes[0], &axes[1]);
+    stp_disc_lanes_begin(&lanes, merged->centre, axes, merged->radius);
     for (unsigned i = 0; i < count; i++)
         stp_disc_lanes_try(&lanes, discs[i].centre, discs[i].normal, discs[i].radius, i);
-    for (unsigned i = 0; i < point_count; i++) {
+    for (unsigned i = 0; i < (round ? STP_DISC_POINTS : 1); i++) {
         const stp_disc *disc = &discs[lanes.nearest[i]];
-        double height = fabs(stp_dvec3_dot(stp_dvec3_sub(points[i], disc->centre), disc->normal));
+        const stp_dvec3 point = {lanes.at[0][i], lanes.at[1][i], lanes.at[2][i]};
+        const double told = (double)lanes.height[i] * (1.0 + HEIGHT_SLACK) + HEIGHT_SLACK;
+        if (told * unit + disc->error <= greatest)
+            continue;
+        double height = fabs(stp_dvec3_dot(stp_dvec3_sub(point, disc->centre), disc->normal));
         greatest = stp_max(greatest, height + disc->error);
     }
     return greatest;
