@@ -12,7 +12,7 @@
 
 /* The most patches that one patch above stands for. If one of them is too coarse, a view reads all
  * of them, so few are better; each patch above takes some bytes, too. */
-#define STP_ABOVE_SAMPLES 24
+#define STP_ABOVE_SAMPLES 16
 
 /* Patches of a chunk that stay as they are in a new chunk, because the child that refines them
  * stays. */

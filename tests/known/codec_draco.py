@@ -6,7 +6,7 @@ import struct
 import codec_squares
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
                    grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
-from odds import TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Symbols, read_columns, tight_columns
+from odds import TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Symbols, is_short, read_columns, tight_columns
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
@@ -182,7 +182,7 @@ class LooseTables:
 
 
 def tables_of(cursor, joined):
-    tight = joined and len(cursor.data) >= 8 and cursor.data[3] & 128
+    tight = joined and (is_short(cursor) or len(cursor.data) >= 8 and cursor.data[3] & 128)
     return TightTables(cursor) if tight else LooseTables(cursor, joined)
 
 

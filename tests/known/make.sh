@@ -177,4 +177,9 @@ for codec in raw draco zstd; do
     "$program" prep maps.ply --maps -o "short/maps_2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" short/maps_2_0_raw.stipple >short/maps_2_0.samples
+
+# From here on tight parts have short states.
+mkdir -p states
+"$program" gen statue -n 800 --seed 10 -o middles.ply --quiet --force
+in_blocks states/2_0 middles.ply
 rm attributes.las depth.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

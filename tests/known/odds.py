@@ -29,12 +29,22 @@ TIGHT_SQUARES = (((7, 0, 0, 7, 7, 9, 8, 8, 8, 3, 3, 11), (7, 0, 0, 7, 7, 8, 8, 8
 FALLING, RISING = (9, *range(15, 23), *range(25, 33), 35, 36), (2, 4, 6, 38, 41)
 
 
+def is_short(cursor):
+    """Whether states of as many bytes as they need follow."""
+    head = cursor.data[cursor.at:cursor.at + 4]
+    return len(head) == 4 and head[3] >> 6 == 1 and 1 <= head[3] & 7 <= 5
+
+
 class Symbols:
     """The symbols of a table, or of all tables of a tight part."""
 
     def __init__(self, cursor, tight=False):
-        self.cursor = cursor
-        if tight:
+        self.cursor, self.last = cursor, 1 << 31
+        if tight and is_short(cursor):
+            first, sizes, self.last = cursor.take(3), cursor.number(1), 1 << 15
+            first += cursor.take(sizes & 7)
+            self.states = [int.from_bytes(s, "little") for s in (first, cursor.take((sizes >> 3 & 7) + 1))]
+        elif tight:
             self.states = [(cursor.number(4) & (1 << 31) - 1) << 32 | cursor.number(4), cursor.number(8)]
         else:
             self.states = [cursor.number(8) for _ in range(LANES)]
@@ -46,7 +56,9 @@ class Symbols:
         return state & (1 << count) - 1
 
     def refilled(self, state):
-        return state if state >= 1 << 31 else state << 32 | self.cursor.number(4)
+        if state >= 1 << 31 or self.last == 1 << 15 and self.cursor.at == len(self.cursor.data):
+            return state
+        return state << 32 | self.cursor.number(4)
 
     def symbol(self, lane, odds, shift, count):
         """A symbol, and the plain bits behind it."""
@@ -62,7 +74,7 @@ class Symbols:
 
     def end(self):
         self.cursor.end()
-        require(self.states == [1 << 31] * LANES, f"{self.cursor.name}: the symbols do not end")
+        require(self.states == [self.last] * LANES, f"{self.cursor.name}: the symbols do not end")
 
 
 def falling_odds(ratio, side):

@@ -29,6 +29,20 @@ static stp_dvec3 direction(int i)
     return stp_dvec3_normalize((stp_dvec3){place % 3 - 1.0, place / 3 % 3 - 1.0, place / 9 - 1.0});
 }
 
+/* The disc whose centre is nearest to a place: the same in whatever order a file has them. */
+static const promise_disc *nearest_disc(const promise_disc *discs, size_t count, stp_dvec3 place)
+{
+    const promise_disc *nearest = discs;
+    double least = INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        double distance = stp_dvec3_length(stp_dvec3_sub(discs[i].centre, place));
+        if (distance < least)
+            nearest = &discs[i];
+        least = fmin(least, distance);
+    }
+    return nearest;
+}
+
 stp_view views_get(int i, const stp_ball *ball, const promise_disc *discs, size_t count, int width,
                    int height)
 {
@@ -42,7 +56,8 @@ stp_view views_get(int i, const stp_ball *ball, const promise_disc *discs, size_
         return views_look(eye, ball->centre, 45.0, ball, width, height);
     }
     int k = i - VIEWS_DIRECTIONS;
-    const promise_disc *disc = &discs[count / VIEWS_CLOSE * (size_t)k + count / 23];
+    stp_dvec3 place = stp_dvec3_scale(direction(5 * k % VIEWS_DIRECTIONS), 0.4 * ball->radius);
+    const promise_disc *disc = nearest_disc(discs, count, stp_dvec3_add(ball->centre, place));
     stp_dvec3 outward = disc->normal;
     if (stp_dvec3_dot(outward, stp_dvec3_sub(disc->centre, ball->centre)) < 0.0)
         outward = stp_dvec3_scale(outward, -1.0);

@@ -9,6 +9,12 @@
 #define STATE_BYTES 8u
 #define STATES_BYTES (STATE_BYTES * STP_SYMBOL_LANES)
 #define WORD_BYTES 4u
+/* Short states: three bytes of the first; a byte with bit 6 set, bytes of the second state less 1
+ * in bits 3-5, further bytes of the first in bits 0-2; these; the second state. */
+#define SHORT_AT 4u
+#define SHORT_MARK 0x40u
+#define SIZE_BITS 3u
+#define FIRST_MORE_LIMIT (STATE_BYTES - SHORT_AT + 1)
 
 stp_status stp_symbols_reserve(stp_symbol_writer *w, size_t more, stp_error *err)
 {
@@ -29,27 +35,93 @@ static inline uint64_t push(uint64_t state, const stp_symbol_item *item, uint32_
     return (state / odds << STP_ODDS_BITS) + state % odds + item->below;
 }
 
-stp_status stp_symbols_write(const stp_symbol_writer *w, stp_bytes *out, stp_error *err)
-{
-    stp_status status = STP_OK;
-    uint32_t *words = NULL;
-    size_t count = 0;
+/* Items as states that a reader begins with, and words. Free `words`. */
+typedef struct code {
     uint64_t state[STP_SYMBOL_LANES];
-    const size_t begin = out->size;
-    STP_TRY(stp_alloc(&words, w->count + 1, sizeof *words, "symbols", err));
+    uint32_t *words; /* the last one first */
+    size_t count;
+} code;
+
+/* Begins with the last item, and with both states at `last`. *readable: no state was less than 2^31
+ * behind the first word, where a reader would take the next word for it. */
+static void encode(const stp_symbol_writer *w, uint64_t last, code *c, bool *readable)
+{
+    *readable = true;
+    c->count = 0;
     for (unsigned k = 0; k < STP_SYMBOL_LANES; k++)
-        state[k] = STP_SYMBOL_STATE_LEAST;
+        c->state[k] = last;
     for (size_t i = w->count; i > 0; i--) {
         const stp_symbol_item *item = &w->items[i - 1];
-        state[item->lane] = push(state[item->lane], item, words, &count);
+        uint64_t *state = &c->state[item->lane];
+        *readable = *readable && (c->count == 0 || *state >= STP_SYMBOL_STATE_LEAST);
+        *state = push(*state, item, c->words, &c->count);
     }
-    STP_TRY(stp_bytes_append(out, NULL, STATES_BYTES + WORD_BYTES * count, err));
+}
+
+/* Appends a head and the words behind it. */
+static stp_status append(const code *c, const uint8_t *head, size_t head_bytes, stp_bytes *out,
+                         stp_error *err)
+{
+    stp_status status = stp_bytes_append(out, head, head_bytes, err);
+    const size_t begin = out->size;
+    if (status == STP_OK)
+        status = stp_bytes_append(out, NULL, WORD_BYTES * c->count, err);
+    for (size_t i = 0; i < c->count && status == STP_OK; i++)
+        stp_put_u32(out->data + begin + WORD_BYTES * i, c->words[c->count - 1 - i]);
+    return status;
+}
+
+stp_status stp_symbols_write(const stp_symbol_writer *w, stp_bytes *out, stp_error *err)
+{
+    code c = {0};
+    uint8_t head[STATES_BYTES];
+    bool readable;
+    stp_status status = stp_alloc(&c.words, w->count + 1, sizeof *c.words, "symbols", err);
+    if (status != STP_OK)
+        return status;
+    encode(w, STP_SYMBOL_STATE_LEAST, &c, &readable);
     for (unsigned k = 0; k < STP_SYMBOL_LANES; k++)
-        stp_put_u64(out->data + begin + (size_t)STATE_BYTES * k, state[k]);
-    for (size_t i = 0; i < count; i++)
-        stp_put_u32(out->data + begin + STATES_BYTES + WORD_BYTES * i, words[count - 1 - i]);
-done:
-    free(words);
+        stp_put_u64(head + (size_t)STATE_BYTES * k, c.state[k]);
+    status = append(&c, head, sizeof head, out, err);
+    free(c.words);
+    return status;
+}
+
+/* Appends the low bytes of a state to a head. */
+static size_t put_state(uint64_t state, size_t bytes, uint8_t *head, size_t at)
+{
+    for (size_t i = 0; i < bytes; i++)
+        head[at + i] = (uint8_t)(state >> 8 * i);
+    return at + bytes;
+}
+
+/* Bytes that a number takes, at least `least`. */
+static size_t byte_length(uint64_t number, size_t least)
+{
+    size_t bytes = least;
+    while (bytes < STATE_BYTES && number >> 8 * bytes)
+        bytes++;
+    return bytes;
+}
+
+stp_status stp_symbols_write_short(const stp_symbol_writer *w, stp_bytes *out, bool *written,
+                                   stp_error *err)
+{
+    code c = {0};
+    uint8_t head[SHORT_AT + STATES_BYTES];
+    stp_status status = stp_alloc(&c.words, w->count + 1, sizeof *c.words, "symbols", err);
+    if (status != STP_OK)
+        return status;
+    encode(w, STP_SYMBOL_STATE_SHORT, &c, written);
+    if (*written) {
+        const size_t first = byte_length(c.state[0], SHORT_AT), second = byte_length(c.state[1], 1);
+        size_t at = put_state(c.state[0], SHORT_AT - 1, head, 0);
+        head[at++] = (uint8_t)(SHORT_MARK | (second - 1) << SIZE_BITS | (first - SHORT_AT + 1));
+        at = put_state(c.state[0] >> 8 * (SHORT_AT - 1), first - SHORT_AT + 1, head, at);
+        at = put_state(c.state[1], second, head, at);
+        status = append(&c, head, at, out, err);
+    }
+    free(c.words);
     return status;
 }
 
@@ -58,9 +130,42 @@ stp_status stp_symbols_begin(stp_symbol_reader *r, const uint8_t *bytes, size_t 
 {
     if (size < STATES_BYTES)
         return stp_error_set(err, STP_CORRUPT, "a table's symbols do not fit into it");
-    *r = (stp_symbol_reader){.next = bytes + STATES_BYTES, .end = bytes + size};
+    *r = (stp_symbol_reader){
+        .next = bytes + STATES_BYTES, .end = bytes + size, .last = STP_SYMBOL_STATE_LEAST};
     for (unsigned k = 0; k < STP_SYMBOL_LANES; k++)
         r->state[k] = stp_get_u64(bytes + (size_t)STATE_BYTES * k);
+    return STP_OK;
+}
+
+static uint64_t get_state(const uint8_t *bytes, size_t count)
+{
+    uint64_t state = 0;
+    for (size_t i = 0; i < count; i++)
+        state |= (uint64_t)bytes[i] << 8 * i;
+    return state;
+}
+
+bool stp_symbols_are_short(const uint8_t *bytes, size_t size)
+{
+    const unsigned sizes = size >= SHORT_AT ? bytes[SHORT_AT - 1] : 0;
+    const unsigned more = sizes & ((1u << SIZE_BITS) - 1);
+    return sizes >> 2 * SIZE_BITS == SHORT_MARK >> 2 * SIZE_BITS && more > 0 &&
+           more <= FIRST_MORE_LIMIT;
+}
+
+stp_status stp_symbols_begin_short(stp_symbol_reader *r, const uint8_t *bytes, size_t size,
+                                   stp_error *err)
+{
+    const unsigned sizes = bytes[SHORT_AT - 1], mask = (1u << SIZE_BITS) - 1;
+    const size_t more = sizes & mask, second = (sizes >> SIZE_BITS & mask) + 1;
+    if (size < SHORT_AT + more + second)
+        return stp_error_set(err, STP_CORRUPT, "a table's symbols do not fit into it");
+    *r = (stp_symbol_reader){.next = bytes + SHORT_AT + more + second,
+                             .end = bytes + size,
+                             .last = STP_SYMBOL_STATE_SHORT};
+    r->state[0] = get_state(bytes, SHORT_AT - 1) | get_state(bytes + SHORT_AT, more)
+                                                       << 8 * (SHORT_AT - 1);
+    r->state[1] = get_state(bytes + SHORT_AT + more, second);
     return STP_OK;
 }
 
@@ -71,7 +176,7 @@ stp_status stp_symbols_end(const stp_symbol_reader *r, stp_error *err)
         return stp_error_set(err, STP_CORRUPT,
                              "a table ends %" PRIu32 " words before its last symbol", r->missing);
     for (unsigned k = 0; k < STP_SYMBOL_LANES; k++)
-        ended = ended && r->state[k] == STP_SYMBOL_STATE_LEAST;
+        ended = ended && r->state[k] == r->last;
     return ended ? STP_OK
                  : stp_error_set(err, STP_CORRUPT, "a table does not end with its last symbol");
 }

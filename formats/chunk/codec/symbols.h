@@ -17,6 +17,8 @@
 /* A state is less than 2^63 and, between items, 2^31 or more: it moves by words of 32 bits. */
 #define STP_SYMBOL_WORD_BITS 32
 #define STP_SYMBOL_STATE_LEAST (UINT64_C(1) << 31)
+/* Short states are this behind the last item. Lesser ones would not tell whether there are more. */
+#define STP_SYMBOL_STATE_SHORT STP_ODDS_ALL
 /* Plain bits of an item, at most. */
 #define STP_SYMBOL_BITS_LIMIT 16u
 
@@ -38,8 +40,13 @@ typedef struct stp_symbol_writer {
 
 /* Makes room for `more` items. Errors: OUT_OF_MEMORY. */
 stp_status stp_symbols_reserve(stp_symbol_writer *w, size_t more, stp_error *err);
-/* Appends all items as bytes. Errors: OUT_OF_MEMORY. */
+/* Appends all items as bytes: two states of 8 bytes, words. Errors: OUT_OF_MEMORY. */
 stp_status stp_symbols_write(const stp_symbol_writer *w, stp_bytes *out, stp_error *err);
+/* The same with short states, of as many bytes as they need, which end at 2^15. Appends nothing,
+ * and *written is false, if one lane has so few items before the other one's words begin that a
+ * reader could not tell whose they are. Errors: OUT_OF_MEMORY. */
+stp_status stp_symbols_write_short(const stp_symbol_writer *w, stp_bytes *out, bool *written,
+                                   stp_error *err);
 
 /* Takes a symbol with plain bits, and learns the symbol. There must be room. */
 STP_INLINE void stp_symbol_put(stp_symbol_writer *w, unsigned lane, stp_odds *odds, int shift,
@@ -68,24 +75,32 @@ STP_INLINE void stp_symbol_put_bits(stp_symbol_writer *w, unsigned lane, uint32_
 typedef struct stp_symbol_reader {
     const uint8_t *next, *end;
     uint64_t state[STP_SYMBOL_LANES];
+    uint64_t last;    /* both states behind the last item: LEAST, or SHORT */
     uint32_t missing; /* words asked for behind the end: they were 0 */
 } stp_symbol_reader;
 
 /* Errors: CORRUPT. */
 stp_status stp_symbols_begin(stp_symbol_reader *r, const uint8_t *bytes, size_t size,
                              stp_error *err);
+/* Whether bytes begin as those of stp_symbols_write_short do. */
+bool stp_symbols_are_short(const uint8_t *bytes, size_t size);
+/* Errors: CORRUPT. */
+stp_status stp_symbols_begin_short(stp_symbol_reader *r, const uint8_t *bytes, size_t size,
+                                   stp_error *err);
 /* Checks that all symbols are read and nothing is left. Errors: CORRUPT. */
 stp_status stp_symbols_end(const stp_symbol_reader *r, stp_error *err);
 
-/* Adds a word to a state that has become too small. Without a branch that nobody can predict. */
+/* Adds a word to a state that has become too small; to short ones only while there are words.
+ * Without a branch that nobody can predict. */
 STP_INLINE uint64_t stp_symbols_refill(stp_symbol_reader *r, uint64_t state)
 {
-    const uint32_t asks = state < STP_SYMBOL_STATE_LEAST;
+    uint32_t asks = state < STP_SYMBOL_STATE_LEAST;
     uint64_t word = 0;
     if (r->end - r->next >= 4) {
         word = stp_get_u32(r->next);
         r->next += (size_t)4 * asks;
     } else {
+        asks = r->last == STP_SYMBOL_STATE_SHORT ? 0 : asks;
         r->missing += asks;
     }
     return asks ? state << STP_SYMBOL_WORD_BITS | word : state;

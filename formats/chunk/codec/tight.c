@@ -110,7 +110,11 @@ done:
 stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, stp_error *err)
 {
     const size_t begin = out->size;
-    stp_status status = stp_symbols_write(&w->symbols, out, err);
+    bool is_short;
+    stp_status status = stp_symbols_write_short(&w->symbols, out, &is_short, err);
+    if (status != STP_OK || is_short)
+        return status;
+    status = stp_symbols_write(&w->symbols, out, err);
     if (status != STP_OK)
         return status;
     const uint64_t state = stp_get_u64(out->data + begin);
@@ -123,16 +127,20 @@ stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, stp_error 
 
 bool stp_is_tight(const uint8_t *bytes, size_t size)
 {
-    return size >= MARK_BYTES && stp_get_u32(bytes) & TIGHT_MARK;
+    return (size >= MARK_BYTES && stp_get_u32(bytes) & TIGHT_MARK) ||
+           stp_symbols_are_short(bytes, size);
 }
 
 stp_status stp_tight_read(stp_tight_reader *r, const uint8_t *bytes, size_t size, stp_error *err)
 {
-    stp_status status = stp_symbols_begin(&r->symbols, bytes, size, err);
+    const bool is_short = stp_symbols_are_short(bytes, size);
+    stp_status status = is_short ? stp_symbols_begin_short(&r->symbols, bytes, size, err)
+                                 : stp_symbols_begin(&r->symbols, bytes, size, err);
     if (status != STP_OK)
         return status;
-    r->symbols.state[0] =
-        (uint64_t)(stp_get_u32(bytes) & ~TIGHT_MARK) << 32 | stp_get_u32(bytes + 4);
+    if (!is_short)
+        r->symbols.state[0] =
+            (uint64_t)(stp_get_u32(bytes) & ~TIGHT_MARK) << 32 | stp_get_u32(bytes + 4);
     how_begin(&r->how);
     memset(r->first.known, 0, sizeof r->first.known);
     r->scaled = false;
