@@ -188,6 +188,17 @@ stp_disc stp_square_mean(stp_square_cell cell, vec4 weights, int own)
     return disc;
 }
 
+// Over how many cells, by columns and by rows, pixels of whole cells grow beside a side where no square is
+// drawn: over a pixel's diagonal, so that no two pixels beside each other lie on both sides of them. a: the
+// cell's corner; b, c: the next along its columns and along its rows.
+ivec2 stp_square_seam(vec3 a, vec3 b, vec3 c)
+{
+    vec2 corner = stp_window_of(a), column = stp_window_of(b) - corner, row = stp_window_of(c) - corner;
+    float area = abs(column.x * row.y - column.y * row.x);
+    vec2 width = area / max(vec2(length(row), length(column)), 1e-30);
+    return ivec2(clamp(ceil(1.42 / max(width, 1e-30)), 1.0, 7.0));
+}
+
 // A triangle of a grid's cell, seen at a window position, as a disc. Between the cell's samples, values
 // change as places do: bilinear. A quarter has those of its sample. The disc grows nowhere, but at the
 // borders of elevation maps.
@@ -205,7 +216,8 @@ stp_disc stp_square_disc(uint name, vec2 window)
     stp_disc disc = stp_square_mean(cell, weights, int(nearer.x) + 2 * int(nearer.y));
     disc.position = is_whole ? a + parts.x * (b - a) + parts.y * (c - a) : stp_disc_meet(disc, window);
     disc.normal = stp_square_normal(disc.normal, is_whole ? cross(b - a, c - a) : disc.normal, disc.position);
-    bool grows = (stp_square_flags(listed) & STP_SQUARE_OVERLAPS) != 0u && (!is_whole || stp_square_ends(listed, at));
+    bool grows = (stp_square_flags(listed) & STP_SQUARE_OVERLAPS) != 0u &&
+                 (!is_whole || stp_square_ends(listed, at, stp_square_seam(a, b, c)));
     disc.radius = grows ? disc.radius : 0.0;
     return disc;
 }

@@ -86,14 +86,14 @@ uint stp_square_beside(uint listed, ivec2 side)
     return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 4 + (word >> 2))[word & 3];
 }
 
-// Whether a whole cell is the last before a side at which no square is drawn: a map goes on there with coarser
-// samples, or in another chunk. first: of the cell.
-bool stp_square_ends(uint listed, ivec2 first)
+// Whether a whole cell is among the last `count`, by columns or by rows, before a side at which no square is
+// drawn: a map goes on there with coarser samples, or in another chunk. first: of the cell.
+bool stp_square_ends(uint listed, ivec2 first, ivec2 count)
 {
     int base = int(listed) * STP_SQUARE_TEXELS + 4;
     uvec4 before = texelFetch(square_texture, base), after = texelFetch(square_texture, base + 1);
-    return first.x == 0 && before.w == STP_NO_SAMPLE || first.y == 0 && before.y == STP_NO_SAMPLE ||
-           first.x == 6 && after.x == STP_NO_SAMPLE || first.y == 6 && after.z == STP_NO_SAMPLE;
+    return first.x < count.x && before.w == STP_NO_SAMPLE || first.y < count.y && before.y == STP_NO_SAMPLE ||
+           first.x + count.x > 6 && after.x == STP_NO_SAMPLE || first.y + count.y > 6 && after.z == STP_NO_SAMPLE;
 }
 
 // Whether a map has a sample at a column and row of a square, both from -1 to 8.
