@@ -511,14 +511,18 @@ static uint64_t normals_cost(const stp_level_tables *tables)
     return sum;
 }
 
-/* Lets normals follow from what they are nearest to. */
+/* Lets normals follow from what they are nearest to. Where heights tell normals to a step of the
+ * grid, the parents' are not tried. */
 static void choose_reach(coder *c, stp_square_choice *choice)
 {
     const bool spreads = stp_raster_spreads(stp_square_grid_of(c->map, 0)->raster);
     static const unsigned others[2] = {0, STP_SQUARE_REACH_PARENTS};
+    const uint32_t count = c->tables->elder.row_count + c->tables->last.row_count;
     unsigned coded = choice->reach;
     uint64_t least = normals_cost(c->tables);
-    for (unsigned i = 0; i < (spreads ? 2 : 1); i++) {
+    for (unsigned i = c->level > 0 || spreads ? 0 : 1; i < 2; i++) {
+        if (others[i] == STP_SQUARE_REACH_PARENTS && !spreads && least <= count)
+            break;
         code_normals(c, others[i]);
         coded = others[i];
         const uint64_t cost = normals_cost(c->tables);
@@ -567,8 +571,7 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
     coder c = coder_begin(block, level, map, tables, false);
     code_families(&c);
     code_normals(&c, choice->reach);
-    if (level > 0 || stp_raster_spreads(stp_square_grid_of(map, 0)->raster))
-        choose_reach(&c, choice);
+    choose_reach(&c, choice);
     choice->follow = cost(&tables->elder, true) < cost(&tables->elder, false);
     if (choice->follow)
         move_colours(&tables->elder, -1);

@@ -24,7 +24,7 @@ bool stp_square_choice_is_tight(uint8_t byte);
 stp_status stp_square_choice_read(uint8_t byte, stp_square_choice *out, stp_error *err);
 
 /* Levels 0 to 2. The next coarser level of the block must be there. Encoding sets choice->follow,
- * and of merged levels the reach to 0 if that is better. */
+ * and the reach to what is best: 0, parents, or what it was. */
 void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *map,
                              stp_square_choice *choice, const stp_level_tables *tables);
 void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
