@@ -14,33 +14,10 @@ enum { HEIGHT, GREEN, RED, BLUE, VALUE_COUNT };
 /* Whole numbers beyond it count as 0. */
 #define WHOLE_MOST 1073741824.0
 
-#define CHOICE_FOLLOW 8u
-#define CHOICE_REACH 7u
-#define CHOICE_TIGHT 128u
-
-uint8_t stp_square_choice_write(const stp_square_choice *choice)
-{
-    return (uint8_t)(choice->reach | (choice->follow ? CHOICE_FOLLOW : 0) |
-                     (choice->tight ? CHOICE_TIGHT : 0));
-}
-
-bool stp_square_choice_is_tight(uint8_t byte)
-{
-    return byte & CHOICE_TIGHT;
-}
-
-stp_status stp_square_choice_read(uint8_t byte, stp_square_choice *out, stp_error *err)
-{
-    *out = (stp_square_choice){byte & CHOICE_REACH, byte & CHOICE_FOLLOW, byte & CHOICE_TIGHT};
-    if (byte & ~(CHOICE_TIGHT | CHOICE_FOLLOW | CHOICE_REACH) ||
-        out->reach > STP_SQUARE_REACH_PARENTS)
-        return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
-    return STP_OK;
-}
-
 typedef struct coder {
     const stp_chunk *block;
     stp_square_map *map;
+    const stp_ladder *ladder; /* NULL: none */
     const stp_level_tables *tables;
     const double *values[VALUE_COUNT]; /* of the samples of the next coarser level */
     const stp_square_grid *grid;       /* of the patch at hand */
@@ -185,6 +162,20 @@ static void expect(const coder *c, const family *f, unsigned k, double out[VALUE
     }
 }
 
+/* The position along the height, coded as a rung. */
+static int32_t code_rung(const coder *c, const family *f, const table_row *r, double expected,
+                         int32_t position)
+{
+    const int32_t origin = f->patch->origin[c->grid->raster->axis];
+    const double least = ((double)origin + position - 0.5) * f->steps;
+    const uint32_t own = c->decode ? 0 : stp_ladder_over(c->ladder, least);
+    const uint32_t place = stp_ladder_nearest(c->ladder, expected);
+    uint32_t rung =
+        (uint32_t)code(c, r, STP_COLUMN_POSITION_C, (int32_t)place, (int32_t)own, 0xffff);
+    rung = rung < c->ladder->count ? rung : c->ladder->count - 1;
+    return whole(c->ladder->rungs[rung] / f->steps - origin) & 0xffff;
+}
+
 static void code_height(const coder *c, const family *f, const table_row *r, uint32_t child,
                         double expected, stp_sample *s)
 {
@@ -194,7 +185,9 @@ static void code_height(const coder *c, const family *f, const table_row *r, uin
     steps = steps > -65536.0 ? steps : -65536.0;
     steps = steps < 131072.0 ? steps : 131072.0;
     int32_t position = s->position[axis];
-    if (f->scale.used) {
+    if (c->ladder) {
+        position = code_rung(c, f, r, expected, position);
+    } else if (f->scale.used) {
         const int32_t place = stp_scale_nearest(steps * f->scale.places + f->scale.offset[axis]);
         const int32_t own = c->decode ? 0 : stp_scale_place(&f->scale, (int)axis, position);
         const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place & 0xffff, own, 0xffff);
@@ -547,7 +540,7 @@ static void move_colours(const stp_table *table, int sign)
 
 /* Sets what the level's parents tell. Their colours take the place of the map's sums. */
 static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
-                         const stp_level_tables *tables, bool decode)
+                         const stp_ladder *ladder, const stp_level_tables *tables, bool decode)
 {
     const uint32_t count = block->level_begin[level + 1][block->patch_count];
     const stp_sample *parents = block->samples[level + 1];
@@ -555,7 +548,7 @@ static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
     static const unsigned channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
     /* All grids have the same heights. */
     const double *heights = stp_square_grid_of(map, 0)->level[level + 1].height;
-    coder c = {block, map, tables, {[HEIGHT] = heights}, NULL, level, decode};
+    coder c = {block, map, ladder, tables, {[HEIGHT] = heights}, NULL, level, decode};
     set_heights(block, level + 1, map);
     for (int v = GREEN; v <= BLUE; v++, colours += count) {
         for (uint32_t i = 0; i < count; i++)
@@ -566,9 +559,10 @@ static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
 }
 
 void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *map,
-                             stp_square_choice *choice, const stp_level_tables *tables)
+                             const stp_ladder *ladder, stp_square_choice *choice,
+                             const stp_level_tables *tables)
 {
-    coder c = coder_begin(block, level, map, tables, false);
+    coder c = coder_begin(block, level, map, ladder, tables, false);
     code_families(&c);
     code_normals(&c, choice->reach);
     choose_reach(&c, choice);
@@ -578,9 +572,10 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
 }
 
 void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
-                             const stp_square_choice *choice, const stp_level_tables *tables)
+                             const stp_ladder *ladder, const stp_square_choice *choice,
+                             const stp_level_tables *tables)
 {
-    coder c = coder_begin(block, level, map, tables, true);
+    coder c = coder_begin(block, level, map, ladder, tables, true);
     if (choice->follow)
         move_colours(&tables->elder, 1);
     code_families(&c);
