@@ -7,6 +7,7 @@
 /* Of the index of a segment of one block. */
 #define INDEX 8
 #define CHOICE_LADDER 16u
+#define CHOICE_LOOSE 32u
 
 /* Normals that are all alike follow from those of the parents, if heights do not tell them. */
 static void test_parents(void **state)
@@ -52,6 +53,50 @@ static void test_ladder(void **state)
         clear(&bytes);
     }
     assert_in_range(sizes[0], 1, sizes[2] * 3 / 4);
+}
+
+/* Colours that slowly change from sample to sample, and noise; those of merged samples are means.
+ */
+static void fill_colours(stp_chunk *chunk, unsigned noise)
+{
+    for (uint32_t p = 0; p < SQUARES; p++) {
+        const uint8_t *counts = chunk->patches[p].counts;
+        for (uint32_t i = 0; i < 64; i++) {
+            const uint32_t column = p % ACROSS * 8 + stp_square_column(i);
+            const uint32_t row = p / ACROSS * 8 + stp_square_row(i);
+            const uint64_t random = noise ? stp_random_u64(p, i) % noise : 0;
+            for (unsigned k = 0; k < 3; k++)
+                chunk->samples[0][chunk->level_begin[0][p] + i].rgb[k] =
+                    (uint8_t)(50 * k + column + row / 2 + random);
+        }
+        for (int l = 1; l < STP_LEVEL_COUNT; l++)
+            for (unsigned j = 0; j < counts[l]; j++)
+                for (unsigned k = 0; k < 3; k++) {
+                    const stp_sample *finer = chunk->samples[l - 1] + chunk->level_begin[l - 1][p];
+                    unsigned sum = 2;
+                    for (unsigned i = 0; i < 4; i++)
+                        sum += finer[4 * j + i].rgb[k];
+                    chunk->samples[l][chunk->level_begin[l][p] + j].rgb[k] = (uint8_t)(sum / 4);
+                }
+    }
+}
+
+/* Smooth colours are loose, at all levels that have them so; noise is not. */
+static void test_loose(void **state)
+{
+    (void)state;
+    for (unsigned noise = 0; noise <= 40; noise += 40) {
+        stp_chunk *chunk = make_chunk(&(recipe){.wild = false}), *decoded = make_room(chunk, 0);
+        fill_colours(chunk, noise);
+        coded bytes = encode(chunk);
+        for (int s = 1; s < STP_SEGMENT_COUNT; s++)
+            assert_int_equal(!!(*choice_of(&bytes, s) & CHOICE_LOOSE), noise == 0);
+        assert_int_equal(decode(&bytes, decoded), STP_OK);
+        assert_same(chunk, decoded);
+        stp_chunk_destroy(&decoded);
+        stp_chunk_destroy(&chunk);
+        clear(&bytes);
+    }
 }
 
 static void assert_refused(const coded *c, const stp_chunk *like)
@@ -112,10 +157,8 @@ static void test_rungs(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parents),
-        cmocka_unit_test(test_ladder),
-        cmocka_unit_test(test_damaged),
-        cmocka_unit_test(test_rungs),
+        cmocka_unit_test(test_parents), cmocka_unit_test(test_ladder), cmocka_unit_test(test_loose),
+        cmocka_unit_test(test_damaged), cmocka_unit_test(test_rungs),
     };
     return cmocka_run_group_tests_name("choices of squares", tests, NULL, NULL);
 }

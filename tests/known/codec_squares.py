@@ -259,7 +259,7 @@ def rung_of(patch, axis, z, steps, cell, ladder):
 
 def decode_level(block, level, how, parents, tables, ladder):
     """The samples of a level. tables: of elder and of last children. ladder: heights; empty: there is none."""
-    require(how < 16 and how & 7 <= 5, "a level of squares begins wrong")
+    require(how & 80 == 0 and how & 7 <= 5, "a level of squares begins wrong")
     on, samples, cells = block.levels[level], [], []
     rows = [iter(t.rows) for t in tables]
     block.set_heights(level + 1, parents)
@@ -278,7 +278,8 @@ def decode_level(block, level, how, parents, tables, ladder):
                 s = Sample(0, (up.flags + row[1]) & 255, (up.class_id + row[2]) & 255)
                 expected, share = family.expected(on.places[i]), 1.0 / (family.count - k)
                 move = row[5] if how & 8 and elder else 0
-                s.colour = [(whole(expected[n] + share * left[n]) + row[5 + n] + (move if n else 0)) & 255
+                tied = 0.0 if how & 32 else share
+                s.colour = [(whole(expected[n] + tied * left[n]) + row[5 + n] + (move if n else 0)) & 255
                             for n in range(3)] + [(up.colour[3] + row[8]) & 255]
                 s.position = [0, 0, 0]
                 z = expected[3] + share * left[3]

@@ -186,4 +186,20 @@ for codec in raw draco zstd; do
     "$program" prep steps.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "ladder/2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" ladder/2_0_raw.stipple >ladder/2_0.samples
-rm attributes.las depth.pgm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+# From here on colours may be loose: here they are smooth on the left, and noise on the right.
+awk 'BEGIN {
+    print "ncols 96\nnrows 24\nxllcorner 0\nyllcorner 0\ncellsize 1" >"hills.asc"
+    print "P3\n96 24\n255"
+    for (r = 0; r < 24; r++)
+        for (c = 0; c < 96; c++) {
+            printf "%.2f%s", 3 * sin(c / 9) + 2 * cos(r / 7), c < 95 ? " " : "\n" >"hills.asc"
+            noise = c < 64 ? 0 : (c * c * 31 + r * r * 17 + c * r) % 60
+            print int(90 + c / 3 + r / 2 + noise), int(80 + 20 * sin(c / 20) + noise), int(200 - c - r / 3 + noise)
+        }
+}' >hills.ppm
+mkdir -p loose
+for codec in raw draco zstd; do
+    "$program" prep hills.asc --colour hills.ppm -o "loose/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" loose/2_0_raw.stipple >loose/2_0.samples
+rm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -7,6 +7,7 @@
 #define REACH 7u
 #define FOLLOW 8u
 #define LADDER 16u
+#define LOOSE 32u
 #define TIGHT 128u
 /* The byte, and behind it the number of rungs, less 1, if there is a ladder. */
 #define BYTES 1u
@@ -17,7 +18,7 @@ stp_status stp_square_choice_write(const stp_square_choice *choice, stp_bytes *o
     const bool ladder = choice->rungs > 0;
     uint8_t bytes[BYTES + LADDER_BYTES];
     bytes[0] = (uint8_t)(choice->reach | (choice->follow ? FOLLOW : 0) | (ladder ? LADDER : 0) |
-                         (choice->tight ? TIGHT : 0));
+                         (choice->loose ? LOOSE : 0) | (choice->tight ? TIGHT : 0));
     stp_put_u16(bytes + BYTES, (uint16_t)(choice->rungs - 1u));
     return stp_bytes_append(out, bytes, BYTES + (ladder ? LADDER_BYTES : 0), err);
 }
@@ -34,10 +35,13 @@ stp_status stp_square_choice_read(stp_cursor *c, int level, bool tight, stp_squa
         return stp_error_set(err, STP_CORRUPT, "it ends before a level of squares");
     const uint8_t byte = *c->bytes;
     const bool ladder = byte & LADDER;
-    *out =
-        (stp_square_choice){.reach = byte & REACH, .follow = byte & FOLLOW, .tight = byte & TIGHT};
-    if (byte & ~(TIGHT | LADDER | FOLLOW | REACH) || out->reach > STP_SQUARE_REACH_PARENTS ||
-        out->tight != tight || (ladder && (level > 0 || !tight)))
+    *out = (stp_square_choice){.reach = byte & REACH,
+                               .follow = byte & FOLLOW,
+                               .loose = byte & LOOSE,
+                               .tight = byte & TIGHT};
+    if (byte & ~(TIGHT | LOOSE | LADDER | FOLLOW | REACH) ||
+        out->reach > STP_SQUARE_REACH_PARENTS || out->tight != tight ||
+        (ladder && (level > 0 || !tight)))
         return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
     stp_cursor_skip(c, BYTES);
     if (!ladder)

@@ -7,6 +7,7 @@
 typedef struct stp_square_choice {
     unsigned reach; /* of the windows of normals, 1 to 4; 0 and 5: square.h */
     bool follow;    /* red and blue change as green does */
+    bool loose;     /* colours do not follow from what is left of the parent's */
     bool tight;     /* the tables that follow are one run (tight.h) */
     uint32_t rungs; /* of the ladder, whose table comes first (ladder.h); 0: there is none */
 } stp_square_choice;

@@ -10,6 +10,7 @@
 
 /* Values that have slopes. */
 enum { HEIGHT, GREEN, RED, BLUE, VALUE_COUNT };
+static const uint8_t channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
 
 /* Whole numbers beyond it count as 0. */
 #define WHOLE_MOST 1073741824.0
@@ -22,7 +23,7 @@ typedef struct coder {
     const double *values[VALUE_COUNT]; /* of the samples of the next coarser level */
     const stp_square_grid *grid;       /* of the patch at hand */
     int level;
-    bool decode;
+    bool decode, loose;
 } coder;
 
 /* The next rows of a level's two tables. */
@@ -146,6 +147,8 @@ typedef struct family {
     const stp_patch *patch;
     double steps; /* of the finest lattice in one of the patch */
     stp_patch_scale scale;
+    uint64_t tied,
+        loose; /* magnitudes of cells of colours, if they are not loose and if they are */
 } family;
 
 /* Sets what is expected of child k. */
@@ -215,6 +218,22 @@ static void code_across(const coder *c, const family *f, const table_row *r, uin
     }
 }
 
+/* Codes the colours of a child. share: of what is left of the parent's. */
+static void code_colours(const coder *c, family *f, const table_row *r,
+                         const double expected[VALUE_COUNT], double share, stp_sample *s)
+{
+    static const uint8_t column[VALUE_COUNT] = {
+        [GREEN] = STP_COLUMN_GREEN, [RED] = STP_COLUMN_RED, [BLUE] = STP_COLUMN_BLUE};
+    for (int v = GREEN; v <= BLUE; v++) {
+        const double tied = expected[v] + share * f->left[v];
+        uint8_t *value = &s->rgb[channel[v]];
+        *value = (uint8_t)code(c, r, column[v], whole(c->loose ? expected[v] : tied), *value, 0xff);
+        f->left[v] += expected[v] - *value;
+        f->tied += c->decode ? 0 : (uint64_t)abs(*value - whole(tied));
+        f->loose += c->decode ? 0 : (uint64_t)abs(*value - whole(expected[v]));
+    }
+}
+
 /* Codes what a child has besides normal and radius. */
 static void code_child(const coder *c, family *f, unsigned k, const table_row *r)
 {
@@ -227,15 +246,7 @@ static void code_child(const coder *c, family *f, unsigned k, const table_row *r
     s->flags = (uint8_t)code(c, r, STP_COLUMN_FLAGS, parent->flags, s->flags, 0xff);
     s->class_id = (uint8_t)code(c, r, STP_COLUMN_CLASS, parent->class_id, s->class_id, 0xff);
     s->intensity = (uint8_t)code(c, r, STP_COLUMN_INTENSITY, parent->intensity, s->intensity, 0xff);
-    static const uint8_t channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
-    static const uint8_t column[VALUE_COUNT] = {
-        [GREEN] = STP_COLUMN_GREEN, [RED] = STP_COLUMN_RED, [BLUE] = STP_COLUMN_BLUE};
-    for (int v = GREEN; v <= BLUE; v++) {
-        uint8_t *value = &s->rgb[channel[v]];
-        *value =
-            (uint8_t)code(c, r, column[v], whole(expected[v] + share * f->left[v]), *value, 0xff);
-        f->left[v] += expected[v] - *value;
-    }
+    code_colours(c, f, r, expected, share, s);
     code_height(c, f, r, child, expected[HEIGHT] + share * f->left[HEIGHT], s);
     code_across(c, f, r, child, s);
     f->left[HEIGHT] += expected[HEIGHT] - c->grid->level[c->level].height[child];
@@ -258,15 +269,17 @@ static void begin_family(const coder *c, family *f)
         f->left[v] = 0.0;
 }
 
-static void code_families(coder *c)
+/* Returns whether colours take less if they are loose. */
+static bool code_families(coder *c)
 {
     rows r = {0};
+    family f = {0};
     for (uint32_t p = 0; p < c->block->patch_count; p++) {
         c->grid = stp_square_grid_of(c->map, p);
-        const stp_patch *patch = &c->block->patches[p];
-        family f = {.patch = patch, .steps = stp_square_map_steps(c->map, patch)};
-        f.scale = stp_scale_of_patch(&c->tables->last.scale, patch);
-        for (unsigned j = 0; j < patch->counts[c->level + 1]; j++) {
+        f.patch = &c->block->patches[p];
+        f.steps = stp_square_map_steps(c->map, f.patch);
+        f.scale = stp_scale_of_patch(&c->tables->last.scale, f.patch);
+        for (unsigned j = 0; j < f.patch->counts[c->level + 1]; j++) {
             find_family(c, p, j, &f);
             begin_family(c, &f);
             for (unsigned k = 0; k < f.count; k++) {
@@ -275,6 +288,7 @@ static void code_families(coder *c)
             }
         }
     }
+    return f.loose < f.tied;
 }
 
 /* ---- normals and radii, when all heights of the level are known ---- */
@@ -540,15 +554,15 @@ static void move_colours(const stp_table *table, int sign)
 
 /* Sets what the level's parents tell. Their colours take the place of the map's sums. */
 static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
-                         const stp_ladder *ladder, const stp_level_tables *tables, bool decode)
+                         const stp_ladder *ladder, const stp_level_tables *tables, bool decode,
+                         bool loose)
 {
     const uint32_t count = block->level_begin[level + 1][block->patch_count];
     const stp_sample *parents = block->samples[level + 1];
     double *colours = map->sums;
-    static const unsigned channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
     /* All grids have the same heights. */
     const double *heights = stp_square_grid_of(map, 0)->level[level + 1].height;
-    coder c = {block, map, ladder, tables, {[HEIGHT] = heights}, NULL, level, decode};
+    coder c = {block, map, ladder, tables, {[HEIGHT] = heights}, NULL, level, decode, loose};
     set_heights(block, level + 1, map);
     for (int v = GREEN; v <= BLUE; v++, colours += count) {
         for (uint32_t i = 0; i < count; i++)
@@ -562,8 +576,10 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
                              const stp_ladder *ladder, stp_square_choice *choice,
                              const stp_level_tables *tables)
 {
-    coder c = coder_begin(block, level, map, ladder, tables, false);
-    code_families(&c);
+    coder c = coder_begin(block, level, map, ladder, tables, false, false);
+    c.loose = choice->loose = code_families(&c);
+    if (c.loose)
+        code_families(&c);
     code_normals(&c, choice->reach);
     choose_reach(&c, choice);
     choice->follow = cost(&tables->elder, true) < cost(&tables->elder, false);
@@ -575,7 +591,7 @@ void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
                              const stp_ladder *ladder, const stp_square_choice *choice,
                              const stp_level_tables *tables)
 {
-    coder c = coder_begin(block, level, map, ladder, tables, true);
+    coder c = coder_begin(block, level, map, ladder, tables, true, choice->loose);
     if (choice->follow)
         move_colours(&tables->elder, 1);
     code_families(&c);
