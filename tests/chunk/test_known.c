@@ -264,6 +264,8 @@ static void test_version_2_0(void **state)
     check_codecs("depth/2_0");
     check_codecs("records/2_0");
     check_codecs("short/maps_2_0");
+    check_codecs("ladder/2_0");
+    check_codecs("loose/2_0");
     check_codecs("states/2_0");
 }
 

@@ -6,11 +6,12 @@ import struct
 import codec_squares
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
                    grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
-from odds import TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Symbols, is_short, read_columns, tight_columns
+from odds import TIGHT_LADDER, TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Symbols, is_short, read_columns, tight_columns
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
 SQUARE_COLUMNS = 10
+LADDER_COLUMNS = 2
 # First and last columns that share a stream.
 PATCH_STREAMS = ((1, 3), (4, 6), (7, 9), (10, 13), (14, 18), (19, 23), (24, 28), (29, 33), (34, 37),
                  (38, 40), (41, 42), (43, 44))
@@ -160,7 +161,7 @@ class TightTables:
         elif columns == SAMPLE_COLUMNS:
             firsts = TIGHT_SAMPLES[0 if level is None else 1 + last]
         else:
-            firsts = TIGHT_PATCHES if patches else TIGHT_OWN
+            firsts = TIGHT_PATCHES if patches else TIGHT_LADDER if columns == LADDER_COLUMNS else TIGHT_OWN
         table = tight_columns(symbols, rows, columns, coded, firsts) | same
         return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches)
 
@@ -186,11 +187,13 @@ def tables_of(cursor, joined):
     return TightTables(cursor) if tight else LooseTables(cursor, joined)
 
 
-def squares_begin(cursor, tight):
-    """The tables of a level of squares, and what it begins with."""
+def squares_begin(cursor, tight, finest=False):
+    """The tables of a level of squares, what it begins with, and the number of its ladder's rungs."""
     how = cursor.number(1)
     require(tight is None or how >> 7 == tight, f"{cursor.name}: a level of squares begins with {how}")
-    return TightTables(cursor, True) if how >> 7 else LooseTables(cursor, True), how & 127
+    require(not how & 16 or (how >> 7 and finest), f"{cursor.name}: a ladder of a level that has none")
+    rungs = cursor.number(2) + 1 if how & 16 else 0
+    return TightTables(cursor, True) if how >> 7 else LooseTables(cursor, True), how & 111, rungs
 
 
 def quarters(cells, patch, before, tight):
@@ -425,6 +428,17 @@ def read_rasters(cursor, count, tilted):
     return codec_squares.tilted_rasters(cursor, count) if tilted else codec_squares.level_raster(cursor)
 
 
+def ladder_of(rows, name):
+    """Heights, which grow, from their second differences."""
+    out, step = [], 0
+    for low, high in rows:
+        step += low + 65536 * high
+        out.append(signed((out[-1] if out else 0) + step, 32))
+        require(len(out) < 2 or out[-1] > out[-2], f"{name}: a ladder that does not grow")
+        step = step if len(out) > 1 else 0
+    return out
+
+
 def read_squares(tables, rasters, patches, name):
     """The block of squares whose table comes next."""
     rows = tables.read(len(patches), SQUARE_COLUMNS + (not rasters[0].level)).rows
@@ -434,10 +448,10 @@ def read_squares(tables, rasters, patches, name):
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    rasters, how = None, 0
+    rasters, how, rungs = None, 0, 0
     if joined and len(cursor.data) >= 4 and cursor.data[3] == 64:
         rasters = read_rasters(cursor, patch_count, cursor.number(4) & 1)
-        tables, how = squares_begin(cursor, 1)
+        tables, how, rungs = squares_begin(cursor, 1)
     else:
         tables = tables_of(cursor, joined)
     table = tables.read(patch_count, patch_columns(linked))
@@ -450,13 +464,15 @@ def decode(segments, patch_count, linked, name, joined=False):
     for level in (2, 1, 0):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")
-            tables, how = squares_begin(cursor, None) if squares else (tables_of(cursor, joined), 0)
+            tables, how, rungs = (squares_begin(cursor, None, level == 0) if squares else
+                                  (tables_of(cursor, joined), 0, 0))
         elif isinstance(tables, LooseTables) and squares:
             how = squares_begin(cursor, 0)[1]
         parents = len(levels[level + 1])
         elder = sum(p.counts[level] for p in patches) - parents
+        ladder = ladder_of(tables.read(rungs, LADDER_COLUMNS).rows, cursor.name)
         both = [tables.read(rows, SAMPLE_COLUMNS, level, last) for last, rows in enumerate((elder, parents))]
-        levels[level] = (codec_squares.decode_level(squares, level, how, levels[level + 1], both) if squares else
+        levels[level] = (codec_squares.decode_level(squares, level, how, levels[level + 1], both, ladder) if squares else
                          finer_level(*both, patches, level, levels[level + 1]))
         tables.end()
     return patches, levels

@@ -1,5 +1,6 @@
 """Squares of grids of heights, in codec 4: positions, normals and radii follow from places and heights."""
 
+import bisect
 import math
 import struct
 
@@ -248,9 +249,17 @@ def height_of(patch, axis, steps, cell, scale):
     return (whole(p) + cell) & 65535
 
 
-def decode_level(block, level, how, parents, tables):
-    """The samples of a level. tables: of elder and of last children."""
-    require(how < 16 and how & 7 <= 5, "a level of squares begins wrong")
+def rung_of(patch, axis, z, steps, cell, ladder):
+    """The position along the height of the rung that is `cell` after the one nearest to z."""
+    over = bisect.bisect_left(ladder, z)
+    if over == len(ladder) or (over and z - ladder[over - 1] <= ladder[over] - z):
+        over -= 1
+    return (whole(ladder[min(over + cell & 65535, len(ladder) - 1)] / steps - patch.origin[axis])) & 65535
+
+
+def decode_level(block, level, how, parents, tables, ladder):
+    """The samples of a level. tables: of elder and of last children. ladder: heights; empty: there is none."""
+    require(how & 80 == 0 and how & 7 <= 5, "a level of squares begins wrong")
     on, samples, cells = block.levels[level], [], []
     rows = [iter(t.rows) for t in tables]
     block.set_heights(level + 1, parents)
@@ -269,11 +278,13 @@ def decode_level(block, level, how, parents, tables):
                 s = Sample(0, (up.flags + row[1]) & 255, (up.class_id + row[2]) & 255)
                 expected, share = family.expected(on.places[i]), 1.0 / (family.count - k)
                 move = row[5] if how & 8 and elder else 0
-                s.colour = [(whole(expected[n] + share * left[n]) + row[5 + n] + (move if n else 0)) & 255
+                tied = 0.0 if how & 32 else share
+                s.colour = [(whole(expected[n] + tied * left[n]) + row[5 + n] + (move if n else 0)) & 255
                             for n in range(3)] + [(up.colour[3] + row[8]) & 255]
                 s.position = [0, 0, 0]
-                s.position[raster.axis] = height_of(patch, raster.axis, (expected[3] + share * left[3]) / steps,
-                                                    row[11], scale)
+                z = expected[3] + share * left[3]
+                s.position[raster.axis] = (rung_of(patch, raster.axis, z, steps, row[11], ladder) if ladder else
+                                           height_of(patch, raster.axis, z / steps, row[11], scale))
                 height = float(patch.origin[raster.axis] + s.position[raster.axis])
                 tilt = block.tilt(level, i)
                 for n, axis in enumerate(raster.others):

@@ -177,9 +177,34 @@ for codec in raw draco zstd; do
     "$program" prep maps.ply --maps -o "short/maps_2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" short/maps_2_0_raw.stipple >short/maps_2_0.samples
+# From here on depths that come in steps have a ladder.
+awk 'NR < 4 { print; next } {
+    for (c = 1; c <= NF; c++) printf "%d%s", $c ? 60000 / int(60000 / $c) : 0, c < NF ? " " : "\n"
+}' depth.pgm >steps.pgm
+mkdir -p ladder
+for codec in raw draco zstd; do
+    "$program" prep steps.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "ladder/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" ladder/2_0_raw.stipple >ladder/2_0.samples
+# From here on colours may be loose: here they are smooth on the left, and noise on the right.
+awk 'BEGIN {
+    print "ncols 96\nnrows 24\nxllcorner 0\nyllcorner 0\ncellsize 1" >"hills.asc"
+    print "P3\n96 24\n255"
+    for (r = 0; r < 24; r++)
+        for (c = 0; c < 96; c++) {
+            printf "%.2f%s", 3 * sin(c / 9) + 2 * cos(r / 7), c < 95 ? " " : "\n" >"hills.asc"
+            noise = c < 64 ? 0 : (c * c * 31 + r * r * 17 + c * r) % 60
+            print int(90 + c / 3 + r / 2 + noise), int(80 + 20 * sin(c / 20) + noise), int(200 - c - r / 3 + noise)
+        }
+}' >hills.ppm
+mkdir -p loose
+for codec in raw draco zstd; do
+    "$program" prep hills.asc --colour hills.ppm -o "loose/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" loose/2_0_raw.stipple >loose/2_0.samples
 
 # From here on tight parts have short states.
 mkdir -p states
 "$program" gen statue -n 800 --seed 10 -o middles.ply --quiet --force
 in_blocks states/2_0 middles.ply
-rm attributes.las depth.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+rm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

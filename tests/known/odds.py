@@ -8,10 +8,10 @@ NONE, SMALL, MIDDLE, LARGE = range(4)
 RATIOS = ((983, 737, 983, 1327), (2891, 2170, 2891, 3897), (5749, 4326, 5749, 7713),
           (11246, 8542, 11246, 14840), (20832, 16304, 20832, 26261), (33927, 28285, 33927, 39657),
           (46343, 41561, 46343, 50585))
-# By columns of the table: of samples 12, of squares 10 or 11, of patches all others.
-KINDS = {12: (1, 2), 10: tuple(range(2, 10)), 11: tuple(range(2, 10))}
+# By columns of the table: of samples 12, of squares 10 or 11, of ladders 2, of patches all others.
+KINDS = {12: (1, 2), 10: tuple(range(2, 10)), 11: tuple(range(2, 10)), 2: ()}
 PATCH_KINDS = (7, 8)
-BESIDE = {12: {4: 3, 6: 5, 7: 6, 10: 9, 11: 10}, 10: {1: 0}, 11: {1: 0}}
+BESIDE = {12: {4: 3, 6: 5, 7: 6, 10: 9, 11: 10}, 10: {1: 0}, 11: {1: 0}, 2: {1: 0}}
 PATCH_ALONE = (0, 1, 9)
 # Of patches by middles: the first means, by column.
 PATCH_FIRST = (4, 13, 7, 13, 7, 11, 7, 0, 0, 11, 11, 12, 12, 12, 12, 11, 11, 11, 11, 9, 9, 9, 9, 13, 12, 11, 11, 11, 11,
@@ -21,7 +21,8 @@ TIGHT_PATCHES = (4, 14, 8, 15, 8, 10, 8, 0, 0, 12, 12, 9, 10, 8, 13, 11, 11, 11,
                  10, 10, 10, 10, 10, 13, 11, 9, 9, 12, 9, 3, 3, 9, 12, 17, 17, 16)
 TIGHT_SAMPLES = ((3, 0, 0, 4, 4, 13, 10, 10, 13, 3, 3, 3), (8, 0, 0, 11, 11, 9, 8, 8, 11, 13, 13, 10),
                  (8, 0, 0, 8, 8, 8, 8, 8, 8, 9, 9, 9))
-# The same of squares: their own table, and samples, by whether they are merged, then by whether last children.
+# The same of ladders; of squares: their own table, and samples, by whether they are merged, then by whether last children.
+TIGHT_LADDER = (12, 3)
 TIGHT_OWN = (8, 8, 0, 0, 0, 0, 0, 0, 0, 0, 5)
 TIGHT_SQUARES = (((7, 0, 0, 7, 7, 9, 8, 8, 8, 3, 3, 11), (7, 0, 0, 7, 7, 8, 8, 8, 8, 3, 3, 9)),
                  ((10, 0, 0, 12, 12, 9, 8, 8, 8, 6, 6, 12), (10, 0, 0, 12, 12, 8, 8, 8, 8, 6, 6, 9)))

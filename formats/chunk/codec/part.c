@@ -210,15 +210,36 @@ done:
     return status;
 }
 
+static stp_status ladder_write(const stp_ladder *ladder, table_sink *to, stp_error *err)
+{
+    stp_table table = {0};
+    stp_status status = STP_OK;
+    STP_TRY(stp_ladder_table(ladder->count, &table, err));
+    stp_ladder_encode(ladder, &table);
+    STP_TRY(table_write(to, &table, err));
+done:
+    free(table.values);
+    return status;
+}
+
 /* Fills the tables of a level of squares, and writes the choice that goes before them. */
 static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_map *map,
                                   stp_level_tables *tables, table_sink *to, stp_error *err)
 {
     stp_square_choice choice = {.reach = level == 0 ? chunk->reach : 1, .tight = to->is_tight};
+    stp_ladder ladder = {0};
+    stp_status status = STP_OK;
     tables->elder.by_odds = tables->last.by_odds = true;
-    stp_square_level_encode(chunk, level, map, &choice, tables);
-    const uint8_t byte = stp_square_choice_write(&choice);
-    return stp_bytes_append(to->out, &byte, sizeof byte, err);
+    if (level == 0 && to->is_tight && stp_raster_spreads(map->grids[0].raster))
+        STP_TRY(stp_ladder_find(chunk, map, &ladder, err));
+    choice.rungs = ladder.count;
+    stp_square_level_encode(chunk, level, map, ladder.count > 0 ? &ladder : NULL, &choice, tables);
+    STP_TRY(stp_square_choice_write(&choice, to->out, err));
+    if (ladder.count > 0)
+        STP_TRY(ladder_write(&ladder, to, err));
+done:
+    free(ladder.rungs);
+    return status;
 }
 
 static stp_status level_encode(const stp_chunk *chunk, int level, block_squares *squares,
@@ -381,49 +402,62 @@ done:
 }
 
 /* Decodes a level of squares from its tables. */
-static stp_status squares_level_decode(const stp_square_choice *choice, int level, stp_chunk *chunk,
+static stp_status squares_level_decode(const stp_square_choice *choice, int level,
+                                       const stp_ladder *ladder, stp_chunk *chunk,
                                        const stp_level_tables *tables, stp_error *err)
 {
     stp_square_map map = {0};
     stp_status status = stp_square_map_create(chunk, chunk->squares, &map, err);
     if (status == STP_OK)
-        stp_square_level_decode(chunk, level, &map, choice, tables);
+        stp_square_level_decode(chunk, level, &map, choice->rungs > 0 ? ladder : NULL, choice,
+                                tables);
     if (level == 0)
         chunk->reach = choice->reach;
     stp_square_map_clear(&map);
     return status;
 }
 
-static stp_status choice_read(table_source *from, stp_error *err)
+static stp_status choice_read(table_source *from, int level, stp_error *err)
 {
-    stp_cursor *c = &from->c;
-    if (c->left < STP_SQUARE_CHOICE_BYTES)
-        return stp_error_set(err, STP_CORRUPT, "it ends before a level of squares");
-    const uint8_t byte = *c->bytes;
-    stp_cursor_skip(c, STP_SQUARE_CHOICE_BYTES);
-    if (from->shares)
-        from->shares->bytes[STP_SHARE_FRAME] += STP_SQUARE_CHOICE_BYTES;
-    const stp_status status = stp_square_choice_read(byte, &from->choice, err);
-    if (status == STP_OK && from->choice.tight != from->is_tight)
-        return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
+    const size_t left = from->c.left;
+    const stp_status status =
+        stp_square_choice_read(&from->c, level, from->is_tight, &from->choice, err);
+    if (status == STP_OK && from->shares)
+        from->shares->bytes[STP_SHARE_FRAME] += left - from->c.left;
+    return status;
+}
+
+static stp_status ladder_read(table_source *from, stp_ladder *ladder, stp_error *err)
+{
+    stp_table table = {0};
+    stp_status status = STP_OK;
+    STP_TRY(stp_ladder_table(from->choice.rungs, &table, err));
+    STP_TRY(table_read(from, &table, err));
+    STP_TRY(stp_ladder_decode(&table, ladder, err));
+done:
+    free(table.values);
     return status;
 }
 
 static stp_status level_decode(table_source *from, int level, stp_chunk *chunk, stp_error *err)
 {
     stp_level_tables tables = {0};
+    stp_ladder ladder = {0};
     stp_status status = STP_OK;
     const bool squares = stp_chunk_is_squares(chunk);
     STP_TRY(stp_level_tables_create(chunk, level, squares, &tables, err));
     if (squares && !from->is_tight)
-        STP_TRY(choice_read(from, err));
+        STP_TRY(choice_read(from, level, err));
+    if (squares && from->choice.rungs > 0)
+        STP_TRY(ladder_read(from, &ladder, err));
     STP_TRY(table_read(from, &tables.elder, err));
     STP_TRY(table_read(from, &tables.last, err));
     if (squares)
-        STP_TRY(squares_level_decode(&from->choice, level, chunk, &tables, err));
+        STP_TRY(squares_level_decode(&from->choice, level, &ladder, chunk, &tables, err));
     else
         stp_predict_level_decode(chunk, level, &tables);
 done:
+    free(ladder.rungs);
     stp_level_tables_destroy(&tables);
     return status;
 }
@@ -449,7 +483,7 @@ static stp_status tight_squares_begin(table_source *from, int segment, stp_chunk
         from->is_tight = true;
     }
     if (from->is_tight)
-        STP_TRY(choice_read(from, err));
+        STP_TRY(choice_read(from, finest_level[segment], err));
 done:
     return status;
 }

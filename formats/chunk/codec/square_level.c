@@ -10,42 +10,20 @@
 
 /* Values that have slopes. */
 enum { HEIGHT, GREEN, RED, BLUE, VALUE_COUNT };
+static const uint8_t channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
 
 /* Whole numbers beyond it count as 0. */
 #define WHOLE_MOST 1073741824.0
 
-#define CHOICE_FOLLOW 8u
-#define CHOICE_REACH 7u
-#define CHOICE_TIGHT 128u
-
-uint8_t stp_square_choice_write(const stp_square_choice *choice)
-{
-    return (uint8_t)(choice->reach | (choice->follow ? CHOICE_FOLLOW : 0) |
-                     (choice->tight ? CHOICE_TIGHT : 0));
-}
-
-bool stp_square_choice_is_tight(uint8_t byte)
-{
-    return byte & CHOICE_TIGHT;
-}
-
-stp_status stp_square_choice_read(uint8_t byte, stp_square_choice *out, stp_error *err)
-{
-    *out = (stp_square_choice){byte & CHOICE_REACH, byte & CHOICE_FOLLOW, byte & CHOICE_TIGHT};
-    if (byte & ~(CHOICE_TIGHT | CHOICE_FOLLOW | CHOICE_REACH) ||
-        out->reach > STP_SQUARE_REACH_PARENTS)
-        return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
-    return STP_OK;
-}
-
 typedef struct coder {
     const stp_chunk *block;
     stp_square_map *map;
+    const stp_ladder *ladder; /* NULL: none */
     const stp_level_tables *tables;
     const double *values[VALUE_COUNT]; /* of the samples of the next coarser level */
     const stp_square_grid *grid;       /* of the patch at hand */
     int level;
-    bool decode;
+    bool decode, loose;
 } coder;
 
 /* The next rows of a level's two tables. */
@@ -169,6 +147,8 @@ typedef struct family {
     const stp_patch *patch;
     double steps; /* of the finest lattice in one of the patch */
     stp_patch_scale scale;
+    uint64_t tied,
+        loose; /* magnitudes of cells of colours, if they are not loose and if they are */
 } family;
 
 /* Sets what is expected of child k. */
@@ -185,6 +165,20 @@ static void expect(const coder *c, const family *f, unsigned k, double out[VALUE
     }
 }
 
+/* The position along the height, coded as a rung. */
+static int32_t code_rung(const coder *c, const family *f, const table_row *r, double expected,
+                         int32_t position)
+{
+    const int32_t origin = f->patch->origin[c->grid->raster->axis];
+    const double least = ((double)origin + position - 0.5) * f->steps;
+    const uint32_t own = c->decode ? 0 : stp_ladder_over(c->ladder, least);
+    const uint32_t place = stp_ladder_nearest(c->ladder, expected);
+    uint32_t rung =
+        (uint32_t)code(c, r, STP_COLUMN_POSITION_C, (int32_t)place, (int32_t)own, 0xffff);
+    rung = rung < c->ladder->count ? rung : c->ladder->count - 1;
+    return whole(c->ladder->rungs[rung] / f->steps - origin) & 0xffff;
+}
+
 static void code_height(const coder *c, const family *f, const table_row *r, uint32_t child,
                         double expected, stp_sample *s)
 {
@@ -194,7 +188,9 @@ static void code_height(const coder *c, const family *f, const table_row *r, uin
     steps = steps > -65536.0 ? steps : -65536.0;
     steps = steps < 131072.0 ? steps : 131072.0;
     int32_t position = s->position[axis];
-    if (f->scale.used) {
+    if (c->ladder) {
+        position = code_rung(c, f, r, expected, position);
+    } else if (f->scale.used) {
         const int32_t place = stp_scale_nearest(steps * f->scale.places + f->scale.offset[axis]);
         const int32_t own = c->decode ? 0 : stp_scale_place(&f->scale, (int)axis, position);
         const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place & 0xffff, own, 0xffff);
@@ -222,6 +218,22 @@ static void code_across(const coder *c, const family *f, const table_row *r, uin
     }
 }
 
+/* Codes the colours of a child. share: of what is left of the parent's. */
+static void code_colours(const coder *c, family *f, const table_row *r,
+                         const double expected[VALUE_COUNT], double share, stp_sample *s)
+{
+    static const uint8_t column[VALUE_COUNT] = {
+        [GREEN] = STP_COLUMN_GREEN, [RED] = STP_COLUMN_RED, [BLUE] = STP_COLUMN_BLUE};
+    for (int v = GREEN; v <= BLUE; v++) {
+        const double tied = expected[v] + share * f->left[v];
+        uint8_t *value = &s->rgb[channel[v]];
+        *value = (uint8_t)code(c, r, column[v], whole(c->loose ? expected[v] : tied), *value, 0xff);
+        f->left[v] += expected[v] - *value;
+        f->tied += c->decode ? 0 : (uint64_t)abs(*value - whole(tied));
+        f->loose += c->decode ? 0 : (uint64_t)abs(*value - whole(expected[v]));
+    }
+}
+
 /* Codes what a child has besides normal and radius. */
 static void code_child(const coder *c, family *f, unsigned k, const table_row *r)
 {
@@ -234,15 +246,7 @@ static void code_child(const coder *c, family *f, unsigned k, const table_row *r
     s->flags = (uint8_t)code(c, r, STP_COLUMN_FLAGS, parent->flags, s->flags, 0xff);
     s->class_id = (uint8_t)code(c, r, STP_COLUMN_CLASS, parent->class_id, s->class_id, 0xff);
     s->intensity = (uint8_t)code(c, r, STP_COLUMN_INTENSITY, parent->intensity, s->intensity, 0xff);
-    static const uint8_t channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
-    static const uint8_t column[VALUE_COUNT] = {
-        [GREEN] = STP_COLUMN_GREEN, [RED] = STP_COLUMN_RED, [BLUE] = STP_COLUMN_BLUE};
-    for (int v = GREEN; v <= BLUE; v++) {
-        uint8_t *value = &s->rgb[channel[v]];
-        *value =
-            (uint8_t)code(c, r, column[v], whole(expected[v] + share * f->left[v]), *value, 0xff);
-        f->left[v] += expected[v] - *value;
-    }
+    code_colours(c, f, r, expected, share, s);
     code_height(c, f, r, child, expected[HEIGHT] + share * f->left[HEIGHT], s);
     code_across(c, f, r, child, s);
     f->left[HEIGHT] += expected[HEIGHT] - c->grid->level[c->level].height[child];
@@ -265,15 +269,17 @@ static void begin_family(const coder *c, family *f)
         f->left[v] = 0.0;
 }
 
-static void code_families(coder *c)
+/* Returns whether colours take less if they are loose. */
+static bool code_families(coder *c)
 {
     rows r = {0};
+    family f = {0};
     for (uint32_t p = 0; p < c->block->patch_count; p++) {
         c->grid = stp_square_grid_of(c->map, p);
-        const stp_patch *patch = &c->block->patches[p];
-        family f = {.patch = patch, .steps = stp_square_map_steps(c->map, patch)};
-        f.scale = stp_scale_of_patch(&c->tables->last.scale, patch);
-        for (unsigned j = 0; j < patch->counts[c->level + 1]; j++) {
+        f.patch = &c->block->patches[p];
+        f.steps = stp_square_map_steps(c->map, f.patch);
+        f.scale = stp_scale_of_patch(&c->tables->last.scale, f.patch);
+        for (unsigned j = 0; j < f.patch->counts[c->level + 1]; j++) {
             find_family(c, p, j, &f);
             begin_family(c, &f);
             for (unsigned k = 0; k < f.count; k++) {
@@ -282,6 +288,7 @@ static void code_families(coder *c)
             }
         }
     }
+    return f.loose < f.tied;
 }
 
 /* ---- normals and radii, when all heights of the level are known ---- */
@@ -523,19 +530,27 @@ static uint64_t normals_cost(const stp_level_tables *tables)
 }
 
 /* Lets normals follow from what they are nearest to, the given reach if in doubt. That one is tried
- * last, since it need not be coded again then. */
+ * late, since it need not be coded again then. Where heights tell normals to a step of the grid, the
+ * parents' are not tried. */
 static void choose_reach(coder *c, stp_square_choice *choice)
 {
     const bool spreads = stp_raster_spreads(stp_square_grid_of(c->map, 0)->raster);
-    const unsigned reaches[3] = {choice->reach, 0, STP_SQUARE_REACH_PARENTS};
+    const unsigned reaches[3] = {0, choice->reach, STP_SQUARE_REACH_PARENTS};
+    const uint32_t count = c->tables->elder.row_count + c->tables->last.row_count;
+    unsigned coded = 0;
     uint64_t least = UINT64_MAX;
-    for (int i = spreads ? 2 : c->level > 0; i >= 0; i--) {
+    for (unsigned i = c->level > 0 || spreads ? 0 : 1; i < 3; i++) {
+        if (i == 2 && !spreads && least <= count)
+            break;
         code_normals(c, reaches[i]);
+        coded = reaches[i];
         const uint64_t cost = normals_cost(c->tables);
-        choice->reach = cost <= least ? reaches[i] : choice->reach;
-        least = cost <= least ? cost : least;
+        if (cost < least || (i == 1 && cost == least)) {
+            choice->reach = coded;
+            least = cost;
+        }
     }
-    if (choice->reach != reaches[0])
+    if (coded != choice->reach)
         code_normals(c, choice->reach);
 }
 
@@ -553,15 +568,15 @@ static void move_colours(const stp_table *table, int sign)
 
 /* Sets what the level's parents tell. Their colours take the place of the map's sums. */
 static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
-                         const stp_level_tables *tables, bool decode)
+                         const stp_ladder *ladder, const stp_level_tables *tables, bool decode,
+                         bool loose)
 {
     const uint32_t count = block->level_begin[level + 1][block->patch_count];
     const stp_sample *parents = block->samples[level + 1];
     double *colours = map->sums;
-    static const unsigned channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
     /* All grids have the same heights. */
     const double *heights = stp_square_grid_of(map, 0)->level[level + 1].height;
-    coder c = {block, map, tables, {[HEIGHT] = heights}, NULL, level, decode};
+    coder c = {block, map, ladder, tables, {[HEIGHT] = heights}, NULL, level, decode, loose};
     set_heights(block, level + 1, map);
     for (int v = GREEN; v <= BLUE; v++, colours += count) {
         for (uint32_t i = 0; i < count; i++)
@@ -572,10 +587,13 @@ static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
 }
 
 void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *map,
-                             stp_square_choice *choice, const stp_level_tables *tables)
+                             const stp_ladder *ladder, stp_square_choice *choice,
+                             const stp_level_tables *tables)
 {
-    coder c = coder_begin(block, level, map, tables, false);
-    code_families(&c);
+    coder c = coder_begin(block, level, map, ladder, tables, false, false);
+    c.loose = choice->loose = code_families(&c);
+    if (c.loose)
+        code_families(&c);
     choose_reach(&c, choice);
     code_radii(&c);
     choice->follow = cost(&tables->elder, true) < cost(&tables->elder, false);
@@ -584,9 +602,10 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
 }
 
 void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
-                             const stp_square_choice *choice, const stp_level_tables *tables)
+                             const stp_ladder *ladder, const stp_square_choice *choice,
+                             const stp_level_tables *tables)
 {
-    coder c = coder_begin(block, level, map, tables, true);
+    coder c = coder_begin(block, level, map, ladder, tables, true, choice->loose);
     if (choice->follow)
         move_colours(&tables->elder, 1);
     code_families(&c);

@@ -1,0 +1,22 @@
+/* What the writer of a level of squares chooses: the bytes before its tables. Threads: any. */
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_CHOICE_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_CHOICE_H
+
+#include "formats/chunk/codec/column.h"
+
+typedef struct stp_square_choice {
+    unsigned reach; /* of the windows of normals, 1 to 4; 0 and 5: square.h */
+    bool follow;    /* red and blue change as green does */
+    bool loose;     /* colours do not follow from what is left of the parent's */
+    bool tight;     /* the tables that follow are one run (tight.h) */
+    uint32_t rungs; /* of the ladder, whose table comes first (ladder.h); 0: there is none */
+} stp_square_choice;
+
+/* Appends the bytes. Errors: OUT_OF_MEMORY. */
+stp_status stp_square_choice_write(const stp_square_choice *choice, stp_bytes *out, stp_error *err);
+bool stp_square_choice_is_tight(uint8_t first_byte);
+/* tight: what the part is. Errors: CORRUPT. */
+stp_status stp_square_choice_read(stp_cursor *c, int level, bool tight, stp_square_choice *out,
+                                  stp_error *err);
+
+#endif

@@ -1,0 +1,164 @@
+/* Tests what the writer of squares chooses, and that it saves bytes: normals that follow from those
+ * of the parents, and ladders of heights that come in steps; ladders that are damaged are refused.
+ */
+#include "formats/chunk/codec/ladder.h"
+#include "tests/fixtures/square_recipe.h"
+
+/* Of the index of a segment of one block. */
+#define INDEX 8
+#define CHOICE_LADDER 16u
+#define CHOICE_LOOSE 32u
+
+/* Normals that are all alike follow from those of the parents, if heights do not tell them. */
+static void test_parents(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&(recipe){.wild = false}), *decoded = make_room(chunk, 0);
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        for (uint32_t i = 0; i < chunk->level_begin[l][SQUARES]; i++)
+            chunk->samples[l][i].normal[0] = 1; /* so that they are on the finest grid */
+    coded bytes = encode(chunk);
+    assert_int_equal(decode(&bytes, decoded), STP_OK);
+    assert_same(chunk, decoded);
+    assert_int_equal(decoded->reach, STP_SQUARE_REACH_PARENTS);
+    stp_chunk_destroy(&decoded);
+    stp_chunk_destroy(&chunk);
+    clear(&bytes);
+}
+
+static uint8_t *choice_of(const coded *c, int segment)
+{
+    return c->segment[segment].data + INDEX;
+}
+
+/* Heights of a camera that come in steps take less than half of what others take; other squares,
+ * and heights that do not come in steps, have no ladder. */
+static void test_ladder(void **state)
+{
+    (void)state;
+    const recipe recipes[] = {{.spread = true, .stepped = true},
+                              {.spread = true, .stepped = true, .octaves = 5},
+                              {.spread = true},
+                              {.stepped = true}};
+    size_t sizes[4];
+    for (unsigned i = 0; i < 4; i++) {
+        stp_chunk *chunk = make_chunk(&recipes[i]), *decoded = make_room(chunk, 0);
+        coded bytes = encode(chunk);
+        assert_int_equal(!!(*choice_of(&bytes, 2) & CHOICE_LADDER), i < 2);
+        assert_int_equal(decode(&bytes, decoded), STP_OK);
+        assert_same(chunk, decoded);
+        sizes[i] = bytes.segment[2].size;
+        stp_chunk_destroy(&decoded);
+        stp_chunk_destroy(&chunk);
+        clear(&bytes);
+    }
+    assert_in_range(sizes[0], 1, sizes[2] * 3 / 4);
+}
+
+/* Colours that slowly change from sample to sample, and noise; those of merged samples are means.
+ */
+static void fill_colours(stp_chunk *chunk, unsigned noise)
+{
+    for (uint32_t p = 0; p < SQUARES; p++) {
+        const uint8_t *counts = chunk->patches[p].counts;
+        for (uint32_t i = 0; i < 64; i++) {
+            const uint32_t column = p % ACROSS * 8 + stp_square_column(i);
+            const uint32_t row = p / ACROSS * 8 + stp_square_row(i);
+            const uint64_t random = noise ? stp_random_u64(p, i) % noise : 0;
+            for (unsigned k = 0; k < 3; k++)
+                chunk->samples[0][chunk->level_begin[0][p] + i].rgb[k] =
+                    (uint8_t)(50 * k + column + row / 2 + random);
+        }
+        for (int l = 1; l < STP_LEVEL_COUNT; l++)
+            for (unsigned j = 0; j < counts[l]; j++)
+                for (unsigned k = 0; k < 3; k++) {
+                    const stp_sample *finer = chunk->samples[l - 1] + chunk->level_begin[l - 1][p];
+                    unsigned sum = 2;
+                    for (unsigned i = 0; i < 4; i++)
+                        sum += finer[4 * j + i].rgb[k];
+                    chunk->samples[l][chunk->level_begin[l][p] + j].rgb[k] = (uint8_t)(sum / 4);
+                }
+    }
+}
+
+/* Smooth colours are loose, at all levels that have them so; noise is not. */
+static void test_loose(void **state)
+{
+    (void)state;
+    for (unsigned noise = 0; noise <= 40; noise += 40) {
+        stp_chunk *chunk = make_chunk(&(recipe){.wild = false}), *decoded = make_room(chunk, 0);
+        fill_colours(chunk, noise);
+        coded bytes = encode(chunk);
+        for (int s = 1; s < STP_SEGMENT_COUNT; s++)
+            assert_int_equal(!!(*choice_of(&bytes, s) & CHOICE_LOOSE), noise == 0);
+        assert_int_equal(decode(&bytes, decoded), STP_OK);
+        assert_same(chunk, decoded);
+        stp_chunk_destroy(&decoded);
+        stp_chunk_destroy(&chunk);
+        clear(&bytes);
+    }
+}
+
+static void assert_refused(const coded *c, const stp_chunk *like)
+{
+    stp_chunk *decoded = make_room(like, 0);
+    assert_int_equal(decode(c, decoded), STP_CORRUPT);
+    stp_chunk_destroy(&decoded);
+}
+
+/* A ladder may not belong to a merged level, nor to tables that are not tight, nor end early. */
+static void test_damaged(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&(recipe){.spread = true, .stepped = true});
+    coded bytes = encode(chunk);
+    *choice_of(&bytes, 1) |= CHOICE_LADDER;
+    assert_refused(&bytes, chunk);
+    *choice_of(&bytes, 1) ^= CHOICE_LADDER;
+    *choice_of(&bytes, 2) &= 127;
+    assert_refused(&bytes, chunk);
+    *choice_of(&bytes, 2) |= 128;
+    const size_t size = bytes.segment[2].size;
+    bytes.segment[2].size = INDEX + 2;
+    assert_refused(&bytes, chunk);
+    bytes.segment[2].size = size;
+    clear(&bytes);
+    stp_chunk_destroy(&chunk);
+}
+
+/* Rungs come back, however far apart they are; those that do not grow are refused. */
+static void test_rungs(void **state)
+{
+    (void)state;
+    int32_t heights[] = {-1000000000, -40000, -39999, 7, 40000, 90000, 1000000000};
+    const uint32_t count = sizeof heights / sizeof *heights;
+    const stp_ladder ladder = {heights, count};
+    stp_ladder back = {0};
+    stp_table table;
+    assert_int_equal(stp_ladder_table(count, &table, NULL), STP_OK);
+    stp_ladder_encode(&ladder, &table);
+    assert_int_equal(stp_ladder_decode(&table, &back, NULL), STP_OK);
+    assert_int_equal(back.count, count);
+    assert_memory_equal(back.rungs, heights, sizeof heights);
+    free(back.rungs);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_int_equal(stp_ladder_nearest(&ladder, heights[i]), i);
+        assert_int_equal(stp_ladder_nearest(&ladder, heights[i] + 0.5), i);
+    }
+    assert_int_equal(stp_ladder_nearest(&ladder, -39999.25), 2);
+    assert_int_equal(stp_ladder_nearest(&ladder, -INFINITY), 0);
+    assert_int_equal(stp_ladder_nearest(&ladder, INFINITY), count - 1);
+    heights[3] = heights[2];
+    stp_ladder_encode(&ladder, &table);
+    assert_int_equal(stp_ladder_decode(&table, &back, NULL), STP_CORRUPT);
+    free(table.values);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_parents), cmocka_unit_test(test_ladder), cmocka_unit_test(test_loose),
+        cmocka_unit_test(test_damaged), cmocka_unit_test(test_rungs),
+    };
+    return cmocka_run_group_tests_name("choices of squares", tests, NULL, NULL);
+}
