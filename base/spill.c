@@ -36,6 +36,7 @@ typedef struct mapping {
     void *memory;
     size_t bytes, used, forgotten;
     uint32_t array_count; /* arrays in use; the file is freed with the last one */
+    int file;             /* of a sparse array, which begins all forgotten; else -1 */
 } mapping;
 
 struct stp_spill {
@@ -138,8 +139,15 @@ static stp_status io_error(const stp_spill *s, const char *doing, int code, uint
                          s->folder, doing, strerror(code));
 }
 
+static void count_bytes(stp_spill *s, size_t more)
+{
+    s->file_bytes += more;
+    s->most_file_bytes = s->file_bytes > s->most_file_bytes ? s->file_bytes : s->most_file_bytes;
+}
+
 /* Called with the mutex held. */
-static stp_status map_file(stp_spill *s, size_t bytes, const char *what, stp_error *err)
+static stp_status map_file(stp_spill *s, size_t bytes, bool sparse, const char *what,
+                           stp_error *err)
 {
     stp_status status = stp_grow(&s->mappings, &s->capacity, s->count + 1, sizeof *s->mappings,
                                  "temporary files", err);
@@ -148,18 +156,39 @@ static stp_status map_file(stp_spill *s, size_t bytes, const char *what, stp_err
     int descriptor = stp_temporary_nameless(s->folder);
     if (descriptor < 0)
         return io_error(s, "making", errno, bytes, what, err);
-    int code = posix_fallocate(descriptor, 0, (off_t)bytes);
+    int code = !sparse ? posix_fallocate(descriptor, 0, (off_t)bytes)
+               : ftruncate(descriptor, (off_t)bytes) != 0 ? errno
+                                                          : 0;
     void *memory = MAP_FAILED;
     if (code == 0) {
         memory = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
         code = memory == MAP_FAILED ? errno : 0;
     }
-    close(descriptor); /* the mapping keeps the file */
+    if (!sparse || code != 0)
+        close(descriptor); /* the mapping keeps the file */
     if (code != 0)
         return io_error(s, "growing", code, bytes, what, err);
-    s->mappings[s->count++] = (mapping){.memory = memory, .bytes = bytes};
-    s->file_bytes += bytes;
-    s->most_file_bytes = s->file_bytes > s->most_file_bytes ? s->file_bytes : s->most_file_bytes;
+    s->mappings[s->count++] = (mapping){.memory = memory,
+                                        .bytes = bytes,
+                                        .forgotten = sparse ? bytes : 0,
+                                        .file = sparse ? descriptor : -1};
+    count_bytes(s, sparse ? 0 : bytes);
+    return STP_OK;
+}
+
+/* A sparse array without a folder: the system gives a page when it is touched. */
+static stp_status map_plain(stp_spill *s, size_t bytes, const char *what, stp_error *err)
+{
+    stp_status status = stp_grow(&s->mappings, &s->capacity, s->count + 1, sizeof *s->mappings,
+                                 "temporary files", err);
+    if (status != STP_OK)
+        return status;
+    void *memory = mmap(NULL, bytes, PROT_READ | PROT_WRITE,
+                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (memory == MAP_FAILED)
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no room for %zu bytes of %s", bytes, what);
+    s->mappings[s->count++] =
+        (mapping){.memory = memory, .bytes = bytes, .forgotten = bytes, .file = -1};
     return STP_OK;
 }
 
@@ -174,7 +203,7 @@ static stp_status take_room(stp_spill *s, size_t bytes, const char *what, void *
         if (s->mappings[i].memory == s->shared)
             m = &s->mappings[i];
     if (!m || m->bytes - m->used < padded) {
-        stp_status status = map_file(s, small ? FILE_BYTES : bytes, what, err);
+        stp_status status = map_file(s, small ? FILE_BYTES : bytes, false, what, err);
         if (status != STP_OK)
             return status;
         m = &s->mappings[s->count - 1];
@@ -220,6 +249,13 @@ done:
     return status;
 }
 
+static void unmap(const mapping *m)
+{
+    munmap(m->memory, m->bytes);
+    if (m->file >= 0)
+        close(m->file);
+}
+
 void stp_spill_destroy(stp_spill **spill)
 {
     stp_spill *s = *spill;
@@ -233,7 +269,7 @@ void stp_spill_destroy(stp_spill **spill)
         pthread_join(s->watcher, NULL);
     }
     for (size_t i = 0; i < s->count; i++)
-        munmap(s->mappings[i].memory, s->mappings[i].bytes);
+        unmap(&s->mappings[i]);
     free(s->mappings);
     free(s->folder);
     pthread_cond_destroy(&s->ended);
@@ -256,6 +292,26 @@ stp_status stp_spill_alloc(stp_spill *s, void *out, size_t count, size_t size, c
     pthread_mutex_unlock(&s->mutex);
     if (status == STP_OK)
         memcpy(out, &memory, sizeof memory);
+    return status;
+}
+
+stp_status stp_spill_alloc_sparse(stp_spill *s, void *out, size_t count, size_t size,
+                                  const char *what, stp_error *err)
+{
+    size_t bytes = 0;
+    if (!s || count == 0)
+        return stp_alloc(out, count, size, what, err);
+    if (!stp_mul_size(count, size, &bytes))
+        return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %zu %s", count, what);
+    pthread_mutex_lock(&s->mutex);
+    const stp_status status =
+        s->folder ? map_file(s, bytes, true, what, err) : map_plain(s, bytes, what, err);
+    if (status == STP_OK) {
+        mapping *m = &s->mappings[s->count - 1];
+        m->array_count = 1;
+        memcpy(out, &m->memory, sizeof m->memory);
+    }
+    pthread_mutex_unlock(&s->mutex);
     return status;
 }
 
@@ -293,8 +349,8 @@ static bool give_room(stp_spill *s, const void *array)
         return m != NULL;
     if (m->memory == s->shared)
         s->shared = NULL;
-    munmap(m->memory, m->bytes);
-    s->file_bytes -= m->bytes - m->forgotten;
+    unmap(m);
+    s->file_bytes -= s->folder ? m->bytes - m->forgotten : 0;
     *m = s->mappings[--s->count];
     return true;
 }
@@ -302,7 +358,7 @@ static bool give_room(stp_spill *s, const void *array)
 void stp_spill_free(stp_spill *s, void *array)
 {
     bool in_file = false;
-    if (s && s->folder && array) {
+    if (s && array) {
         pthread_mutex_lock(&s->mutex);
         in_file = give_room(s, array);
         pthread_mutex_unlock(&s->mutex);
@@ -315,17 +371,39 @@ void stp_spill_forget(stp_spill *s, void *part, size_t bytes)
 {
     const size_t page = (size_t)sysconf(_SC_PAGESIZE);
     const size_t before = (page - (uintptr_t)part % page) % page; /* the first whole page */
-    if (!s || !s->folder || bytes < before + page)
+    if (!s || bytes < before + page)
         return;
     char *begin = (char *)part + before;
     const size_t whole = (bytes - before) / page * page;
     pthread_mutex_lock(&s->mutex);
     mapping *m = mapping_of(s, part);
-    if (m && madvise(begin, whole, MADV_REMOVE) == 0) {
+    if (m && madvise(begin, whole, s->folder ? MADV_REMOVE : MADV_DONTNEED) == 0) {
         m->forgotten += whole;
-        s->file_bytes -= whole;
+        s->file_bytes -= s->folder ? whole : 0;
     }
     pthread_mutex_unlock(&s->mutex);
+}
+
+stp_status stp_spill_claim(stp_spill *s, void *part, size_t bytes, const char *what, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (!s || bytes == 0)
+        return STP_OK;
+    pthread_mutex_lock(&s->mutex);
+    mapping *m = mapping_of(s, part);
+    const size_t more = m && bytes > m->forgotten ? m->forgotten : bytes;
+    if (m && m->file >= 0) {
+        const off_t at = (off_t)((uintptr_t)part - (uintptr_t)m->memory);
+        const int code = posix_fallocate(m->file, at, (off_t)bytes);
+        if (code != 0)
+            status = io_error(s, "growing", code, bytes, what, err);
+        else
+            count_bytes(s, more);
+    }
+    if (m && status == STP_OK)
+        m->forgotten -= more;
+    pthread_mutex_unlock(&s->mutex);
+    return status;
 }
 
 uint64_t stp_spill_most_file_bytes(stp_spill *s)

@@ -35,6 +35,14 @@ void stp_spill_destroy(stp_spill **spill);
  * message says how much was asked for). */
 stp_status stp_spill_alloc(stp_spill *spill, void *out, size_t count, size_t size, const char *what,
                            stp_error *err);
+/* Like stp_spill_alloc, of an array of which only parts are used: it takes no memory, and no space
+ * in the folder, before stp_spill_claim. Errors: likewise. */
+stp_status stp_spill_alloc_sparse(stp_spill *spill, void *out, size_t count, size_t size,
+                                  const char *what, stp_error *err);
+/* Takes space for a part of a sparse array: whole pages that hold nothing yet. They are zero, and
+ * may be used until they are forgotten. Errors: IO. */
+stp_status stp_spill_claim(stp_spill *spill, void *part, size_t bytes, const char *what,
+                           stp_error *err);
 /* Moves *array, which is plain memory, into the spill. If the spill uses files, *array becomes a
  * copy in a file and the old memory is freed; else nothing happens. Errors: those of
  * stp_spill_alloc; *array then stays as it was. */
@@ -44,8 +52,8 @@ stp_status stp_spill_move(stp_spill *spill, void *array, size_t count, size_t si
 void stp_spill_free(stp_spill *spill, void *array);
 
 /* Gives back the disk space of a part of an array, before the whole array is freed. The part's
- * content is lost; do not touch it again. Plain memory keeps its space, and so do file systems that
- * cannot give it back. */
+ * content is lost; do not touch it again. Plain memory that is not sparse keeps its space, and so
+ * do file systems that cannot give it back. */
 void stp_spill_forget(stp_spill *spill, void *part, size_t bytes);
 
 /* Drops pages now if the process holds too much. Call it before work that touches some megabytes:

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/closed/enclosure.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/cloud_parts.h"
 #include "preprocess/orient/pixel_sheets.h"
 #include "preprocess/prep_job.h"
@@ -358,7 +359,8 @@ static double least_cell(const stp_prep_source *source)
 }
 
 /* Fails unless the points, and what is known of them, are the same on all ranks: else their parts
- * would not fit together. Files may differ, or processors whose mathematics round otherwise. */
+ * would not fit together. Files may differ, or processors whose mathematics round otherwise. If
+ * ranks share the points, the cells tell. */
 static stp_status agree(const stp_prep_job *job, const char *what, stp_error *err)
 {
     const stp_prep_stats *stats = job->stats;
@@ -367,9 +369,11 @@ static stp_status agree(const stp_prep_job *job, const char *what, stp_error *er
         job->numbers ? stats->points_in * stp_attribute_list_bytes(job->source->kept) : 0;
     if (!job->params->ranks)
         return STP_OK;
-    const uint64_t found[] = {XXH3_64bits(c->points, c->count * sizeof *c->points),
-                              XXH3_64bits(c->marks, c->marks ? c->count * sizeof *c->marks : 0),
-                              XXH3_64bits(c->sheets, c->sheets ? c->count * sizeof *c->sheets : 0),
+    const size_t here = c->blocks ? 0 : c->count;
+    const uint64_t found[] = {XXH3_64bits(c->points, here * sizeof *c->points),
+                              XXH3_64bits(c->marks, c->marks ? here * sizeof *c->marks : 0),
+                              XXH3_64bits(c->sheets, c->sheets ? here * sizeof *c->sheets : 0),
+                              XXH3_64bits(c->cells, c->cell_count * sizeof *c->cells),
                               XXH3_64bits(job->numbers, numbers),
                               XXH3_64bits(&stats->box, sizeof stats->box),
                               stats->points_in};
@@ -385,7 +389,8 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     if (cell > 0.0) /* grids that become points, since their cells differ or they are treated */
         choose_height_precision(job, 0.0, cell / POINTS_CELL_PARTS);
     if (job->in_parts) {
-        STP_TRY(stp_cloud_sort_parts(&job->cloud, job->params->ranks, job->pool, err));
+        const bool whole = stats->join_layers || stats->outliers != STP_OUTLIERS_KEEP;
+        STP_TRY(stp_cloud_sort_parts(&job->cloud, job->params->ranks, whole, job->pool, err));
     } else {
         STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
         STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));

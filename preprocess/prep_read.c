@@ -207,13 +207,17 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
     if (has_parts(job))
         for (uint64_t i = 0; i < (uint64_t)source->raster.columns * source->raster.rows; i++)
             stp_height_grid_leave_out(&job->grid, i);
-    STP_TRY(stp_cloud_create(cloud, stats->keeps_grid ? 0 : (uint32_t)source->point_count,
-                             job->spill, err));
     if (source->kept && source->kept->count > 0)
         STP_TRY(stp_spill_alloc(job->spill, &job->numbers, source->point_count,
                                 stp_attribute_list_bytes(source->kept), "attributes", err));
     STP_TRY(stp_prep_choose_parts(job, err));
-    STP_TRY(job->in_parts ? stp_prep_read_part(job, read_records, err) : read_records(job, err));
+    if (job->in_parts) {
+        STP_TRY(stp_prep_read_part(job, read_records, err));
+    } else {
+        STP_TRY(stp_cloud_create(cloud, stats->keeps_grid ? 0 : (uint32_t)source->point_count,
+                                 job->spill, err));
+        STP_TRY(read_records(job, err));
+    }
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(cloud);
     if (!job->in_parts)

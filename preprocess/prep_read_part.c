@@ -67,6 +67,7 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
     const uint64_t begin = begin_of(source, ranks, ranks->self);
     const uint64_t end = begin_of(source, ranks, ranks->self + 1);
     const stp_prep_stats before = *stats;
+    STP_TRY(stp_cloud_create(&job->cloud, (uint32_t)(end - begin), job->spill, err));
     stats->points_in = begin; /* numbers the records */
     status = source->read_part(source->context, begin, end, &why);
     if (status == STP_OK)
@@ -85,8 +86,9 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
     if (!failed)
         return STP_OK;
     *stats = before;
-    job->cloud.count = 0;
+    stp_cloud_clear(&job->cloud);
     job->in_parts = false;
+    STP_TRY(stp_cloud_create(&job->cloud, (uint32_t)source->point_count, job->spill, err));
     STP_TRY(source->read_part(source->context, 0, UINT64_MAX, err));
     STP_TRY(read(job, err));
 done:

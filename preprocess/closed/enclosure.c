@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "preprocess/closed/openings.h"
 #include "preprocess/closed/voxel_share.h"
+#include "preprocess/cloud/cloud_blocks.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -48,7 +49,7 @@ typedef struct enclosing {
     double voxel;      /* side, world units */
     bool known_closed; /* most points are closed */
     atomic_uint closed_count;
-    stp_rank_part own; /* blocks of points that this rank looks at */
+    stp_rank_part own; /* points that this rank looks at */
 } enclosing;
 
 static int compare_floats(const void *a, const void *b)
@@ -60,18 +61,21 @@ static int compare_floats(const void *a, const void *b)
 /* The median spacing of points spread over the cloud. */
 static stp_status median_spacing(const stp_cloud *cloud, double *out, stp_error *err)
 {
-    uint32_t stride = (cloud->count - 1) / MEDIAN_POINTS + 1, count = 0;
+    uint32_t listed = 0, count = 0;
     float *spacings = NULL;
-    stp_status status = stp_alloc(&spacings, MEDIAN_POINTS, sizeof *spacings, "spacings", err);
-    if (status != STP_OK)
-        return status;
-    for (uint64_t i = 0; i < cloud->count; i += stride, stp_cloud_stride(cloud->spill, i, stride))
-        if (cloud->points[i].spacing > 0.0f)
-            spacings[count++] = cloud->points[i].spacing;
+    stp_cloud_point *points = NULL;
+    stp_status status = STP_OK;
+    STP_TRY(stp_cloud_every(cloud, (cloud->count - 1) / MEDIAN_POINTS + 1, &points, &listed, err));
+    STP_TRY(stp_alloc(&spacings, listed, sizeof *spacings, "spacings", err));
+    for (uint32_t i = 0; i < listed; i++)
+        if (points[i].spacing > 0.0f)
+            spacings[count++] = points[i].spacing;
     qsort(spacings, count, sizeof *spacings, compare_floats);
     *out = count > 0 ? (double)spacings[count / 2] : 0.0;
+done:
+    free(points);
     free(spacings);
-    return STP_OK;
+    return status;
 }
 
 /* A point's disc in voxels. */
@@ -99,8 +103,8 @@ typedef struct pass {
 static stp_status look_at_block(void *context, size_t index, unsigned worker, stp_error *err)
 {
     const pass *p = context;
-    uint32_t begin = (p->e->own.begin + (uint32_t)index) * BLOCK_POINTS;
-    uint32_t left = p->e->cloud->count - begin;
+    uint32_t begin = p->e->own.begin + (uint32_t)index * BLOCK_POINTS;
+    uint32_t left = p->e->own.end - begin;
     (void)worker;
     (void)err;
     for (uint32_t i = begin; i < begin + (left < BLOCK_POINTS ? left : BLOCK_POINTS); i++)
@@ -112,7 +116,9 @@ static stp_status look_at_own(enclosing *e, void (*look)(enclosing *, uint32_t),
                               stp_error *err)
 {
     pass p = {e, look};
-    return stp_cloud_run(e->cloud, pool, e->own.end - e->own.begin, look_at_block, &p, err);
+    const size_t points = e->own.end - e->own.begin;
+    return stp_cloud_run(e->cloud, pool, (points + BLOCK_POINTS - 1) / BLOCK_POINTS, look_at_block,
+                         &p, err);
 }
 
 static void claim(enclosing *e, uint32_t point)
@@ -311,24 +317,19 @@ done:
     return status;
 }
 
-static uint32_t block_count(const stp_cloud *cloud)
-{
-    return (cloud->count - 1) / BLOCK_POINTS + 1;
-}
-
-/* Gives each rank's marks to all. */
+/* Gives each rank's marks to all, if all have all points. */
 static stp_status share_marks(const enclosing *e, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_cloud *cloud = e->cloud;
     stp_ranks *ranks = e->params->ranks;
-    for (unsigned rank = 0; rank < stp_ranks_count(ranks) && stp_ranks_count(ranks) > 1; rank++) {
-        const stp_rank_part part = stp_ranks_part(ranks, rank, block_count(cloud));
-        for (uint32_t block = part.begin; block < part.end; block++) {
-            const uint32_t begin = block * BLOCK_POINTS, left = cloud->count - begin;
+    const bool wanted = stp_ranks_count(ranks) > 1 && !cloud->blocks;
+    for (unsigned rank = 0; wanted && rank < ranks->count; rank++) {
+        const stp_rank_part part = stp_ranks_part(ranks, rank, cloud->count);
+        for (uint32_t at = part.begin, size; at < part.end; at += size) {
+            size = part.end - at < BLOCK_POINTS ? part.end - at : BLOCK_POINTS;
             stp_spill_relieve(cloud->spill);
-            STP_TRY(stp_ranks_broadcast(ranks, rank, cloud->marks + begin,
-                                        left < BLOCK_POINTS ? left : BLOCK_POINTS, err));
+            STP_TRY(stp_ranks_broadcast(ranks, rank, cloud->marks + at, size, err));
         }
     }
 done:
@@ -370,8 +371,10 @@ stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
 {
     stp_status status = STP_OK;
     stp_outside found = {0};
-    enclosing e = {
-        .cloud = cloud, .params = params, .own = stp_ranks_own(params->ranks, block_count(cloud))};
+    enclosing e = {.cloud = cloud,
+                   .params = params,
+                   .own = cloud->blocks ? stp_cloud_own(cloud)
+                                        : stp_ranks_own(params->ranks, cloud->count)};
     bool fits = false;
     STP_TRY(fit_grid(&e, pool, &fits, err));
     if (fits) {

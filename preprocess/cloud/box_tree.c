@@ -1,12 +1,18 @@
 /* Boxes over runs of points. */
 #include "preprocess/cloud/box_tree.h"
 
-#include "preprocess/cloud/cloud.h"
+#include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
+
+#include <stdlib.h>
+#include <string.h>
 
 #define LEAF_POINTS 64u
 #define FANOUT 16u
 /* Leaves that one task makes. */
 #define TASK_LEAVES 1024u
+
+_Static_assert(STP_BLOCK_POINTS % LEAF_POINTS == 0, "a leaf lies in one block");
 
 typedef struct planting {
     const stp_cloud *cloud;
@@ -24,17 +30,44 @@ static uint32_t leaf_end(const stp_cloud *cloud, uint32_t leaf)
     return cloud->count - begin < LEAF_POINTS ? cloud->count : begin + LEAF_POINTS;
 }
 
+/* Makes the boxes of this process's points; an empty box where it has none. */
 static stp_status make_leaves(void *context, size_t task, unsigned worker, stp_error *err)
 {
     planting *p = context;
-    uint32_t end = (uint32_t)(task + 1) * TASK_LEAVES;
+    const stp_rank_part own = stp_cloud_own(p->cloud);
+    uint32_t last = (uint32_t)(task + 1) * TASK_LEAVES;
     (void)worker;
     (void)err;
-    for (uint32_t i = (uint32_t)task * TASK_LEAVES; i < end && i < p->tree.begin[1]; i++) {
-        uint32_t begin = i * LEAF_POINTS;
-        p->tree.boxes[i] = stp_points_box(p->cloud->points + begin, leaf_end(p->cloud, i) - begin);
+    for (uint32_t i = (uint32_t)task * TASK_LEAVES; i < last && i < p->tree.begin[1]; i++) {
+        uint32_t begin = i * LEAF_POINTS, end = leaf_end(p->cloud, i);
+        begin = begin > own.begin ? begin : own.begin;
+        end = end < own.end ? end : own.end;
+        p->tree.boxes[i] =
+            begin < end ? stp_points_box(p->cloud->points + begin, end - begin) : stp_dbox_empty();
     }
     return STP_OK;
+}
+
+/* Gives each rank's leaves to all. A leaf between two runs is the box of both parts. */
+static stp_status share_leaves(planting *p, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_cloud_blocks *b = p->cloud->blocks;
+    stp_dbox *boxes = NULL;
+    STP_TRY(stp_alloc(&boxes, TASK_LEAVES, sizeof *boxes, "boxes", err));
+    for (unsigned rank = 0; rank < b->ranks->count; rank++) {
+        const uint32_t end = parts(b->begins[rank + 1], LEAF_POINTS);
+        for (uint32_t at = b->begins[rank] / LEAF_POINTS; at < end; at += TASK_LEAVES) {
+            const uint32_t count = end - at < TASK_LEAVES ? end - at : TASK_LEAVES;
+            memcpy(boxes, p->tree.boxes + at, count * sizeof *boxes);
+            STP_TRY(stp_ranks_broadcast(b->ranks, rank, boxes, count * sizeof *boxes, err));
+            for (uint32_t i = 0; i < count; i++)
+                stp_dbox_join(&p->tree.boxes[at + i], &boxes[i]);
+        }
+    }
+done:
+    free(boxes);
+    return status;
 }
 
 static void make_nodes(stp_box_tree *tree)
@@ -64,6 +97,8 @@ stp_status stp_box_tree_create(stp_box_tree *out, const stp_cloud *cloud, stp_po
                         sizeof *p.tree.boxes, "boxes", err);
     if (status == STP_OK)
         status = stp_cloud_run(cloud, pool, parts(count, TASK_LEAVES), make_leaves, &p, err);
+    if (status == STP_OK && cloud->blocks)
+        status = share_leaves(&p, err);
     if (status != STP_OK) {
         stp_box_tree_clear(&p.tree, cloud->spill);
         return status;
@@ -118,6 +153,13 @@ static uint32_t first_point(unsigned tier, uint32_t i)
     return i * LEAF_POINTS;
 }
 
+/* Whether a leaf's points are here, and the one before: it tells whether the first one repeats. */
+static bool has_leaf(const stp_cloud *cloud, uint32_t begin)
+{
+    const bool here = stp_cloud_has(cloud, begin);
+    return (begin == 0 || stp_cloud_has(cloud, begin - 1)) && here;
+}
+
 /* Searches a node, nearest children first. */
 static void search_node(nearest_search *s, unsigned tier, uint32_t i)
 {
@@ -125,10 +167,13 @@ static void search_node(nearest_search *s, unsigned tier, uint32_t i)
     uint32_t order[FANOUT], first = 0;
     double distances[FANOUT];
     if (is_spot(&tree->boxes[tree->begin[tier] + i])) {
-        try_point(s, first_point(tier, i));
+        if (has_leaf(s->cloud, first_point(tier, i)))
+            try_point(s, first_point(tier, i));
         return;
     }
     if (tier == 0) {
+        if (!has_leaf(s->cloud, i * LEAF_POINTS))
+            return;
         for (uint32_t at = i * LEAF_POINTS; at < leaf_end(s->cloud, i); at++)
             try_point(s, at);
         return;
@@ -172,6 +217,8 @@ static bool walk_node(const walk *w, unsigned tier, uint32_t i)
     const stp_box_tree *tree = &w->cloud->tree;
     uint32_t first = 0;
     if (!w->test(w->context, &tree->boxes[tree->begin[tier] + i]))
+        return true;
+    if (tier == 0 && !has_leaf(w->cloud, i * LEAF_POINTS))
         return true;
     if (tier == 0)
         return w->visit(w->context, i * LEAF_POINTS, leaf_end(w->cloud, i));

@@ -31,6 +31,9 @@ stp_status stp_box_tree_create(stp_box_tree *out, const struct stp_cloud *cloud,
                                stp_error *err);
 void stp_box_tree_clear(stp_box_tree *tree, stp_spill *spill);
 
+/* Searches leave out points that are not here (cloud_blocks.h), and ask for their blocks: the
+ * cloud then says that it missed something, and the search must be done again. */
+
 /* Fills the list with the nearest distinct positions to a point's position, without its own,
  * exactly. If the list is full before, its farthest entry bounds the search: the entries must then
  * be places of the cloud at true distances. Otherwise leave the list empty. */

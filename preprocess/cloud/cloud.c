@@ -2,6 +2,7 @@
 #include "preprocess/cloud/cloud.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/morton.h"
 
 #include <stdlib.h>
@@ -10,6 +11,7 @@ typedef struct cutter {
     stp_cloud *cloud;
     size_t capacity;
     bool thinned; /* points are missing, so that piles are not in the order of their own grids */
+    stp_rank_part own; /* points whose cells are cut here */
 } cutter;
 
 /* An octree node over a grid: points whose codes are equal down to this depth. */
@@ -18,9 +20,12 @@ typedef struct octant {
     int depth;
 } octant;
 
+/* Adds a cell, unless another rank has its first point. */
 static stp_status add_cell(cutter *c, uint32_t begin, uint32_t end, stp_error *err)
 {
     stp_cloud *cloud = c->cloud;
+    if (begin < c->own.begin || begin >= c->own.end)
+        return STP_OK;
     stp_status status = stp_grow(&cloud->cells, &c->capacity, (size_t)cloud->cell_count + 1,
                                  sizeof *cloud->cells, "cells", err);
     if (status != STP_OK)
@@ -30,11 +35,10 @@ static stp_status add_cell(cutter *c, uint32_t begin, uint32_t end, stp_error *e
 }
 
 /* First index in [begin, end) whose octant at this depth is at least `wanted`. */
-static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, octant node,
-                             uint32_t begin, uint64_t wanted)
+static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, int depth,
+                             uint32_t begin, uint32_t end, uint64_t wanted)
 {
-    unsigned shift = (unsigned)(3 * (STP_MORTON_BITS - 1 - node.depth));
-    uint32_t end = node.end;
+    unsigned shift = (unsigned)(3 * (STP_MORTON_BITS - 1 - depth));
     stp_spill_relieve(c->cloud->spill); /* few points are read, but each lies on its own page */
     while (begin < end) {
         uint32_t middle = begin + (end - begin) / 2;
@@ -45,6 +49,38 @@ static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, octan
             end = middle;
     }
     return begin;
+}
+
+/* Finds where a node's octants end. Ranks that share it count each its own points. */
+static stp_status find_octants(const cutter *c, const stp_morton_grid *grid, octant node,
+                               uint32_t ends[8], stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t counts[8];
+    const uint32_t begin = node.begin > c->own.begin ? node.begin : c->own.begin;
+    const uint32_t end = node.end < c->own.end ? node.end : c->own.end;
+    uint32_t from = begin;
+    for (uint64_t next = 1; next <= 8; next++) {
+        if (begin < end)
+            from = next == 8 ? end : octant_begin(c, grid, node.depth, from, end, next);
+        counts[next - 1] = begin < end ? from - begin : 0;
+    }
+    if (begin != node.begin || end != node.end)
+        STP_TRY(stp_cloud_sum(c->cloud, counts, 8, err));
+    for (int i = 0; i < 8; i++)
+        ends[i] = node.begin + (uint32_t)counts[i];
+done:
+    return status;
+}
+
+/* Whether one rank, another one, has all of a node's points. */
+static bool is_elsewhere(const cutter *c, octant node)
+{
+    const stp_cloud_blocks *b = c->cloud->blocks;
+    for (unsigned rank = 0; b && rank < b->ranks->count; rank++)
+        if (node.begin >= b->begins[rank] && node.end <= b->begins[rank + 1])
+            return rank != b->ranks->self;
+    return false;
 }
 
 static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err);
@@ -67,14 +103,17 @@ static stp_status cut_pile(cutter *c, octant node, stp_error *err)
 static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_error *err)
 {
     stp_status status = STP_OK;
+    if (is_elsewhere(c, node))
+        return STP_OK;
     if (node.end - node.begin <= STP_CELL_POINTS)
         return node.end > node.begin ? add_cell(c, node.begin, node.end, err) : STP_OK;
     if (node.depth == STP_MORTON_BITS)
         return cut_pile(c, node, err);
     uint32_t open = node.begin; /* start of the cell being gathered */
-    uint32_t from = node.begin;
-    for (uint64_t next = 1; next <= 8 && status == STP_OK; next++) {
-        uint32_t to = next == 8 ? node.end : octant_begin(c, grid, node, from, next);
+    uint32_t from = node.begin, ends[8];
+    status = find_octants(c, grid, node, ends, err);
+    for (int next = 0; next < 8 && status == STP_OK; next++) {
+        uint32_t to = ends[next];
         if (to - from > STP_CELL_POINTS || to - open > STP_CELL_POINTS) {
             if (from > open)
                 status = add_cell(c, open, from, err);
@@ -121,25 +160,64 @@ done:
     return status;
 }
 
+/* Lets each rank own the points of the cells that it cut. */
+static stp_status own_cells(stp_cloud *cloud, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = cloud->blocks->ranks;
+    uint32_t *begins = NULL;
+    STP_TRY(stp_alloc(&begins, (size_t)ranks->count + 1, sizeof *begins, "ranks", err));
+    begins[ranks->count] = cloud->count;
+    for (unsigned rank = 0; rank < ranks->count; rank++) {
+        const uint32_t first = stp_cloud_cells(cloud, ranks, rank).begin;
+        begins[rank] = first < cloud->cell_count ? cloud->cells[first].begin : cloud->count;
+    }
+    for (uint32_t i = begins[ranks->self]; i < begins[ranks->self + 1]; i++)
+        (void)stp_cloud_has(cloud, i);
+    STP_TRY(stp_cloud_fetch(cloud, err));
+    stp_cloud_move_runs(cloud, begins);
+done:
+    free(begins);
+    return status;
+}
+
+/* Gives the boxes of each rank's cells to all. */
+static stp_status share_boxes(stp_cloud *cloud, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = cloud->blocks->ranks;
+    for (unsigned rank = 0; rank < ranks->count; rank++) {
+        const stp_rank_part part = stp_cloud_cells(cloud, ranks, rank);
+        STP_TRY(stp_ranks_broadcast(ranks, rank, cloud->cells + part.begin,
+                                    (part.end - part.begin) * sizeof *cloud->cells, err));
+    }
+done:
+    return status;
+}
+
 stp_status stp_cloud_arrange(stp_cloud *cloud, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    cutter c = {.cloud = cloud};
+    cutter c = {.cloud = cloud, .own = stp_cloud_own(cloud)};
     stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
     STP_TRY(cut(&c, &grid, (octant){0, cloud->count, 0}, err));
-    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, find_cell_box, cloud, err));
+    STP_TRY(stp_cloud_join_cells(cloud, &cloud->cells, &cloud->cell_count, err));
+    if (cloud->blocks)
+        STP_TRY(own_cells(cloud, err));
+    STP_TRY(stp_cloud_run_own(cloud, pool, find_cell_box, cloud, err));
+    if (cloud->blocks)
+        STP_TRY(share_boxes(cloud, err));
     STP_TRY(stp_box_tree_create(&cloud->tree, cloud, pool, err));
-    STP_TRY(stp_spill_alloc(cloud->spill, &cloud->sheets, cloud->count, sizeof *cloud->sheets,
-                            "sheets", err));
-    STP_TRY(stp_spill_alloc(cloud->spill, &cloud->marks, cloud->count, sizeof *cloud->marks,
-                            "marks", err));
+    STP_TRY(stp_cloud_array(cloud, &cloud->sheets, sizeof *cloud->sheets, "sheets", err));
+    STP_TRY(stp_cloud_array(cloud, &cloud->marks, sizeof *cloud->marks, "marks", err));
 done:
     return status;
 }
 
 stp_status stp_cloud_cut(stp_cloud *cloud, uint32_t begin, uint32_t end, stp_error *err)
 {
-    cutter c = {.cloud = cloud, .capacity = cloud->cell_count, .thinned = true};
+    cutter c = {
+        .cloud = cloud, .capacity = cloud->cell_count, .thinned = true, .own = {begin, end}};
     const uint32_t first = cloud->cell_count;
     const stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
     stp_status status = cut(&c, &grid, (octant){begin, end, 0}, err);
@@ -172,6 +250,7 @@ void stp_cloud_unsort(stp_cloud *cloud)
 void stp_cloud_clear(stp_cloud *cloud)
 {
     stp_cloud_unsort(cloud);
+    stp_cloud_blocks_destroy(cloud->blocks);
     stp_spill_free(cloud->spill, cloud->points);
     *cloud = (stp_cloud){0};
 }

@@ -51,6 +51,8 @@ typedef struct stp_cell {
 #define STP_MARK_WIDE 16u    /* because of noise, its plane has more than the nearest points */
 #define STP_MARK_WIDEST 32u  /* likewise, and still more points */
 
+struct stp_cloud_blocks;
+
 typedef struct stp_cloud {
     stp_cloud_point *points;
     uint32_t *sheets; /* by point: the smooth piece of surface it lies on, or STP_SHEET_NONE */
@@ -61,6 +63,10 @@ typedef struct stp_cloud {
     stp_cell *cells;
     uint32_t cell_count;
     stp_box_tree tree; /* over the sorted points */
+
+    /* Where the points are if ranks share them (cloud_blocks.h); NULL: all are here. */
+    struct stp_cloud_blocks *blocks;
+    bool *missed; /* becomes true if a point is asked for that is not here; NULL: not wanted */
 } stp_cloud;
 
 /* Makes room for `capacity` points; the cloud is empty. Errors: OUT_OF_MEMORY, IO. */
@@ -83,6 +89,10 @@ void stp_cloud_forget(stp_cloud *cloud, const stp_cell *cell);
  * between tasks. */
 stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
                          void *context, stp_error *err);
+/* The same, a task for each cell that this process owns (cloud_blocks.h); its index is the cell's.
+ */
+stp_status stp_cloud_run_own(const stp_cloud *cloud, stp_pool *pool, stp_pool_task *task,
+                             void *context, stp_error *err);
 /* Call this at each turn of a loop over every stride-th point: it keeps to the memory limit. */
 static inline void stp_cloud_stride(stp_spill *spill, uint64_t i, uint32_t stride)
 {

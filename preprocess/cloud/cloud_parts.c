@@ -2,6 +2,7 @@
 #include "preprocess/cloud/cloud_parts.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/morton.h"
 
 #include <stdlib.h>
@@ -20,9 +21,10 @@ typedef struct parts {
     stp_cloud *cloud;
     stp_ranks *ranks;
     stp_morton_grid grid;
-    uint64_t *splitters;          /* by rank: the code where its run begins; the first one is 0 */
-    uint32_t *counts;             /* by rank: points of its run */
-    stp_cloud_point *run, *block; /* block: points of a round, by rank that they go to */
+    uint64_t *splitters;           /* by rank: the code where its run begins; the first one is 0 */
+    uint32_t *counts;              /* by rank: points of its run */
+    stp_cloud_point *sorted, *run; /* of all, and this rank's in it */
+    stp_cloud_point *block;        /* points of a round, by rank that they go to */
     uint32_t *block_counts;
     size_t *sent, *received; /* bytes of a round, by rank */
 } parts;
@@ -81,17 +83,13 @@ static stp_status choose_splitters(parts *p, uint64_t total, stp_error *err)
     stp_status status = STP_OK;
     stp_ranks *ranks = p->ranks;
     const uint64_t stride = total / ((uint64_t)SAMPLES * ranks->count) + 1;
-    stp_bytes packet = {0}, all = {0};
-    for (unsigned rank = 0; rank < ranks->count; rank++) {
-        packet.size = 0;
-        for (uint64_t i = 0; rank == ranks->self && i < p->cloud->count; i += stride) {
-            const uint64_t code = code_of(p, (uint32_t)i);
-            stp_cloud_stride(p->cloud->spill, i, (uint32_t)stride);
-            STP_TRY(stp_bytes_append(&packet, &code, sizeof code, err));
-        }
-        STP_TRY(stp_ranks_broadcast_bytes(ranks, rank, &packet, err));
-        STP_TRY(stp_bytes_append(&all, packet.data, packet.size, err));
+    stp_bytes all = {0};
+    for (uint64_t i = 0; i < p->cloud->count; i += stride) {
+        const uint64_t code = code_of(p, (uint32_t)i);
+        stp_cloud_stride(p->cloud->spill, i, (uint32_t)stride);
+        STP_TRY(stp_bytes_append(&all, &code, sizeof code, err));
     }
+    STP_TRY(stp_ranks_join(ranks, &all, err));
     uint64_t *codes = NULL;
     const size_t count = all.size / sizeof *codes;
     STP_TRY(stp_alloc(&codes, count, sizeof *codes, "sort keys", err));
@@ -103,7 +101,6 @@ static stp_status choose_splitters(parts *p, uint64_t total, stp_error *err)
         p->splitters[rank] = codes[count * rank / ranks->count];
     free(codes);
 done:
-    free(packet.data);
     free(all.data);
     return status;
 }
@@ -190,7 +187,7 @@ static stp_status give_blocks(parts *p, uint32_t from, uint32_t most, stp_cloud_
     size_t to = from;
     for (unsigned rank = 0; rank < ranks; to += p->counts[rank++]) {
         if (p->received[rank] > 0)
-            memcpy(cloud->points + to, in, p->received[rank]);
+            memcpy(p->sorted + to, in, p->received[rank]);
         in += p->received[rank] / sizeof *in;
     }
 done:
@@ -204,17 +201,14 @@ static stp_status give_runs(parts *p, stp_error *err)
     const unsigned ranks = p->ranks->count;
     const uint32_t share = GIVEN_POINTS / ranks + 1;
     stp_cloud_point *out = NULL, *in = NULL;
-    uint32_t total = 0, longest = 0;
+    uint32_t longest = 0;
     STP_TRY(stp_alloc(&out, (size_t)share * ranks, sizeof *out, "points", err));
     STP_TRY(stp_alloc(&in, (size_t)share * ranks, sizeof *in, "points", err));
-    for (unsigned rank = 0; rank < ranks; rank++) {
-        total += p->counts[rank];
+    for (unsigned rank = 0; rank < ranks; rank++)
         longest = p->counts[rank] > longest ? p->counts[rank] : longest;
-    }
     for (uint64_t from = 0; from < longest; from += share)
         STP_TRY(give_blocks(p, (uint32_t)from, share, out, in, err));
-    p->cloud->count = total;
-    p->ranks->sent_bytes += (uint64_t)total * (ranks - 1) * sizeof *out;
+    p->ranks->sent_bytes += (uint64_t)p->cloud->count * (ranks - 1) * sizeof *out;
 done:
     free(out);
     free(in);
@@ -234,10 +228,34 @@ done:
     return status;
 }
 
-static stp_status sort_runs(parts *p, stp_pool *pool, stp_error *err)
+/* Makes room for all points, or for this rank's run in its place among them. */
+static stp_status make_room(parts *p, uint32_t total, bool whole, stp_cloud *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_cloud *cloud = p->cloud;
+    uint32_t *begins = NULL;
+    const unsigned count = p->ranks->count;
+    STP_TRY(stp_alloc(&begins, (size_t)count + 1, sizeof *begins, "ranks", err));
+    for (unsigned rank = 0; rank < count; rank++)
+        begins[rank + 1] = begins[rank] + p->counts[rank];
+    const uint32_t begin = begins[p->ranks->self];
+    *out = (stp_cloud){.count = total, .capacity = total, .spill = p->cloud->spill};
+    if (!whole) {
+        uint32_t *taken = begins;
+        begins = NULL;
+        STP_TRY(stp_cloud_share(out, total, taken, p->ranks, err));
+    }
+    STP_TRY(stp_cloud_array(out, &out->points, sizeof *out->points, "points", err));
+    p->sorted = out->points;
+    p->run = out->points + begin;
+done:
+    free(begins);
+    return status;
+}
+
+static stp_status sort_runs(parts *p, bool whole, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = p->cloud, all = {0};
     const uint32_t *own = &p->counts[p->ranks->self];
     uint64_t total = 0;
     uint32_t most = 0;
@@ -245,15 +263,22 @@ static stp_status sort_runs(parts *p, stp_pool *pool, stp_error *err)
     STP_TRY(choose_splitters(p, total, err));
     STP_TRY(count_runs(p, err));
     STP_TRY(find_most(p, &most, err));
-    STP_TRY(stp_spill_alloc(cloud->spill, &p->run, *own, sizeof *p->run, "points", err));
+    STP_TRY(make_room(p, (uint32_t)total, whole, &all, err));
     STP_TRY(exchange(p, most, err));
+    all.box = cloud->box;
+    stp_cloud_clear(cloud);
+    *cloud = all;
+    all = (stp_cloud){0};
     STP_TRY(stp_morton_sort(p->run, *own, cloud->spill, &cloud->box, pool, err));
-    STP_TRY(give_runs(p, err));
+    if (whole)
+        STP_TRY(give_runs(p, err));
 done:
+    stp_cloud_clear(&all);
     return status;
 }
 
-stp_status stp_cloud_sort_parts(stp_cloud *cloud, stp_ranks *ranks, stp_pool *pool, stp_error *err)
+stp_status stp_cloud_sort_parts(stp_cloud *cloud, stp_ranks *ranks, bool whole, stp_pool *pool,
+                                stp_error *err)
 {
     stp_status status = STP_OK;
     parts p = {.cloud = cloud, .ranks = ranks};
@@ -262,7 +287,7 @@ stp_status stp_cloud_sort_parts(stp_cloud *cloud, stp_ranks *ranks, stp_pool *po
     STP_TRY(stp_alloc(&p.block_counts, ranks->count, sizeof *p.block_counts, "ranks", err));
     STP_TRY(stp_alloc(&p.sent, ranks->count, sizeof *p.sent, "ranks", err));
     STP_TRY(stp_alloc(&p.received, ranks->count, sizeof *p.received, "ranks", err));
-    status = sort_runs(&p, pool, err);
+    status = sort_runs(&p, whole, pool, err);
 done:
     free(p.received);
     free(p.sent);
@@ -270,6 +295,5 @@ done:
     free(p.counts);
     free(p.splitters);
     free(p.block);
-    stp_spill_free(cloud->spill, p.run);
     return status == STP_OK ? stp_cloud_arrange(cloud, pool, err) : status;
 }

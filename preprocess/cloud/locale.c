@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/sort.h"
+#include "preprocess/cloud/cloud_blocks.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -174,8 +175,12 @@ stp_status stp_locale_create(stp_locale *out, const stp_cloud *cloud, uint32_t f
     STP_TRY(stp_alloc(&l.halos, l.cell_count, sizeof *l.halos, "neighbours", err));
     for (uint32_t c = 0; c < l.cell_count; c++)
         l.halos[c] = reach * probe(cloud, &l.cells[c], k);
-    STP_TRY(gather(&l, err));
-    STP_TRY(make_runs(&l, err));
+    if (l.cells[0].begin > 0) /* the first point may repeat it */
+        (void)stp_cloud_has(cloud, l.cells[0].begin - 1);
+    if (!cloud->missed || !*cloud->missed) /* else halos may be too wide */
+        STP_TRY(gather(&l, err));
+    if (!cloud->missed || !*cloud->missed)
+        STP_TRY(make_runs(&l, err));
     *out = l;
     l = (stp_locale){0};
 done:

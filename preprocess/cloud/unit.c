@@ -163,6 +163,11 @@ done:
     return status;
 }
 
+static bool has_missed(const stp_cloud *cloud)
+{
+    return cloud->missed && *cloud->missed;
+}
+
 /* Gathers the own points, then ring by ring what is around them. */
 static stp_status gather(maker *m, stp_error *err)
 {
@@ -176,10 +181,12 @@ static stp_status gather(maker *m, stp_error *err)
     STP_TRY(map_grow(&m->map, 1, err));
     STP_TRY(add_ring(m, own, count, 0, err));
     STP_TRY(search_ring(m, 0, err));
-    for (unsigned ring = 1; ring <= u->ring_count; ring++) {
+    for (unsigned ring = 1; ring <= u->ring_count && !has_missed(u->whole); ring++) {
         STP_TRY(number_ring(m, ring - 1, err));
         STP_TRY(search_ring(m, ring, err));
     }
+    if (has_missed(u->whole))
+        goto done;
     size_t listed = (size_t)u->ring_end[u->ring_count - 1] * u->neighbours.k;
     for (size_t i = 0; i < listed; i++)
         if (u->neighbours.indices[i] != STP_NEIGHBOUR_NONE)
@@ -199,7 +206,8 @@ stp_status stp_unit_create(stp_unit *out, const stp_cloud *whole, uint32_t first
         return stp_error_set(err, STP_INVALID_ARGUMENT, "%u neighbours: give 3 to %d", k,
                              STP_NEIGHBOURS_LIMIT);
     STP_TRY(stp_locale_create(&m.locale, whole, first, end, k, ring_count + 1 + REACH_SPARE, err));
-    STP_TRY(gather(&m, err));
+    if (!has_missed(whole))
+        STP_TRY(gather(&m, err));
     *out = unit;
     unit = (stp_unit){0};
 done:

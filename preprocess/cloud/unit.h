@@ -29,7 +29,8 @@ typedef struct stp_unit {
 } stp_unit;
 
 /* Builds the unit of cells [first, end) of a sorted cloud with ring_count rings. Every point's
- * spacing is that of stp_neighbours_find. Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (k). */
+ * spacing is that of stp_neighbours_find. If the cloud misses points (cloud_blocks.h), the unit is
+ * to be cleared and made again when they are here. Errors: OUT_OF_MEMORY, INVALID_ARGUMENT (k). */
 stp_status stp_unit_create(stp_unit *out, const stp_cloud *whole, uint32_t first, uint32_t end,
                            unsigned k, unsigned ring_count, stp_error *err);
 void stp_unit_clear(stp_unit *unit);

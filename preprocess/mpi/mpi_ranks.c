@@ -59,8 +59,8 @@ static stp_status broadcast(stp_ranks *ranks, unsigned from, void *data, size_t 
     return status;
 }
 
-static stp_status send_first(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
-                             stp_error *err)
+static stp_status send(stp_ranks *ranks, unsigned from, unsigned to, void *data, size_t bytes,
+                       stp_error *err)
 {
     stp_status status = STP_OK;
     for (size_t at = 0, size; status == STP_OK && at < bytes; at += size) {
@@ -69,7 +69,7 @@ static stp_status send_first(stp_ranks *ranks, unsigned from, void *data, size_t
         size = bytes - at < SLICE_BYTES ? bytes - at : SLICE_BYTES;
         const int code =
             ranks->self == from
-                ? MPI_Isend(slice, (int)size, MPI_BYTE, 0, 0, MPI_COMM_WORLD, &request)
+                ? MPI_Isend(slice, (int)size, MPI_BYTE, (int)to, 0, MPI_COMM_WORLD, &request)
                 : MPI_Irecv(slice, (int)size, MPI_BYTE, (int)from, 0, MPI_COMM_WORLD, &request);
         /* NOLINTNEXTLINE(clang-analyzer-optin.mpi.MPI-Checker): await waits */
         status = await(ranks, code, &request, err);
@@ -136,7 +136,7 @@ stp_status stp_mpi_open(stp_ranks *out, char host[STP_HOST_BYTES], stp_error *er
     *out = (stp_ranks){.self = (unsigned)self,
                        .count = (unsigned)count,
                        .broadcast = broadcast,
-                       .send_first = send_first,
+                       .send = send,
                        .exchange = exchange,
                        .finish = finish,
                        .abort_all = abort_all};

@@ -1,6 +1,7 @@
 /* Crumbs between the sheets. */
 #include "preprocess/orient/crumbs.h"
 
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/orient/kept_walk.h"
 
 #include <string.h>
@@ -46,10 +47,10 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     return STP_OK;
 }
 
-static void turn_crumbs(const crumb_vote *vote)
+static void sum_crumbs(void *context)
 {
+    const crumb_vote *vote = context;
     const stp_sheets *s = vote->sheets;
-    memset(vote->sums, 0, s->piece_count * sizeof *vote->sums);
     for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
         stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
@@ -57,6 +58,11 @@ static void turn_crumbs(const crumb_vote *vote)
                 vote->sums[stp_sheets_root(s, s->graphs[c].kept[i])] +=
                     vote->odds[s->kept_begin[c] + i];
     }
+}
+
+static void turn_crumbs(const crumb_vote *vote)
+{
+    const stp_sheets *s = vote->sheets;
     for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
         stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++) {
@@ -71,13 +77,17 @@ stp_status stp_crumbs_turn(const stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_spill *spill = s->cloud->spill;
-    uint32_t cell_count = s->cloud->cell_count, kept = s->kept_begin[cell_count];
+    const uint32_t kept = s->kept_begin[s->cloud->cell_count];
+    const size_t bytes = s->piece_count * sizeof(float);
     crumb_vote vote = {.sheets = s};
     STP_TRY(stp_spill_alloc(spill, &vote.odds, kept, sizeof *vote.odds, "pieces", err));
     STP_TRY(stp_spill_alloc(spill, &vote.sums, s->piece_count, sizeof *vote.sums, "pieces", err));
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, weigh_cell, &vote, err));
+        STP_TRY(stp_cloud_run_own(s->cloud, pool, weigh_cell, &vote, err));
+        memset(vote.sums, 0, bytes);
+        STP_TRY(stp_cloud_in_turn(s->cloud, sum_crumbs, &vote, vote.sums, bytes, err));
         turn_crumbs(&vote);
+        STP_TRY(stp_cloud_refresh(s->cloud, STP_ARRAY_MARKS, err));
     }
 done:
     stp_spill_free(spill, vote.sums);

@@ -1,6 +1,7 @@
 /* Turns normals to the stations that saw their points. */
 #include "preprocess/orient/facing.h"
 
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/orient/kept_walk.h"
 
 /* Log odds that a normal leans to its station, per unit of cosine. Measured on the statue and the
@@ -89,8 +90,9 @@ stp_status stp_facing_correct(const stp_sheets *s, const stp_dvec3 *stations, st
     STP_TRY(stp_spill_alloc(s->cloud->spill, &check.wrong, s->kept_begin[cell_count],
                             sizeof *check.wrong, "signs", err));
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, weigh_cell, &check, err));
+        STP_TRY(stp_cloud_run_own(s->cloud, pool, weigh_cell, &check, err));
         turn_wrong(&check);
+        STP_TRY(stp_cloud_refresh(s->cloud, STP_ARRAY_MARKS, err));
     }
 done:
     stp_spill_free(s->cloud->spill, check.wrong);

@@ -1,13 +1,15 @@
 /* Decides which way normals point. */
 #include "preprocess/orient/orientation.h"
 
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/orient/crumbs.h"
 #include "preprocess/orient/facing.h"
 #include "preprocess/orient/turning.h"
 
 static void mark_all(stp_cloud *cloud)
 {
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+    const stp_rank_part own = stp_cloud_own(cloud);
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         if (stp_has_normal(&cloud->points[i]))
             cloud->marks[i] |= STP_MARK_ORIENTED;
 }
@@ -24,14 +26,17 @@ static stp_status connect(stp_cloud *cloud, unsigned k, stp_graph **graphs,
     if (params->mode != STP_ORIENT_NONE) {
         STP_TRY(stp_sheets_cross(&sheets, err));
         STP_TRY(stp_turn_pieces(&sheets, stations, turned, err));
+        STP_TRY(stp_cloud_refresh(cloud, STP_ARRAY_MARKS, err));
     }
     if (turned->oriented > 0 && stations)
         STP_TRY(stp_facing_correct(&sheets, stations, pool, err));
     if (turned->oriented > 0 && !stations) {
         STP_TRY(stp_turn_seen(&sheets, pool, err));
+        STP_TRY(stp_cloud_refresh(cloud, STP_ARRAY_MARKS, err));
         STP_TRY(stp_crumbs_turn(&sheets, pool, err));
     }
     STP_TRY(stp_sheets_adopt(&sheets, pool, err));
+    stp_cloud_let_go(cloud);
 done:
     stp_sheets_clear(&sheets);
     return status;

@@ -2,6 +2,7 @@
 #include "preprocess/orient/sheets.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/orient/kept_walk.h"
 
 #include <stdlib.h>
@@ -26,6 +27,50 @@ static stp_status resolve_cell(void *context, size_t index, unsigned worker, stp
                              s->piece_begin[index], err);
 }
 
+/* Asks for the points at the ends of edges, and for the neighbours of kept points. */
+static void ask_for_ends(const stp_sheets *s)
+{
+    for (uint32_t c = 0; s->cloud->blocks && c < s->cloud->cell_count; c++) {
+        const stp_graph *graph = &s->graphs[c];
+        for (size_t e = 0; e < graph->edge_count; e++)
+            (void)stp_cloud_has(s->cloud, graph->edges[e].other);
+        for (stp_kept_walk kept = stp_kept_begin(s, c); stp_kept_next(&kept);)
+            for (unsigned n = 0; n < s->k && kept.neighbours[n] != STP_NEIGHBOUR_NONE; n++)
+                (void)stp_cloud_has(s->cloud, kept.neighbours[n]);
+    }
+}
+
+/* Gives each rank's edges, which are between pieces now, to all. */
+static stp_status share_edges(stp_sheets *s, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_cloud_blocks *b = s->cloud->blocks;
+    stp_bytes packet = {0};
+    for (unsigned rank = 0; b && rank < b->ranks->count; rank++) {
+        const stp_rank_part cells = stp_cloud_cells(s->cloud, b->ranks, rank);
+        for (uint32_t c = cells.begin; c < cells.end; c++) {
+            stp_graph *graph = &s->graphs[c];
+            packet.size = 0;
+            if (rank == b->ranks->self)
+                STP_TRY(stp_bytes_append(&packet, graph->edges,
+                                         graph->edge_count * sizeof *graph->edges, err));
+            STP_TRY(stp_ranks_broadcast_bytes(b->ranks, rank, &packet, err));
+            if (rank == b->ranks->self || packet.size == 0)
+                continue;
+            stp_cursor from = {packet.data, packet.size};
+            graph->edge_count = packet.size / sizeof *graph->edges;
+            STP_TRY(stp_packet_take_array(&from, &graph->edges, graph->edge_count,
+                                          sizeof *graph->edges, err));
+            STP_TRY(stp_spill_move(s->cloud->spill, &graph->edges, graph->edge_count,
+                                   sizeof *graph->edges, "edges", err));
+        }
+        stp_spill_relieve(s->cloud->spill);
+    }
+done:
+    free(packet.data);
+    return status;
+}
+
 /* Makes a forest of the pieces of all cells, and edges between the pieces. */
 static stp_status gather_pieces(stp_sheets *s, stp_pool *pool, stp_error *err)
 {
@@ -34,13 +79,16 @@ static stp_status gather_pieces(stp_sheets *s, stp_pool *pool, stp_error *err)
     STP_TRY(stp_alloc(&s->piece_begin, cell_count, sizeof *s->piece_begin, "pieces", err));
     STP_TRY(
         stp_alloc(&s->kept_begin, (size_t)cell_count + 1, sizeof *s->kept_begin, "pieces", err));
-    for (uint32_t c = 0; c < cell_count; c++) {
+    for (uint32_t c = 0; c < cell_count; c++) { /* kept points are known of own cells only */
         s->piece_begin[c] = s->piece_count;
         s->piece_count += s->graphs[c].piece_count;
         s->kept_begin[c + 1] = s->kept_begin[c] + s->graphs[c].kept_count;
     }
-    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, number_cell, s, err));
-    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, resolve_cell, s, err));
+    STP_TRY(stp_cloud_run_own(s->cloud, pool, number_cell, s, err));
+    ask_for_ends(s);
+    STP_TRY(stp_cloud_fetch(s->cloud, err));
+    STP_TRY(stp_cloud_run_own(s->cloud, pool, resolve_cell, s, err));
+    STP_TRY(share_edges(s, err));
     STP_TRY(stp_forest_create(&s->forest, s->piece_count, s->cloud->spill, err));
     for (uint32_t c = 0; c < cell_count; c++) {
         stp_spill_relieve(s->cloud->spill);
@@ -197,11 +245,11 @@ stp_status stp_sheets_adopt(stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     adoption adopted = {.sheets = s};
-    const uint32_t cell_count = s->cloud->cell_count;
-    STP_TRY(stp_spill_alloc(s->cloud->spill, &adopted.sheets_of, s->kept_begin[cell_count],
-                            sizeof *adopted.sheets_of, "sheets", err));
-    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, adopt_cell, &adopted, err));
-    STP_TRY(stp_cloud_run(s->cloud, pool, cell_count, take_adopted, &adopted, err));
+    STP_TRY(stp_spill_alloc(s->cloud->spill, &adopted.sheets_of,
+                            s->kept_begin[s->cloud->cell_count], sizeof *adopted.sheets_of,
+                            "sheets", err));
+    STP_TRY(stp_cloud_run_own(s->cloud, pool, adopt_cell, &adopted, err));
+    STP_TRY(stp_cloud_run_own(s->cloud, pool, take_adopted, &adopted, err));
 done:
     stp_spill_free(s->cloud->spill, adopted.sheets_of);
     return status;

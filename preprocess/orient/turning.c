@@ -1,6 +1,7 @@
 /* Turns pieces by volume, by stations and by what is seen of them. */
 #include "preprocess/orient/turning.h"
 
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/orient/facing.h"
 #include "preprocess/orient/visibility.h"
 
@@ -48,18 +49,27 @@ static void add_to_piece(piece *c, const stp_cloud_point *p, vec3s normal,
     c->facing += stp_facing(p, normal, stations);
 }
 
+typedef struct summing {
+    const stp_sheets *sheets;
+    const stp_dvec3 *stations;
+    uint32_t *numbers; /* by piece of a cell: the joined piece that it belongs to, or LONE */
+    piece *pieces;     /* by joined piece */
+} summing;
+
 /* Makes signs agree with the piece's first point, and sums up each piece. */
-static void sum_pieces(const stp_sheets *s, const uint32_t *numbers, const stp_dvec3 *stations,
-                       piece *pieces)
+static void sum_pieces(void *context)
 {
+    const summing *sum = context;
+    const stp_sheets *s = sum->sheets;
     stp_cloud *cloud = s->cloud;
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        uint32_t own = cloud->sheets[i];
-        if (s->forest.parity[own])
+    const stp_rank_part own = stp_cloud_own(cloud);
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+        const uint32_t sheet = cloud->sheets[i], number = sum->numbers[sheet];
+        if (s->forest.parity[sheet])
             cloud->marks[i] ^= STP_MARK_TURNED;
-        if (numbers[own] != LONE)
-            add_to_piece(&pieces[numbers[own]], &cloud->points[i], stp_cloud_normal(cloud, i),
-                         stations);
+        if (number != LONE)
+            add_to_piece(&sum->pieces[number], &cloud->points[i], stp_cloud_normal(cloud, i),
+                         sum->stations);
     }
 }
 
@@ -88,33 +98,63 @@ static void turn_point(stp_cloud *cloud, uint32_t i, const piece *c, const stp_d
         cloud->marks[i] |= STP_MARK_ORIENTED;
 }
 
+/* Turns this process's points, and counts them. */
+static void turn_points(const summing *sum, uint64_t *with_normal, uint64_t *oriented)
+{
+    stp_cloud *cloud = sum->sheets->cloud;
+    const stp_rank_part own = stp_cloud_own(cloud);
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+        uint32_t number = sum->numbers[cloud->sheets[i]];
+        piece lone = {.count = 0};
+        if (number == LONE)
+            add_to_piece(&lone, &cloud->points[i], stp_cloud_normal(cloud, i), sum->stations);
+        turn_point(cloud, i, number == LONE ? &lone : &sum->pieces[number], sum->stations);
+        *with_normal += stp_has_normal(&cloud->points[i]);
+        *oriented += (cloud->marks[i] & STP_MARK_ORIENTED) != 0;
+    }
+}
+
 stp_status stp_turn_pieces(stp_sheets *s, const stp_dvec3 *stations, stp_turned *out,
                            stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud *cloud = s->cloud;
-    stp_turned turned = {0};
-    uint32_t *numbers = NULL;
-    piece *pieces = NULL;
+    summing sum = {.sheets = s, .stations = stations};
+    uint64_t counts[2] = {0, 0};
+    STP_TRY(stp_spill_alloc(cloud->spill, &sum.numbers, s->piece_count, sizeof *sum.numbers,
+                            "pieces", err));
+    uint32_t piece_count = number_pieces(s, sum.numbers);
     STP_TRY(
-        stp_spill_alloc(cloud->spill, &numbers, s->piece_count, sizeof *numbers, "pieces", err));
-    uint32_t piece_count = number_pieces(s, numbers);
-    STP_TRY(stp_spill_alloc(cloud->spill, &pieces, piece_count, sizeof *pieces, "pieces", err));
-    sum_pieces(s, numbers, stations, pieces);
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        uint32_t number = numbers[cloud->sheets[i]];
-        piece lone = {.count = 0};
-        if (number == LONE)
-            add_to_piece(&lone, &cloud->points[i], stp_cloud_normal(cloud, i), stations);
-        turn_point(cloud, i, number == LONE ? &lone : &pieces[number], stations);
-        turned.with_normal += stp_has_normal(&cloud->points[i]);
-        turned.oriented += (cloud->marks[i] & STP_MARK_ORIENTED) != 0;
-    }
-    *out = turned;
+        stp_spill_alloc(cloud->spill, &sum.pieces, piece_count, sizeof *sum.pieces, "pieces", err));
+    STP_TRY(stp_cloud_in_turn(cloud, sum_pieces, &sum, sum.pieces, piece_count * sizeof *sum.pieces,
+                              err));
+    turn_points(&sum, &counts[0], &counts[1]);
+    STP_TRY(stp_cloud_sum(cloud, counts, 2, err));
+    *out = (stp_turned){(uint32_t)counts[0], (uint32_t)counts[1]};
 done:
-    stp_spill_free(cloud->spill, pieces);
-    stp_spill_free(cloud->spill, numbers);
+    stp_spill_free(cloud->spill, sum.pieces);
+    stp_spill_free(cloud->spill, sum.numbers);
     return status;
+}
+
+/* What the drawn points of each sheet vote. */
+typedef struct vote_sum {
+    const stp_sheets *sheets;
+    const _Atomic int *votes; /* by drawn point */
+    uint32_t stride;
+    int64_t *sums; /* by sheet with its crumbs */
+} vote_sum;
+
+static void sum_votes(void *context)
+{
+    const vote_sum *v = context;
+    const stp_sheets *s = v->sheets;
+    const stp_cloud *cloud = s->cloud;
+    const stp_rank_part own = stp_cloud_own(cloud);
+    for (uint64_t i = ((uint64_t)own.begin + v->stride - 1) / v->stride * v->stride; i < own.end;
+         i += v->stride, stp_cloud_stride(cloud->spill, i, v->stride))
+        if (cloud->marks[i] & STP_MARK_ORIENTED)
+            v->sums[s->parts[cloud->sheets[i]]] += v->votes[i / v->stride];
 }
 
 /* Reflection across one crease may be wrong, but what a closed surface shows to the outside is its
@@ -123,21 +163,20 @@ stp_status stp_turn_seen(const stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud *cloud = s->cloud;
+    const stp_rank_part own = stp_cloud_own(cloud);
     _Atomic int *votes = NULL;
-    int64_t *sums = NULL;
-    uint32_t stride = stp_visibility_stride(cloud);
-    STP_TRY(stp_spill_alloc(cloud->spill, &votes, (cloud->count - 1) / stride + 1, sizeof *votes,
+    vote_sum v = {.sheets = s, .stride = stp_visibility_stride(cloud)};
+    STP_TRY(stp_spill_alloc(cloud->spill, &votes, (cloud->count - 1) / v.stride + 1, sizeof *votes,
                             "votes", err));
-    STP_TRY(stp_spill_alloc(cloud->spill, &sums, s->piece_count, sizeof *sums, "votes", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &v.sums, s->piece_count, sizeof *v.sums, "votes", err));
     STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
-    for (uint64_t i = 0; i < cloud->count; i += stride, stp_cloud_stride(cloud->spill, i, stride))
-        if (cloud->marks[i] & STP_MARK_ORIENTED)
-            sums[s->parts[cloud->sheets[i]]] += votes[i / stride];
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        if (cloud->marks[i] & STP_MARK_ORIENTED && sums[s->parts[cloud->sheets[i]]] < 0)
+    v.votes = votes;
+    STP_TRY(stp_cloud_in_turn(cloud, sum_votes, &v, v.sums, s->piece_count * sizeof *v.sums, err));
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+        if (cloud->marks[i] & STP_MARK_ORIENTED && v.sums[s->parts[cloud->sheets[i]]] < 0)
             cloud->marks[i] ^= STP_MARK_TURNED;
 done:
-    stp_spill_free(cloud->spill, sums);
+    stp_spill_free(cloud->spill, v.sums);
     stp_spill_free(cloud->spill, (void *)votes);
     return status;
 }

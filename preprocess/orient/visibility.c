@@ -2,6 +2,7 @@
 #include "preprocess/orient/visibility.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 
 #include <stdlib.h>
 
@@ -28,7 +29,8 @@ typedef struct vote_job {
     double radius;   /* of a ball around the cloud */
     uint32_t stride; /* points from one drawn to the next */
     uint32_t drawn_count;
-    vec3s *positions; /* by drawn point: in pixels, from the centre */
+    stp_rank_part own; /* drawn points of this process */
+    vec3s *positions;  /* by drawn point: in pixels, from the centre */
     vec3s *normals; /* by drawn point; a copy, since seen points lie anywhere and the cloud may not
                        be in memory */
     pixel **pixels; /* by worker: all zero between axes */
@@ -55,8 +57,8 @@ static view view_along(size_t axis)
 static stp_status place_block(void *context, size_t block, unsigned worker, stp_error *err)
 {
     vote_job *job = context;
-    uint32_t begin = (uint32_t)block * BLOCK;
-    uint32_t left = job->drawn_count - begin;
+    uint32_t begin = job->own.begin + (uint32_t)block * BLOCK;
+    uint32_t left = job->own.end - begin;
     double scale = 0.5 * (double)job->size / job->radius;
     (void)worker;
     (void)err;
@@ -129,15 +131,53 @@ uint32_t stp_visibility_stride(const stp_cloud *cloud)
     return (cloud->count - 1) / DRAWN_POINTS + 1;
 }
 
+/* The drawn points among a run of points. */
+static stp_rank_part drawn_of(const vote_job *job, stp_rank_part run)
+{
+    return (stp_rank_part){run.begin / job->stride + (run.begin % job->stride != 0),
+                           run.end / job->stride + (run.end % job->stride != 0)};
+}
+
+/* Places the drawn points: each process its own, for all. */
+static stp_status place(vote_job *job, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_cloud_blocks *b = job->cloud->blocks;
+    job->own = drawn_of(job, stp_cloud_own(job->cloud));
+    STP_TRY(stp_cloud_run(job->cloud, pool,
+                          ((size_t)(job->own.end - job->own.begin) + BLOCK - 1) / BLOCK,
+                          place_block, job, err));
+    for (unsigned rank = 0; b && rank < b->ranks->count; rank++) {
+        const stp_rank_part run = {b->begins[rank], b->begins[rank + 1]}, part = drawn_of(job, run);
+        const size_t bytes = (part.end - part.begin) * sizeof(vec3s);
+        STP_TRY(stp_ranks_broadcast(b->ranks, rank, job->positions + part.begin, bytes, err));
+        STP_TRY(stp_ranks_broadcast(b->ranks, rank, job->normals + part.begin, bytes, err));
+    }
+done:
+    return status;
+}
+
+typedef struct spacing_sum {
+    const stp_cloud *cloud;
+    double sum;
+} spacing_sum;
+
+static void sum_spacings(void *context)
+{
+    spacing_sum *s = context;
+    const stp_rank_part own = stp_cloud_own(s->cloud);
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(s->cloud->spill, i))
+        s->sum += (double)s->cloud->points[i].spacing;
+}
+
 stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_pool *pool,
                                stp_error *err)
 {
     stp_status status = STP_OK;
     unsigned workers = stp_pool_thread_count(pool);
-    double spacing = 0.0;
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        spacing += (double)cloud->points[i].spacing;
-    spacing /= cloud->count;
+    spacing_sum all = {.cloud = cloud};
+    STP_TRY(stp_cloud_in_turn(cloud, sum_spacings, &all, &all.sum, sizeof all.sum, err));
+    const double spacing = all.sum / cloud->count;
     vote_job job = {
         .votes = votes,
         .cloud = cloud,
@@ -156,8 +196,7 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
     STP_TRY(stp_spill_alloc(cloud->spill, &job.normals, job.drawn_count, sizeof *job.normals,
                             "views", err));
     STP_TRY(stp_alloc(&job.pixels, workers, sizeof *job.pixels, "views", err));
-    STP_TRY(stp_cloud_run(cloud, pool, ((size_t)job.drawn_count + BLOCK - 1) / BLOCK, place_block,
-                          &job, err));
+    STP_TRY(place(&job, pool, err));
     STP_TRY(stp_cloud_run(cloud, pool, AXES, vote_task, &job, err));
 done:
     for (unsigned i = 0; job.pixels && i < workers; i++)

@@ -55,10 +55,10 @@ stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *byte
     uint64_t size = bytes->size;
     if (ranks->self != from && ranks->self != 0)
         return STP_OK;
-    STP_TRY(ranks->send_first(ranks, from, &size, sizeof size, err));
+    STP_TRY(ranks->send(ranks, from, 0, &size, sizeof size, err));
     if (ranks->self == 0)
         STP_TRY(receive(bytes, size, err));
-    STP_TRY(ranks->send_first(ranks, from, bytes->data, bytes->size, err));
+    STP_TRY(ranks->send(ranks, from, 0, bytes->data, bytes->size, err));
     ranks->sent_bytes += sizeof size + size;
 done:
     return status;
@@ -76,6 +76,67 @@ stp_status stp_ranks_exchange(stp_ranks *ranks, const void *data, const size_t *
     STP_TRY(ranks->exchange(ranks, data, sent, out, received, err));
 done:
     free(size);
+    return status;
+}
+
+stp_status stp_ranks_gather(stp_ranks *ranks, const void *own, size_t bytes, void *out,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    const unsigned count = stp_ranks_count(ranks);
+    size_t *sizes = NULL;
+    char *copies = NULL;
+    if (count == 1) {
+        memcpy(out, own, bytes);
+        return STP_OK;
+    }
+    STP_TRY(stp_alloc(&sizes, count, sizeof *sizes, "ranks", err));
+    STP_TRY(stp_alloc(&copies, count, bytes, "ranks", err));
+    for (unsigned rank = 0; rank < count; rank++) {
+        sizes[rank] = bytes;
+        memcpy(copies + rank * bytes, own, bytes);
+    }
+    STP_TRY(ranks->exchange(ranks, copies, sizes, out, sizes, err));
+    ranks->sent_bytes += bytes * count * (count - 1);
+done:
+    free(copies);
+    free(sizes);
+    return status;
+}
+
+stp_status stp_ranks_join(stp_ranks *ranks, stp_bytes *bytes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_bytes packet = {0}, all = {0};
+    for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
+        packet.size = 0;
+        if (rank == ranks->self)
+            STP_TRY(stp_bytes_append(&packet, bytes->data, bytes->size, err));
+        STP_TRY(stp_ranks_broadcast_bytes(ranks, rank, &packet, err));
+        STP_TRY(stp_bytes_append(&all, packet.data, packet.size, err));
+    }
+    free(bytes->data);
+    *bytes = all;
+    all = (stp_bytes){0};
+done:
+    free(packet.data);
+    free(all.data);
+    return status;
+}
+
+stp_status stp_ranks_sum(stp_ranks *ranks, uint64_t *numbers, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t *all = NULL;
+    if (stp_ranks_count(ranks) == 1)
+        return STP_OK;
+    STP_TRY(stp_alloc(&all, ranks->count, count * sizeof *all, "ranks", err));
+    STP_TRY(stp_ranks_gather(ranks, numbers, count * sizeof *all, all, err));
+    memset(numbers, 0, count * sizeof *numbers);
+    for (size_t i = 0; i < ranks->count * count; i++)
+        numbers[i % count] += all[i];
+done:
+    free(all);
     return status;
 }
 

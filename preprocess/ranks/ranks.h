@@ -22,11 +22,12 @@ struct stp_ranks {
     const stp_progress *progress; /* whoever waits gives up when it says so; NULL: never */
     uint64_t sent_bytes; /* by all ranks so far, as rank 0 knows; a copy to each rank counts */
 
-    /* Gives rank `from`'s bytes to every rank, or to rank 0 alone. Errors: IO, CANCELLED. */
+    /* Gives rank `from`'s bytes to every rank. Errors: IO, CANCELLED. */
     stp_status (*broadcast)(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
                             stp_error *err);
-    stp_status (*send_first)(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
-                             stp_error *err);
+    /* Gives rank `from`'s bytes to rank `to`, another one; only these two call it. */
+    stp_status (*send)(stp_ranks *ranks, unsigned from, unsigned to, void *data, size_t bytes,
+                       stp_error *err);
     /* stp_ranks_exchange, when it is known what comes. */
     stp_status (*exchange)(stp_ranks *ranks, const void *data, const size_t *sent, void *out,
                            const size_t *received, stp_error *err);
@@ -69,6 +70,14 @@ stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *byte
  * each way. The caller counts them in sent_bytes. */
 stp_status stp_ranks_exchange(stp_ranks *ranks, const void *data, const size_t *sent, void *out,
                               size_t *received, stp_error *err);
+
+/* Puts `bytes` of each rank into out, rank after rank, on every rank. */
+stp_status stp_ranks_gather(stp_ranks *ranks, const void *own, size_t bytes, void *out,
+                            stp_error *err);
+/* Replaces bytes by those of all ranks, rank after rank. Errors: likewise, and OUT_OF_MEMORY. */
+stp_status stp_ranks_join(stp_ranks *ranks, stp_bytes *bytes, stp_error *err);
+/* Adds up numbers of all ranks, each number by itself. */
+stp_status stp_ranks_sum(stp_ranks *ranks, uint64_t *numbers, size_t count, stp_error *err);
 
 /* Fails on every rank if they have other numbers than rank 0. what: is said of the first
  * that has: "other points than". Errors: INVALID_ARGUMENT, CANCELLED. */

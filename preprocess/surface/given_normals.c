@@ -1,6 +1,8 @@
 /* Measures how much given normals differ between near and between farther points; averages them. */
 #include "preprocess/surface/given_normals.h"
 
+#include "preprocess/cloud/cloud_blocks.h"
+
 #include <stdlib.h>
 
 /* Runs of sorted points that are measured, evenly spread, and the points of each. */
@@ -76,15 +78,27 @@ static bool run_noisy(const stp_cloud_point *run, uint32_t count)
     return mean >= LEAST_NEAR && mean <= MOST_NEAR && sums.near >= NOISY_RATIO * sums.far;
 }
 
-bool stp_given_noisy(const stp_cloud *cloud)
+stp_status stp_given_noisy(stp_cloud *cloud, bool *out, stp_error *err)
 {
-    uint32_t step = cloud->count / RUNS, noisy = 0, runs = 0;
+    stp_status status = STP_OK;
+    const stp_rank_part own = stp_cloud_own(cloud);
+    uint32_t step = cloud->count / RUNS;
     uint32_t length = step < RUN_POINTS ? step : RUN_POINTS;
+    uint64_t noisy = 0;
+    *out = false;
     if (length <= 2 * FAR_END)
-        return false;
-    for (uint32_t r = 0; r < RUNS; r++, runs++)
-        noisy += run_noisy(cloud->points + (size_t)r * step, length);
-    return 2 * noisy > runs;
+        return STP_OK;
+    for (uint32_t r = 0; r < RUNS; r++) /* a run may end at another rank */
+        if (r * step >= own.begin && r * step < own.end)
+            (void)(stp_cloud_has(cloud, r * step) & stp_cloud_has(cloud, r * step + length - 1));
+    STP_TRY(stp_cloud_fetch(cloud, err));
+    for (uint32_t r = 0; r < RUNS; r++)
+        if (r * step >= own.begin && r * step < own.end)
+            noisy += run_noisy(cloud->points + (size_t)r * step, length);
+    STP_TRY(stp_cloud_sum(cloud, &noisy, 1, err));
+    *out = 2 * noisy > RUNS;
+done:
+    return status;
 }
 
 /* The mean of those normals of the point and its neighbours that are near a direction; the

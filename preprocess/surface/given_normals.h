@@ -10,8 +10,9 @@
 
 #include "preprocess/cloud/unit.h"
 
-/* Whether the given normals of a sorted cloud are noisy. The same for any cells and threads. */
-bool stp_given_noisy(const stp_cloud *cloud);
+/* Whether the given normals of a sorted cloud are noisy. The same for any cells, threads and ranks.
+ * Errors: those of stp_cloud_fetch. */
+stp_status stp_given_noisy(stp_cloud *cloud, bool *out, stp_error *err);
 /* Averages the given normals of a unit's own points with those of their neighbours. out:
  * ring_end[0] entries; gets all own normals. Needs one ring, and spacings. */
 void stp_given_average(vec3s *out, const stp_unit *unit);

@@ -2,6 +2,7 @@
 #include "preprocess/surface/surface.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/surface/given_normals.h"
 #include "preprocess/surface/normals.h"
 #include "preprocess/surface/spacing.h"
@@ -17,6 +18,7 @@ typedef struct finding {
     atomic_uint_fast64_t done_count, grown_count, errors[STP_NORMAL_ERROR_BINS];
     stp_rank_part own;   /* cells that this rank looks at */
     uint32_t *unit_ends; /* by unit: one past its last cell */
+    bool *unit_done;
     uint32_t unit_count, own_points;
     stp_graph *graphs; /* by cell */
     vec3s *averaged;   /* averaged normals by point, if given ones are noisy: a copy, since units
@@ -30,7 +32,9 @@ static stp_status make_units(finding *f, stp_error *err)
     stp_status status =
         stp_alloc(&f->unit_ends, cloud->cell_count, sizeof *f->unit_ends, "cells", err);
     f->own =
-        stp_surface_cells(f->params->ranks, f->params->ranks ? f->params->ranks->self : 0, cloud);
+        stp_cloud_cells(cloud, f->params->ranks, f->params->ranks ? f->params->ranks->self : 0);
+    if (status == STP_OK)
+        status = stp_alloc(&f->unit_done, cloud->cell_count, sizeof *f->unit_done, "cells", err);
     if (f->own.end > f->own.begin)
         f->own_points = cloud->cells[f->own.end - 1].end - cloud->cells[f->own.begin].begin;
     for (uint32_t c = f->own.begin, begin = c; status == STP_OK && c < f->own.end; c++) {
@@ -68,8 +72,15 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     stp_normal_errors errors = {{0}};
     uint32_t first = index > 0 ? f->unit_ends[index - 1] : f->own.begin, end = f->unit_ends[index];
     unsigned rings = f->params->pieces ? STP_UNIT_RINGS : STP_UNIT_RINGS - 1;
+    bool missed = false;
+    stp_cloud seen = *f->cloud;
+    seen.missed = &missed;
     (void)worker;
-    STP_TRY(stp_unit_create(&unit, f->cloud, first, end, f->params->k, rings, err));
+    if (f->unit_done[index])
+        return STP_OK;
+    STP_TRY(stp_unit_create(&unit, &seen, first, end, f->params->k, rings, err));
+    if (missed) /* other ranks have points around the unit: they come before the next try */
+        goto done;
     STP_TRY(stp_spacing_smooth(&unit, err));
     STP_TRY(stp_normals_estimate(
         &unit, f->params->shifts ? f->params->shifts + unit.places[0] : NULL, &errors, err));
@@ -81,11 +92,29 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     if (f->averaged)
         stp_given_average(f->averaged + unit.places[0], &unit);
     atomic_fetch_add(&f->grown_count, write_back(f->cloud, &unit));
+    f->unit_done[index] = true;
     uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
     status = stp_progress_update(f->progress, f->params->shifts ? "layers" : "surface", done,
                                  f->own_points, err);
 done:
     stp_unit_clear(&unit);
+    return status;
+}
+
+/* Runs the units, those again that missed points of other ranks. */
+static stp_status find_units(finding *f, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (uint64_t left = 1; left > 0;) {
+        STP_TRY(stp_cloud_run(f->cloud, pool, f->unit_count, find_unit, f, err));
+        left = 0;
+        for (uint32_t i = 0; i < f->unit_count; i++)
+            left += !f->unit_done[i];
+        STP_TRY(stp_cloud_sum(f->cloud, &left, 1, err));
+        STP_TRY(stp_cloud_fetch(f->cloud, err));
+    }
+    stp_cloud_let_go(f->cloud);
+done:
     return status;
 }
 
@@ -115,7 +144,8 @@ done:
 static uint64_t take_averaged(finding *f)
 {
     uint64_t count = 0;
-    for (uint32_t i = 0; i < f->cloud->count; i++) {
+    const stp_rank_part own = stp_cloud_own(f->cloud);
+    for (uint32_t i = own.begin; i < own.end; i++) {
         stp_cloud_step(f->cloud->spill, i);
         if (f->cloud->points[i].given != STP_GIVEN_INPUT)
             continue;
@@ -142,16 +172,18 @@ stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surf
     finding f = {.cloud = cloud, .params = params, .progress = progress};
     stp_surface_counts found = {0};
     stp_normal_errors errors = {{0}};
+    bool noisy = false;
     STP_TRY(make_units(&f, err));
     if (params->pieces)
         STP_TRY(stp_alloc(&f.graphs, cloud->cell_count, sizeof *f.graphs, "cells", err));
-    if (stp_given_noisy(cloud))
-        STP_TRY(stp_spill_alloc(cloud->spill, &f.averaged, cloud->count, sizeof *f.averaged,
-                                "normals", err));
-    STP_TRY(stp_cloud_run(cloud, pool, f.unit_count, find_unit, &f, err));
+    STP_TRY(stp_given_noisy(cloud, &noisy, err));
+    if (noisy)
+        STP_TRY(stp_cloud_array(cloud, &f.averaged, sizeof *f.averaged, "normals", err));
+    STP_TRY(find_units(&f, pool, err));
     STP_TRY(stp_surface_share(params->ranks, cloud,
                               &(stp_surface_arrays){f.graphs, f.averaged, params->shifts}, err));
     found.averaged = f.averaged ? take_averaged(&f) : 0;
+    STP_TRY(stp_cloud_sum(cloud, &found.averaged, 1, err));
     STP_TRY(sum_counts(&found, &errors, &f, err));
     if (counts)
         *counts = found;
@@ -161,5 +193,6 @@ done:
     stp_surface_clear(&f.graphs, cloud);
     stp_spill_free(cloud->spill, f.averaged);
     free(f.unit_ends);
+    free(f.unit_done);
     return status;
 }

@@ -1,19 +1,9 @@
 /* Gives what each rank found of the surface to all ranks, cell by cell. */
 #include "preprocess/surface/surface_ranks.h"
 
-#include <stdlib.h>
+#include "preprocess/cloud/cloud_blocks.h"
 
-stp_rank_part stp_surface_cells(const stp_ranks *ranks, unsigned rank, const stp_cloud *cloud)
-{
-    const stp_rank_part points = stp_ranks_part(ranks, rank, cloud->count);
-    stp_rank_part cells = {0, 0};
-    while (cells.begin < cloud->cell_count && cloud->cells[cells.begin].begin < points.begin)
-        cells.begin++;
-    cells.end = cells.begin;
-    while (cells.end < cloud->cell_count && cloud->cells[cells.end].begin < points.end)
-        cells.end++;
-    return cells;
-}
+#include <stdlib.h>
 
 static stp_status pack_graph(stp_bytes *out, const stp_graph *g, stp_error *err)
 {
@@ -46,6 +36,21 @@ done:
     return status;
 }
 
+static stp_status pack_sizes(stp_bytes *out, const stp_graph *g, stp_error *err)
+{
+    return stp_bytes_append(out, g->sizes, g->piece_count * sizeof *g->sizes, err);
+}
+
+static stp_status take_sizes(stp_cursor *from, stp_graph *out, stp_spill *spill, stp_error *err)
+{
+    stp_status status = STP_OK;
+    out->piece_count = (uint32_t)(from->left / sizeof *out->sizes);
+    STP_TRY(stp_packet_take_array(from, &out->sizes, out->piece_count, sizeof *out->sizes, err));
+    STP_TRY(stp_graph_stow(out, spill, err));
+done:
+    return status;
+}
+
 static stp_status pack_cell(stp_bytes *out, const stp_cloud *cloud, uint32_t index,
                             const stp_surface_arrays *a, stp_error *err)
 {
@@ -53,6 +58,8 @@ static stp_status pack_cell(stp_bytes *out, const stp_cloud *cloud, uint32_t ind
     const stp_cell *cell = &cloud->cells[index];
     const size_t count = cell->end - cell->begin;
     out->size = 0;
+    if (cloud->blocks)
+        return a->graphs ? pack_sizes(out, &a->graphs[index], err) : STP_OK;
     for (uint32_t i = cell->begin; i < cell->end; i++) {
         STP_TRY(stp_bytes_append(out, &cloud->points[i].normal, sizeof(vec3s), err));
         STP_TRY(stp_bytes_append(out, &cloud->points[i].spacing, sizeof(float), err));
@@ -76,6 +83,8 @@ static stp_status take_cell(stp_cursor from, stp_cloud *cloud, uint32_t index,
     stp_status status = STP_OK;
     const stp_cell *cell = &cloud->cells[index];
     const size_t count = cell->end - cell->begin;
+    if (cloud->blocks)
+        return a->graphs ? take_sizes(&from, &a->graphs[index], cloud->spill, err) : STP_OK;
     for (uint32_t i = cell->begin; i < cell->end; i++) {
         STP_TRY(stp_packet_take(&from, &cloud->points[i].normal, sizeof(vec3s), err));
         STP_TRY(stp_packet_take(&from, &cloud->points[i].spacing, sizeof(float), err));
@@ -99,7 +108,7 @@ stp_status stp_surface_share(stp_ranks *ranks, stp_cloud *cloud, const stp_surfa
     stp_status status = STP_OK;
     stp_bytes packet = {0};
     for (unsigned rank = 0; rank < stp_ranks_count(ranks) && stp_ranks_count(ranks) > 1; rank++) {
-        const stp_rank_part cells = stp_surface_cells(ranks, rank, cloud);
+        const stp_rank_part cells = stp_cloud_cells(cloud, ranks, rank);
         for (uint32_t c = cells.begin; c < cells.end; c++) {
             stp_spill_relieve(cloud->spill);
             if (rank == ranks->self)

@@ -10,9 +10,8 @@ typedef struct stp_surface_arrays {
     vec3s *averaged, *shifts; /* by point; NULL: none */
 } stp_surface_arrays;
 
-/* The cells whose surface a rank finds: about as many points as every other rank's. */
-stp_rank_part stp_surface_cells(const stp_ranks *ranks, unsigned rank, const stp_cloud *cloud);
-/* Exchanges spacings, normals, marks, sheets and the arrays, cell by cell. Errors: OUT_OF_MEMORY,
+/* Exchanges spacings, normals, marks, sheets and the arrays, cell by cell. If ranks share the
+ * points, each keeps its own, and only the sizes of pieces are exchanged. Errors: OUT_OF_MEMORY,
  * IO, CANCELLED. */
 stp_status stp_surface_share(stp_ranks *ranks, stp_cloud *cloud, const stp_surface_arrays *arrays,
                              stp_error *err);

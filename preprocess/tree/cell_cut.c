@@ -2,6 +2,7 @@
 #include "preprocess/tree/cell_cut.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/tree/chunk_build.h"
 
 #include <stdlib.h>
@@ -80,19 +81,23 @@ stp_status stp_cells_cut(stp_cloud *cloud, const stp_point_item_params *params, 
 {
     stp_status status = STP_OK;
     cutter c = {.cloud = cloud, .params = params};
-    bool all = true;
+    const stp_rank_part own = stp_cloud_own_cells(cloud);
+    uint64_t wide = 0;
     STP_TRY(stp_alloc(&c.fits, cloud->cell_count, sizeof *c.fits, "cells", err));
-    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, check_cell, &c, err));
-    for (uint32_t i = 0; i < cloud->cell_count; i++)
-        all = all && c.fits[i];
-    for (uint32_t i = 0; i < cloud->cell_count && !all; i++) {
+    STP_TRY(stp_cloud_run_own(cloud, pool, check_cell, &c, err));
+    for (uint32_t i = own.begin; i < own.end; i++)
+        wide += !c.fits[i];
+    STP_TRY(stp_cloud_sum(cloud, &wide, 1, err));
+    for (uint32_t i = own.begin; i < own.end && wide > 0; i++) {
         const stp_cell *cell = &cloud->cells[i];
         STP_TRY(c.fits[i] ? add_cell(&c, cell->begin, cell->end, err) : cut_cell(&c, cell, err));
     }
-    if (!all) {
+    if (wide > 0) {
+        uint32_t count = (uint32_t)c.count;
+        STP_TRY(stp_cloud_join_cells(cloud, &c.cells, &count, err));
         free(cloud->cells);
         cloud->cells = c.cells;
-        cloud->cell_count = (uint32_t)c.count;
+        cloud->cell_count = count;
         c.cells = NULL;
     }
 done:

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/chunk/block_cut.h"
 #include "formats/chunk/block_table.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/patch/world_lattice.h"
 #include "preprocess/tree/cell_cut.h"
 #include "preprocess/tree/leaf_order.h"
@@ -153,7 +154,7 @@ static stp_status build_one(void *context, size_t place, unsigned worker, stp_er
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     t->reaches.boxes[index] = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
-    if (!t->below && t->leaves[index].kind == STP_LEAF_CELL)
+    if (!t->below && t->leaves[index].kind == STP_LEAF_CELL && !t->cloud->blocks)
         stp_cloud_forget(t->cloud, &t->cloud->cells[t->leaves[index].index]);
     STP_TRY(advance(t, err));
 done:
@@ -291,12 +292,36 @@ done:
     return status;
 }
 
+/* Asks for the points of a leaf. */
+static void ask_for(const tree *t, uint32_t index)
+{
+    if (t->below || t->leaves[index].kind != STP_LEAF_CELL)
+        return;
+    const stp_cell *cell = &t->cloud->cells[t->leaves[index].index];
+    const stp_rank_part own = stp_cloud_own(t->cloud);
+    for (uint32_t i = cell->begin; i < cell->end; i++)
+        if (i < own.begin || i >= own.end)
+            (void)stp_cloud_has(t->cloud, i);
+}
+
+/* Leaves are built: nobody needs the points any more. */
+static void forget_points(const tree *t)
+{
+    const stp_rank_part own = stp_cloud_own_cells(t->cloud);
+    stp_cloud_let_go(t->cloud);
+    for (uint32_t i = own.begin; t->cloud->blocks && i < own.end; i++)
+        stp_cloud_forget(t->cloud, &t->cloud->cells[i]);
+}
+
 /* Builds this rank's chunks of the tier, and those around them. */
 static stp_status build_tier(tree *t, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ranks *ranks = t->params->ranks;
     t->own = stp_ranks_own(ranks, t->tier_count);
+    for (uint32_t i = t->own.begin; i < t->own.end; i++)
+        ask_for(t, i);
+    STP_TRY(stp_cloud_fetch(t->cloud, err));
     STP_TRY(stp_cloud_run(t->cloud, t->pool, t->own.end - t->own.begin, build_one, t, err));
     for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
         const stp_rank_part part = stp_ranks_part(ranks, rank, t->tier_count);
@@ -305,7 +330,12 @@ static stp_status build_tier(tree *t, stp_error *err)
     }
     stp_chunk_boxes_join(&t->reaches);
     STP_TRY(list_around(t, err));
+    for (size_t i = 0; i < t->around_count; i++)
+        ask_for(t, t->around[i]);
+    STP_TRY(stp_cloud_fetch(t->cloud, err));
     STP_TRY(stp_cloud_run(t->cloud, t->pool, t->around_count, build_around, t, err));
+    if (!t->below)
+        forget_points(t);
 done:
     return status;
 }

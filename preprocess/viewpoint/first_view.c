@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/sort.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/viewpoint/interior.h"
 
 #include <math.h>
@@ -29,17 +30,19 @@
 static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *cloud,
                           uint16_t station, stp_dvec3 eye, stp_error *err)
 {
-    const uint32_t stride = cloud->count / RAYS + 1;
-    stp_dvec3 *rays = NULL;
-    stp_status status = stp_alloc(&rays, cloud->count / stride + 1, sizeof *rays, "rays", err);
+    stp_status status = STP_OK;
+    stp_cloud_point *points = NULL;
+    uint32_t listed = 0;
+    STP_TRY(stp_cloud_every(cloud, cloud->count / RAYS + 1, &points, &listed, err));
+    STP_TRY(stp_alloc(out, listed, sizeof **out, "rays", err));
     *count = 0;
-    for (uint32_t i = 0; status == STP_OK && i < cloud->count; i += stride) {
-        stp_cloud_stride(cloud->spill, i, stride);
-        const stp_dvec3 d = stp_dvec3_sub(cloud->points[i].position, eye);
-        if (cloud->points[i].station == station && stp_dvec3_length(d) > 0.0)
-            rays[(*count)++] = stp_dvec3_normalize(d);
+    for (uint32_t i = 0; i < listed; i++) {
+        const stp_dvec3 d = stp_dvec3_sub(points[i].position, eye);
+        if (points[i].station == station && stp_dvec3_length(d) > 0.0)
+            (*out)[(*count)++] = stp_dvec3_normalize(d);
     }
-    *out = rays;
+done:
+    free(points);
     return status;
 }
 
@@ -213,16 +216,26 @@ done:
     return status;
 }
 
-/* The first station that still has a point; 0 if there is none. */
-static uint16_t first_station(const stp_cloud *cloud, uint32_t station_count)
+/* Finds the first station that still has a point; 0 if there is none. */
+static stp_status first_station(const stp_cloud *cloud, uint32_t station_count, uint16_t *out,
+                                stp_error *err)
 {
-    uint16_t first = 0;
-    for (uint32_t i = 0; i < cloud->count && first != 1; i++, stp_cloud_step(cloud->spill, i)) {
+    stp_status status = STP_OK;
+    const stp_rank_part own = stp_cloud_own(cloud);
+    uint64_t *counts = NULL; /* of points by station: at most 65,535 */
+    *out = 0;
+    STP_TRY(stp_alloc(&counts, station_count, sizeof *counts, "stations", err));
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         const uint16_t station = cloud->points[i].station;
-        if (station > 0 && station <= station_count && (first == 0 || station < first))
-            first = station;
+        if (station > 0 && station <= station_count)
+            counts[station - 1]++;
     }
-    return first;
+    STP_TRY(stp_cloud_sum(cloud, counts, station_count, err));
+    for (uint32_t i = station_count; i-- > 0;)
+        *out = counts[i] > 0 ? (uint16_t)(i + 1) : *out;
+done:
+    free(counts);
+    return status;
 }
 
 stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *cloud,
@@ -232,11 +245,14 @@ stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *clou
     stp_space space = {0};
     if (out->why != STP_FIRST_WHOLE || !(stp_dbox_side(&cloud->box) < EXTENT_MOST))
         return STP_OK;
-    const uint16_t station = source->stations ? first_station(cloud, source->station_count) : 0;
+    uint16_t station = 0;
+    if (source->stations && source->station_count > 0)
+        STP_TRY(first_station(cloud, source->station_count, &station, err));
     if (station > 0)
         return view_from_station(out, cloud, source, station, err);
     STP_TRY(stp_space_create(&space, cloud, 0, err));
-    const stp_interior interior = stp_interior_find(cloud, &space);
+    stp_interior interior;
+    STP_TRY(stp_interior_find(&interior, cloud, &space, err));
     if (interior.found)
         *out = stp_interior_camera(&interior, &space);
 done:

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/sort.h"
+#include "preprocess/cloud/cloud_blocks.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -32,17 +33,17 @@ static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, uint16_t stati
 {
     stp_status status = STP_OK;
     double *values = NULL, ends[3][2];
-    const uint32_t stride = cloud->count / SAMPLE + 1;
-    STP_TRY(stp_alloc(&values, cloud->count / stride + 1, sizeof *values, "coordinates", err));
+    stp_cloud_point *points = NULL;
+    uint32_t listed = 0;
+    STP_TRY(stp_cloud_every(cloud, cloud->count / SAMPLE + 1, &points, &listed, err));
+    STP_TRY(stp_alloc(&values, listed, sizeof *values, "coordinates", err));
     for (int axis = 0; axis < 3; axis++) {
         size_t count = 0;
-        for (uint32_t i = 0; i < cloud->count; i += stride) {
-            stp_cloud_stride(cloud->spill, i, stride);
-            if (is_counted(&cloud->points[i], station))
-                values[count++] = coordinate(cloud->points[i].position, axis);
-        }
+        for (uint32_t i = 0; i < listed; i++)
+            if (is_counted(&points[i], station))
+                values[count++] = coordinate(points[i].position, axis);
         if (count == 0)
-            values[count++] = coordinate(cloud->points[0].position, axis);
+            values[count++] = coordinate(points[0].position, axis);
         stp_sort_doubles(values, count);
         ends[axis][0] = values[count / FAR_OUT];
         ends[axis][1] = values[count - 1 - count / FAR_OUT];
@@ -50,6 +51,7 @@ static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, uint16_t stati
     *out = (stp_dbox){.min = {ends[0][0], ends[1][0], ends[2][0]},
                       .max = {ends[0][1], ends[1][1], ends[2][1]}};
 done:
+    free(points);
     free(values);
     return status;
 }
@@ -73,12 +75,23 @@ static void count_one(uint16_t *count)
         (*count)++;
 }
 
-static void count_points(stp_space *s, const stp_cloud *cloud, uint16_t station)
+typedef struct counting {
+    stp_space *space;
+    const stp_cloud *cloud;
+    uint16_t station;
+} counting;
+
+/* Counts this process's points. */
+static void count_points(void *context)
 {
+    const counting *c = context;
+    const stp_cloud *cloud = c->cloud;
+    stp_space *s = c->space;
+    const stp_rank_part own = stp_cloud_own(cloud);
     int at[3];
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         const stp_cloud_point *p = &cloud->points[i];
-        if (!is_counted(p, station) || !voxel_of(s, p->position, at))
+        if (!is_counted(p, c->station) || !voxel_of(s, p->position, at))
             continue;
         const size_t voxel = stp_space_at(s, at[0], at[1], at[2]);
         count_one(&s->count[voxel]);
@@ -159,13 +172,14 @@ stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t sta
     }
     s.origin =
         stp_dvec3_sub(s.box.min, stp_dvec3_scale((stp_dvec3){1.0, 1.0, 1.0}, MARGIN * s.side));
-    STP_TRY(stp_alloc(&s.count, voxels, sizeof *s.count, "voxels", err));
+    STP_TRY(stp_alloc(&s.count, 5 * voxels, sizeof *s.count, "voxels", err));
     STP_TRY(stp_alloc(&s.room, voxels, sizeof *s.room, "voxels", err));
-    for (int axis = 1; axis < 3; axis++) {
-        STP_TRY(stp_alloc(&s.level[axis], voxels, sizeof *s.level[axis], "voxels", err));
-        STP_TRY(stp_alloc(&s.upright[axis], voxels, sizeof *s.upright[axis], "voxels", err));
+    for (size_t axis = 1; axis < 3; axis++) {
+        s.level[axis] = s.count + axis * voxels;
+        s.upright[axis] = s.count + (2 + axis) * voxels;
     }
-    count_points(&s, cloud, station);
+    counting c = {&s, cloud, station};
+    STP_TRY(stp_cloud_in_turn(cloud, count_points, &c, s.count, 5 * voxels * sizeof *s.count, err));
     find_room(&s, voxels);
     *out = s;
     s = (stp_space){0};
@@ -178,10 +192,6 @@ void stp_space_clear(stp_space *s)
 {
     free(s->count);
     free(s->room);
-    for (int axis = 1; axis < 3; axis++) {
-        free(s->level[axis]);
-        free(s->upright[axis]);
-    }
     *s = (stp_space){0};
 }
 

@@ -16,7 +16,7 @@ typedef struct stp_space {
     stp_dvec3 origin;
     double side; /* of a voxel */
     int size[3];
-    uint16_t *count;                 /* points, by voxel, x fastest */
+    uint16_t *count;                 /* points, by voxel, x fastest; then level and upright */
     uint16_t *level[3], *upright[3]; /* points whose normal is along an axis (level) or across it
                                         (upright), for axis 1: y and 2: z; NULL for x */
     uint16_t *room; /* distance to the nearest solid voxel, in voxels times STP_SPACE_ROOM */
@@ -33,7 +33,7 @@ typedef struct stp_space_hit {
 } stp_space_hit;
 
 /* Makes the grid. The cloud has points. station: only this station's points; 0: all points. Errors:
- * OUT_OF_MEMORY. */
+ * OUT_OF_MEMORY, and if ranks share the cloud IO, CANCELLED. */
 stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t station,
                             stp_error *err);
 void stp_space_clear(stp_space *space);

@@ -1,7 +1,10 @@
 /* Finds insides of rooms. */
 #include "preprocess/viewpoint/interior.h"
 
+#include "preprocess/cloud/cloud_blocks.h"
+
 #include <math.h>
+#include <stdlib.h>
 
 #define PI 3.14159265358979323846
 /* Rays from a place that is considered, and from the one that is taken. */
@@ -145,18 +148,20 @@ static bool is_within(const stp_space *s, stp_dvec3 p, const stp_dvec3 rays[OUTS
     return left <= OUTSIDE_MOST;
 }
 
-static void ask_points(stp_interior *in, const stp_cloud *cloud, const stp_space *s)
+static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp_space *s,
+                             stp_error *err)
 {
     uint32_t count = 0, within = 0, given = 0, facing = 0;
-    const uint32_t stride = cloud->count / POINTS + 1;
     stp_dvec3 rays[OUTSIDE_RAYS];
+    stp_cloud_point *points = NULL;
+    const stp_status status =
+        stp_cloud_every(cloud, cloud->count / POINTS + 1, &points, &count, err);
+    if (status != STP_OK)
+        return status;
     for (int i = 0; i < OUTSIDE_RAYS; i++)
         rays[i] = stp_space_direction(i, OUTSIDE_RAYS);
-    for (uint32_t i = 0; i < cloud->count; i += stride) {
-        stp_cloud_stride(cloud->spill, i, stride);
-        const stp_cloud_point *p = &cloud->points[i];
+    for (const stp_cloud_point *p = points; p < points + count; p++) {
         const stp_dvec3 d = stp_dvec3_sub(p->position, in->eye);
-        count++;
         within += is_within(s, p->position, rays);
         if (!p->given)
             continue;
@@ -168,23 +173,29 @@ static void ask_points(stp_interior *in, const stp_cloud *cloud, const stp_space
     }
     in->within = (double)within / count;
     in->facing = given >= GIVEN_LEAST ? (double)facing / given : 0.5;
+    free(points);
+    return STP_OK;
 }
 
-stp_interior stp_interior_find(const stp_cloud *cloud, const stp_space *s)
+stp_status stp_interior_find(stp_interior *out, const stp_cloud *cloud, const stp_space *s,
+                             stp_error *err)
 {
+    stp_status status = STP_OK;
     stp_interior in = {.up_axis = floors(s, 1) > UPWARDS * floors(s, 2) ? 1 : 2};
     const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
     in.height = along(size, in.up_axis);
     in.width = fmax(size.x, in.up_axis == 1 ? size.z : size.y);
     find_eye(&in, s);
     look_around(&in, s);
-    ask_points(&in, cloud, s);
+    STP_TRY(ask_points(&in, cloud, s, err));
     const bool built = in.level >= LEVEL_LEAST && in.upright >= UPRIGHT_LEAST &&
                        (in.within >= WITHIN_LEAST || in.height <= FLAT_MOST * in.width);
     in.found = in.room >= ROOM_LEAST * in.height && in.room > 0.0 &&
                in.enclosed >= ENCLOSED_LEAST && in.facing > 1.0 - AGREED &&
                (built || in.facing >= AGREED);
-    return in;
+    *out = in;
+done:
+    return status;
 }
 
 /* A level direction. */

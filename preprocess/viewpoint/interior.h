@@ -32,8 +32,10 @@ typedef struct stp_interior {
     bool found;           /* the cloud is an interior */
 } stp_interior;
 
-/* Examines a cloud. It has points, and normals if they were found. */
-stp_interior stp_interior_find(const stp_cloud *cloud, const stp_space *space);
+/* Examines a cloud. It has points, and normals if they were found. Errors: OUT_OF_MEMORY, and if
+ * ranks share the cloud IO, CANCELLED. */
+stp_status stp_interior_find(stp_interior *out, const stp_cloud *cloud, const stp_space *space,
+                             stp_error *err);
 /* The camera at the interior's eye. It looks along the longest free way, nearly level. */
 stp_first_camera stp_interior_camera(const stp_interior *interior, const stp_space *space);
 

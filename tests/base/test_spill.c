@@ -6,6 +6,7 @@
 
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -151,6 +152,46 @@ static void forgotten_parts(void **state)
     stp_spill_destroy(&spill);
 }
 
+/* An array larger than the disk takes the space of its claimed parts, one after the other. */
+static void sparse_array(stp_spill *spill, bool in_files)
+{
+    enum { PART = 1 << 19 };
+    const size_t count = (size_t)1 << 40;
+    stp_error err = {0};
+    uint32_t *numbers = NULL, *others = NULL;
+    assert_int_equal(stp_spill_alloc_sparse(spill, &numbers, count, 4, "numbers", &err), STP_OK);
+    assert_int_equal(stp_spill_most_file_bytes(spill), 0);
+    for (size_t at = 0; at < count; at += count / 4) {
+        uint32_t *part = numbers + at;
+        assert_int_equal(stp_spill_claim(spill, part, PART * sizeof *part, "numbers", &err),
+                         STP_OK);
+        for (uint32_t i = 0; i < PART; i++) {
+            assert_int_equal(part[i], 0);
+            part[i] = i + 1;
+        }
+        if (at > 0)
+            stp_spill_forget(spill, part, PART * sizeof *part);
+    }
+    assert_int_equal(
+        stp_spill_claim(spill, numbers + count / 4, PART * sizeof *numbers, "a part", &err),
+        STP_OK);
+    assert_int_equal(numbers[count / 4] | numbers[count / 4 + PART - 1], 0);
+    assert_int_equal(numbers[0] + numbers[PART - 1], 1 + PART);
+    assert_int_equal(stp_spill_most_file_bytes(spill), in_files ? 2 * PART * sizeof *numbers : 0);
+    stp_spill_free(spill, numbers);
+    assert_int_equal(stp_spill_alloc(spill, &others, 2 * PART, 4, "others", &err), STP_OK);
+    assert_int_equal(stp_spill_most_file_bytes(spill), in_files ? 2 * PART * sizeof *numbers : 0);
+    stp_spill_free(spill, others);
+    stp_spill_destroy(&spill);
+}
+
+static void sparse_arrays(void **state)
+{
+    (void)state;
+    sparse_array(make(LIMIT_BYTES, "."), true);
+    sparse_array(make(0, NULL), false);
+}
+
 static void a_folder_must_be_there(void **state)
 {
     (void)state;
@@ -244,6 +285,7 @@ int main(void)
         cmocka_unit_test(files),
         cmocka_unit_test(small_arrays_share_files),
         cmocka_unit_test(forgotten_parts),
+        cmocka_unit_test(sparse_arrays),
         cmocka_unit_test(a_folder_must_be_there),
         cmocka_unit_test(more_than_the_limit),
     };

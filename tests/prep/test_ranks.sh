@@ -23,6 +23,11 @@ awk 'BEGIN { for (i = 0; i < 5000; i++) print i % 70 * 0.1, int(i / 70) * 0.1, 2
 
 # The same positions in another colour: their order is that of the inputs.
 awk '{ print $0, 255, 0, NR % 256 }' "$FOLDER/mixed/c.xyz" >"$FOLDER/mixed/d.xyz"
+# Two files of the same positions, the second one backwards: each rank reads one of them, and of each
+# two points that with the lower record number comes first.
+mkdir "$FOLDER/twice"
+awk 'BEGIN { srand(2); for (i = 0; i < 5000; i++) print rand(), rand(), rand(), 255, i % 256, 0 }' >"$FOLDER/twice/a.xyz"
+tac "$FOLDER/twice/a.xyz" | awk '{ print $1, $2, $3, 0, $5, 255 }' >"$FOLDER/twice/b.xyz"
 # A pile beside one point far away.
 mkdir "$FOLDER/broken"
 awk 'BEGIN { srand(1); print 1e9, 0, 0; for (i = 0; i < 140000; i++) print rand(), rand(), i % 2 }' >"$FOLDER/pile.xyz"
@@ -58,6 +63,7 @@ sorted=$(sed -n '/stage_sent_bytes/,/}/s/.*"sort":[^0-9]*\([0-9]*\).*/\1/p' "$FO
 [ "${sorted:-0}" -gt 100000 ] || fail "ranks did not sort parts: sent ${sorted:-nothing}"
 check_bytes "$all 3" "$FOLDER/mixed" --orient none
 check_bytes "$all" "$FOLDER/pile.xyz"
+check_bytes "$all" "$FOLDER/twice"
 wanted=1
 check_bytes "$all" "$FOLDER/broken" # its file breaks off in the middle: it is left out, on all ranks
 wanted=0

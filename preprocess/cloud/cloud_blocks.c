@@ -1,0 +1,464 @@
+/* Blocks of points from rank to rank. */
+#include "preprocess/cloud/cloud_blocks.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Blocks that all ranks ask for in one round, about: 16 MB. */
+#define ROUND_BLOCKS 64u
+
+/* One round of fetching. */
+typedef struct round {
+    uint32_t *asked, *told; /* blocks: asked of each rank, and told by each; rank after rank */
+    size_t *asked_bytes, *told_bytes, *sent, *received;
+    stp_bytes out;
+    char *in;
+} round_of_blocks;
+
+static uint32_t least(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+static uint32_t greatest(uint32_t a, uint32_t b)
+{
+    return a > b ? a : b;
+}
+
+/* The points of a block that a rank owns; begin >= end: none. */
+static stp_rank_part part_of(const stp_cloud *cloud, uint32_t block, unsigned rank)
+{
+    const uint32_t *begins = cloud->blocks->begins;
+    const uint32_t begin = block * STP_BLOCK_POINTS;
+    const uint32_t end =
+        cloud->count - begin < STP_BLOCK_POINTS ? cloud->count : begin + STP_BLOCK_POINTS;
+    return (stp_rank_part){greatest(begin, begins[rank]), least(end, begins[rank + 1])};
+}
+
+static bool owns_some(const stp_cloud *cloud, uint32_t block)
+{
+    const stp_rank_part part = part_of(cloud, block, cloud->blocks->ranks->self);
+    return part.begin < part.end;
+}
+
+static bool owns_all(const stp_cloud *cloud, uint32_t block)
+{
+    const stp_rank_part part = part_of(cloud, block, cloud->blocks->ranks->self);
+    return part.begin % STP_BLOCK_POINTS == 0 && part.begin < part.end &&
+           (part.end == cloud->count || part.end - part.begin == STP_BLOCK_POINTS);
+}
+
+/* The array's bytes of a block. */
+static void *block_at(void *array, size_t size, uint32_t block)
+{
+    return (char *)array + (size_t)block * STP_BLOCK_POINTS * size;
+}
+
+static stp_status claim_block(stp_cloud *c, uint32_t block, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_spill_claim(c->spill, block_at(c->points, sizeof *c->points, block),
+                            STP_BLOCK_POINTS * sizeof *c->points, "points", err));
+    if (c->sheets)
+        STP_TRY(stp_spill_claim(c->spill, block_at(c->sheets, sizeof *c->sheets, block),
+                                STP_BLOCK_POINTS * sizeof *c->sheets, "sheets", err));
+    if (c->marks)
+        STP_TRY(stp_spill_claim(c->spill, block_at(c->marks, sizeof *c->marks, block),
+                                STP_BLOCK_POINTS * sizeof *c->marks, "marks", err));
+done:
+    return status;
+}
+
+static void forget_block(stp_cloud *c, uint32_t block)
+{
+    stp_spill_forget(c->spill, block_at(c->points, sizeof *c->points, block),
+                     STP_BLOCK_POINTS * sizeof *c->points);
+    if (c->sheets)
+        stp_spill_forget(c->spill, block_at(c->sheets, sizeof *c->sheets, block),
+                         STP_BLOCK_POINTS * sizeof *c->sheets);
+    if (c->marks)
+        stp_spill_forget(c->spill, block_at(c->marks, sizeof *c->marks, block),
+                         STP_BLOCK_POINTS * sizeof *c->marks);
+}
+
+stp_status stp_cloud_share(stp_cloud *cloud, uint32_t count, uint32_t *begins, stp_ranks *ranks,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud_blocks *b = NULL;
+    STP_TRY(stp_alloc(&b, 1, sizeof *b, "blocks", err));
+    b->ranks = ranks;
+    b->begins = begins;
+    b->count = (count - 1) / STP_BLOCK_POINTS + 1;
+    begins = NULL;
+    STP_TRY(stp_alloc(&b->states, b->count, sizeof *b->states, "blocks", err));
+    cloud->count = count;
+    cloud->blocks = b;
+    b = NULL;
+    for (uint32_t i = 0; i < cloud->blocks->count; i++)
+        atomic_init(&cloud->blocks->states[i], owns_all(cloud, i) ? STP_BLOCK_OWN : STP_BLOCK_AWAY);
+done:
+    stp_cloud_blocks_destroy(b);
+    free(begins);
+    return status;
+}
+
+void stp_cloud_blocks_destroy(stp_cloud_blocks *b)
+{
+    if (!b)
+        return;
+    free(b->begins);
+    free((void *)b->states);
+    free(b);
+}
+
+void stp_cloud_move_runs(stp_cloud *cloud, const uint32_t *begins)
+{
+    stp_cloud_blocks *b = cloud->blocks;
+    const size_t bytes = ((size_t)b->ranks->count + 1) * sizeof *begins;
+    for (uint32_t i = 0; i < b->count; i++) /* 1: holds points */
+        b->states[i] = b->states[i] == STP_BLOCK_HERE || owns_some(cloud, i);
+    memcpy(b->begins, begins, bytes);
+    for (uint32_t i = 0; i < b->count; i++) {
+        if (b->states[i] == 1 && !owns_some(cloud, i))
+            forget_block(cloud, i);
+        b->states[i] = owns_all(cloud, i) ? STP_BLOCK_OWN : STP_BLOCK_AWAY;
+    }
+}
+
+stp_status stp_cloud_array(const stp_cloud *cloud, void *out, size_t size, const char *what,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    void *array = NULL;
+    if (!cloud->blocks)
+        return stp_spill_alloc(cloud->spill, out, cloud->count, size, what, err);
+    const uint32_t count = cloud->blocks->count;
+    STP_TRY(stp_spill_alloc_sparse(cloud->spill, &array, (size_t)count * STP_BLOCK_POINTS, size,
+                                   what, err));
+    for (uint32_t i = 0; i < count; i++)
+        if (owns_some(cloud, i))
+            STP_TRY(stp_spill_claim(cloud->spill, block_at(array, size, i), STP_BLOCK_POINTS * size,
+                                    what, err));
+    memcpy(out, &array, sizeof array);
+    array = NULL;
+done:
+    stp_spill_free(cloud->spill, array);
+    return status;
+}
+
+bool stp_cloud_ask(const stp_cloud *cloud, uint32_t i)
+{
+    atomic_uchar *state = &cloud->blocks->states[i / STP_BLOCK_POINTS];
+    const unsigned char now = atomic_load_explicit(state, memory_order_relaxed);
+    if (now >= STP_BLOCK_HERE)
+        return true;
+    if (now == STP_BLOCK_AWAY)
+        atomic_store_explicit(state, STP_BLOCK_WANTED, memory_order_relaxed);
+    if (cloud->missed)
+        *cloud->missed = true;
+    return false;
+}
+
+stp_rank_part stp_cloud_own(const stp_cloud *cloud)
+{
+    const stp_cloud_blocks *b = cloud->blocks;
+    return b ? (stp_rank_part){b->begins[b->ranks->self], b->begins[b->ranks->self + 1]}
+             : (stp_rank_part){0, cloud->count};
+}
+
+stp_rank_part stp_cloud_cells(const stp_cloud *cloud, const stp_ranks *ranks, unsigned rank)
+{
+    const uint32_t *begins = cloud->blocks ? cloud->blocks->begins : NULL;
+    const stp_rank_part points = begins ? (stp_rank_part){begins[rank], begins[rank + 1]}
+                                        : stp_ranks_part(ranks, rank, cloud->count);
+    stp_rank_part cells = {0, 0};
+    while (cells.begin < cloud->cell_count && cloud->cells[cells.begin].begin < points.begin)
+        cells.begin++;
+    cells.end = cells.begin;
+    while (cells.end < cloud->cell_count && cloud->cells[cells.end].begin < points.end)
+        cells.end++;
+    return cells;
+}
+
+stp_rank_part stp_cloud_own_cells(const stp_cloud *cloud)
+{
+    return cloud->blocks ? stp_cloud_cells(cloud, cloud->blocks->ranks, cloud->blocks->ranks->self)
+                         : (stp_rank_part){0, cloud->cell_count};
+}
+
+stp_status stp_cloud_join_cells(const stp_cloud *cloud, stp_cell **cells, uint32_t *count,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_bytes all = {0};
+    stp_cell *joined = NULL;
+    if (!cloud->blocks)
+        return STP_OK;
+    STP_TRY(stp_bytes_append(&all, *cells, *count * sizeof *joined, err));
+    STP_TRY(stp_ranks_join(cloud->blocks->ranks, &all, err));
+    stp_cursor from = {all.data, all.size};
+    STP_TRY(stp_packet_take_array(&from, &joined, all.size / sizeof *joined, sizeof *joined, err));
+    free(*cells);
+    *cells = joined;
+    *count = (uint32_t)(all.size / sizeof *joined);
+done:
+    free(all.data);
+    return status;
+}
+
+static size_t point_bytes(const stp_cloud *cloud, unsigned arrays)
+{
+    return (arrays & STP_ARRAY_POINTS ? sizeof *cloud->points : 0) +
+           (arrays & STP_ARRAY_SHEETS ? sizeof *cloud->sheets : 0) +
+           (arrays & STP_ARRAY_MARKS ? sizeof *cloud->marks : 0);
+}
+
+/* Appends points [begin, end) of an array to a packet, or takes them from it. */
+static stp_status pack(stp_bytes *out, const void *array, size_t size, stp_rank_part part,
+                       stp_error *err)
+{
+    return stp_bytes_append(out, (const char *)array + part.begin * size,
+                            (part.end - part.begin) * size, err);
+}
+
+static const char *take(const char *from, void *array, size_t size, stp_rank_part part)
+{
+    const size_t bytes = (part.end - part.begin) * size;
+    memcpy((char *)array + part.begin * size, from, bytes);
+    return from + bytes;
+}
+
+/* Lists which of the blocks to ask of which rank, and finds how many bytes will come. */
+static size_t ask(round_of_blocks *r, const stp_cloud *cloud, const uint32_t *list, uint32_t count,
+                  unsigned arrays)
+{
+    const stp_ranks *ranks = cloud->blocks->ranks;
+    size_t points = 0, at = 0;
+    for (unsigned rank = 0; rank < ranks->count; rank++) {
+        const size_t before = at;
+        for (uint32_t i = 0; i < count && rank != ranks->self; i++) {
+            const stp_rank_part part = part_of(cloud, list[i], rank);
+            if (part.begin >= part.end)
+                continue;
+            points += part.end - part.begin;
+            r->asked[at++] = list[i];
+        }
+        r->asked_bytes[rank] = (at - before) * sizeof *r->asked;
+    }
+    return points * point_bytes(cloud, arrays);
+}
+
+/* Packs what other ranks asked for. */
+static stp_status answer(round_of_blocks *r, const stp_cloud *cloud, unsigned arrays,
+                         stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_ranks *ranks = cloud->blocks->ranks;
+    const uint32_t *block = r->told;
+    r->out.size = 0;
+    for (unsigned rank = 0; rank < ranks->count; rank++) {
+        const size_t before = r->out.size;
+        for (size_t i = 0; i < r->told_bytes[rank] / sizeof *block; i++, block++) {
+            const stp_rank_part part = part_of(cloud, *block, ranks->self);
+            if (arrays & STP_ARRAY_POINTS)
+                STP_TRY(pack(&r->out, cloud->points, sizeof *cloud->points, part, err));
+            if (arrays & STP_ARRAY_SHEETS)
+                STP_TRY(pack(&r->out, cloud->sheets, sizeof *cloud->sheets, part, err));
+            if (arrays & STP_ARRAY_MARKS)
+                STP_TRY(pack(&r->out, cloud->marks, sizeof *cloud->marks, part, err));
+        }
+        r->sent[rank] = r->out.size - before;
+    }
+done:
+    return status;
+}
+
+static void take_all(const round_of_blocks *r, stp_cloud *cloud, unsigned arrays)
+{
+    const char *from = r->in;
+    const uint32_t *block = r->asked;
+    for (unsigned rank = 0; rank < cloud->blocks->ranks->count; rank++)
+        for (size_t i = 0; i < r->asked_bytes[rank] / sizeof *block; i++, block++) {
+            const stp_rank_part part = part_of(cloud, *block, rank);
+            if (arrays & STP_ARRAY_POINTS)
+                from = take(from, cloud->points, sizeof *cloud->points, part);
+            if (arrays & STP_ARRAY_SHEETS)
+                from = take(from, cloud->sheets, sizeof *cloud->sheets, part);
+            if (arrays & STP_ARRAY_MARKS)
+                from = take(from, cloud->marks, sizeof *cloud->marks, part);
+        }
+}
+
+/* Copies some blocks: a round. */
+static stp_status run_round(round_of_blocks *r, stp_cloud *cloud, const uint32_t *list,
+                            uint32_t count, unsigned arrays, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = cloud->blocks->ranks;
+    uint64_t bytes = ask(r, cloud, list, count, arrays);
+    free(r->in);
+    r->in = NULL;
+    STP_TRY(stp_alloc(&r->in, bytes, 1, "points", err));
+    STP_TRY(stp_ranks_exchange(ranks, r->asked, r->asked_bytes, r->told, r->told_bytes, err));
+    STP_TRY(answer(r, cloud, arrays, err));
+    stp_spill_relieve(cloud->spill);
+    STP_TRY(stp_ranks_exchange(ranks, r->out.data, r->sent, r->in, r->received, err));
+    take_all(r, cloud, arrays);
+    STP_TRY(stp_ranks_sum(ranks, &bytes, 1, err));
+    ranks->sent_bytes += bytes;
+done:
+    return status;
+}
+
+/* Copies the arrays of blocks from their owners. */
+static stp_status copy_blocks(stp_cloud *cloud, const uint32_t *list, uint32_t count,
+                              unsigned arrays, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = cloud->blocks->ranks;
+    const uint32_t share = ranks->count < ROUND_BLOCKS ? ROUND_BLOCKS / ranks->count : 1;
+    round_of_blocks r = {0};
+    /* a block lies in one run, or once more in each run that ends in it */
+    STP_TRY(stp_alloc(&r.asked, (size_t)share + ranks->count, sizeof *r.asked, "blocks", err));
+    STP_TRY(stp_alloc(&r.told, (size_t)share * ranks->count, sizeof *r.told, "blocks", err));
+    STP_TRY(stp_alloc(&r.asked_bytes, ranks->count, sizeof *r.asked_bytes, "ranks", err));
+    STP_TRY(stp_alloc(&r.told_bytes, ranks->count, sizeof *r.told_bytes, "ranks", err));
+    STP_TRY(stp_alloc(&r.sent, ranks->count, sizeof *r.sent, "ranks", err));
+    STP_TRY(stp_alloc(&r.received, ranks->count, sizeof *r.received, "ranks", err));
+    for (uint32_t at = 0;;) {
+        uint64_t left = count - at;
+        STP_TRY(stp_ranks_sum(ranks, &left, 1, err));
+        if (left == 0)
+            break;
+        const uint32_t here = least(share, count - at);
+        STP_TRY(run_round(&r, cloud, list + at, here, arrays, err));
+        at += here;
+    }
+done:
+    free(r.asked);
+    free(r.told);
+    free(r.asked_bytes);
+    free(r.told_bytes);
+    free(r.sent);
+    free(r.received);
+    free(r.out.data);
+    free(r.in);
+    return status;
+}
+
+/* Lists the blocks in a state. */
+static stp_status list_blocks(const stp_cloud *cloud, stp_block_state state, uint32_t **out,
+                              uint32_t *count, stp_error *err)
+{
+    const stp_cloud_blocks *b = cloud->blocks;
+    *count = 0;
+    for (uint32_t i = 0; i < b->count; i++)
+        *count += b->states[i] == state;
+    const stp_status status = stp_alloc(out, *count, sizeof **out, "blocks", err);
+    for (uint32_t i = 0, at = 0; status == STP_OK && i < b->count; i++)
+        if (b->states[i] == state)
+            (*out)[at++] = i;
+    return status;
+}
+
+static unsigned arrays_of(const stp_cloud *cloud)
+{
+    return STP_ARRAY_POINTS | (cloud->sheets ? STP_ARRAY_SHEETS : 0u) |
+           (cloud->marks ? STP_ARRAY_MARKS : 0u);
+}
+
+stp_status stp_cloud_fetch(stp_cloud *cloud, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *list = NULL, count = 0;
+    if (!cloud->blocks)
+        return STP_OK;
+    STP_TRY(list_blocks(cloud, STP_BLOCK_WANTED, &list, &count, err));
+    for (uint32_t i = 0; i < count; i++) {
+        if (!owns_some(cloud, list[i]))
+            STP_TRY(claim_block(cloud, list[i], err));
+        cloud->blocks->states[list[i]] = STP_BLOCK_HERE;
+    }
+    STP_TRY(copy_blocks(cloud, list, count, arrays_of(cloud), err));
+done:
+    free(list);
+    return status;
+}
+
+stp_status stp_cloud_refresh(stp_cloud *cloud, unsigned arrays, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *list = NULL, count = 0;
+    if (!cloud->blocks)
+        return STP_OK;
+    STP_TRY(list_blocks(cloud, STP_BLOCK_HERE, &list, &count, err));
+    STP_TRY(copy_blocks(cloud, list, count, arrays, err));
+done:
+    free(list);
+    return status;
+}
+
+void stp_cloud_let_go(stp_cloud *cloud)
+{
+    stp_cloud_blocks *b = cloud->blocks;
+    for (uint32_t i = 0; b && i < b->count; i++) {
+        if (b->states[i] == STP_BLOCK_HERE && !owns_some(cloud, i))
+            forget_block(cloud, i);
+        if (b->states[i] != STP_BLOCK_OWN)
+            b->states[i] = STP_BLOCK_AWAY;
+    }
+}
+
+stp_status stp_cloud_sum(const stp_cloud *cloud, uint64_t *numbers, size_t count, stp_error *err)
+{
+    return cloud->blocks ? stp_ranks_sum(cloud->blocks->ranks, numbers, count, err) : STP_OK;
+}
+
+stp_status stp_cloud_in_turn(const stp_cloud *cloud, void (*add)(void *), void *context, void *data,
+                             size_t bytes, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = cloud->blocks ? cloud->blocks->ranks : NULL;
+    const unsigned self = ranks ? ranks->self : 0, last = stp_ranks_count(ranks) - 1;
+    if (self > 0)
+        STP_TRY(ranks->send(ranks, self - 1, self, data, bytes, err));
+    add(context);
+    if (self < last)
+        STP_TRY(ranks->send(ranks, self, self + 1, data, bytes, err));
+    if (last > 0) {
+        ranks->sent_bytes += last * bytes;
+        STP_TRY(stp_ranks_broadcast(ranks, last, data, bytes, err));
+    }
+done:
+    return status;
+}
+
+stp_status stp_cloud_every(const stp_cloud *cloud, uint32_t stride, stp_cloud_point **out,
+                           uint32_t *count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud_point *list = NULL;
+    stp_ranks *ranks = cloud->blocks ? cloud->blocks->ranks : NULL;
+    const stp_rank_part whole = {0, cloud->count};
+    *count = (cloud->count - 1) / stride + 1;
+    STP_TRY(stp_alloc(&list, *count, sizeof *list, "points", err));
+    for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
+        const uint32_t *begins = ranks ? cloud->blocks->begins + rank : NULL;
+        const stp_rank_part run = begins ? (stp_rank_part){begins[0], begins[1]} : whole;
+        const uint32_t first = run.begin / stride + (run.begin % stride != 0);
+        const uint32_t end = run.end / stride + (run.end % stride != 0);
+        for (uint32_t i = first; i < end && (!ranks || rank == ranks->self); i++) {
+            stp_cloud_stride(cloud->spill, (uint64_t)i * stride, stride);
+            list[i] = cloud->points[(size_t)i * stride];
+        }
+        STP_TRY(stp_ranks_broadcast(ranks, rank, list + first, (end - first) * sizeof *list, err));
+    }
+    *out = list;
+    list = NULL;
+done:
+    free(list);
+    return status;
+}
