@@ -530,8 +530,8 @@ static uint64_t normals_cost(const stp_level_tables *tables)
 }
 
 /* Lets normals follow from what they are nearest to, the given reach if in doubt. That one is tried
- * late, since it need not be coded again then. Where heights tell normals to a step of the grid, the
- * parents' are not tried. */
+ * late, since it need not be coded again then. Where heights tell normals to a step of the grid,
+ * the parents' are not tried. */
 static void choose_reach(coder *c, stp_square_choice *choice)
 {
     const bool spreads = stp_raster_spreads(stp_square_grid_of(c->map, 0)->raster);
