@@ -3,6 +3,7 @@
 
 #include "formats/chunk/codec/predict_normal.h"
 #include "formats/chunk/codec/square_normal.h"
+#include "formats/chunk/codec/square_slope.h"
 #include "formats/chunk/normal_grid.h"
 
 #include <math.h>
@@ -61,54 +62,6 @@ static int32_t whole(double x)
     return fabs(x) <= WHOLE_MOST ? (int32_t)floor(x + 0.5) : 0;
 }
 
-/* ---- slopes ---- */
-
-/* The samples that tell a slope along an axis: one before and one after, or the sample itself; and
- * if the slope is a smooth one, those before and after these. */
-typedef struct neighbours {
-    int32_t before, after, before_2, after_2;
-    double wide; /* from before to after, in sides of a cell */
-    bool smooth;
-} neighbours;
-
-/* Of a sample of a level, along columns or rows. */
-static neighbours find_neighbours(const stp_square_level *on, int level, int32_t sample,
-                                  bool by_column)
-{
-    const double side = (double)(1 << level), *place = by_column ? on->column : on->row;
-    const int column = stp_square_cell(on->column[sample], level), x = by_column;
-    const int row = stp_square_cell(on->row[sample], level), y = !by_column;
-    neighbours n = {.before = stp_square_at(on, column - x, row - y),
-                    .after = stp_square_at(on, column + x, row + y),
-                    .before_2 = stp_square_at(on, column - 2 * x, row - 2 * y),
-                    .after_2 = stp_square_at(on, column + 2 * x, row + 2 * y)};
-    n.before = n.before >= 0 ? n.before : sample;
-    n.after = n.after >= 0 ? n.after : sample;
-    n.wide = (place[n.after] - place[n.before]) / side;
-    n.smooth = n.wide == 2.0 && n.before_2 >= 0 && n.after_2 >= 0 &&
-               place[n.after_2] - place[n.before_2] == 4.0 * side;
-    return n;
-}
-
-/* By the side of a cell. values: of all samples. */
-static double slope(const neighbours *n, const double *values)
-{
-    if (n->before == n->after)
-        return 0.0;
-    const double rise = values[n->after] - values[n->before];
-    return n->smooth ? (22.0 * rise - 3.0 * (values[n->after_2] - values[n->before_2])) / 32.0
-                     : rise / n->wide;
-}
-
-/* How the slope by column changes by row; 0 if a corner is missing. */
-static double twist(const int32_t corner[4], const double *values)
-{
-    if (corner[0] < 0 || corner[1] < 0 || corner[2] < 0 || corner[3] < 0)
-        return 0.0;
-    return ((values[corner[3]] - values[corner[2]]) - (values[corner[1]] - values[corner[0]])) /
-           4.0;
-}
-
 /* What to expect around a parent. Offsets are in sides of its cell. */
 typedef struct field {
     double value[VALUE_COUNT];
@@ -122,17 +75,17 @@ static field field_at(const coder *c, int32_t parent)
     const stp_square_level *on = &c->grid->level[level];
     const int column = stp_square_cell(on->column[parent], level);
     const int row = stp_square_cell(on->row[parent], level);
-    const neighbours by_column = find_neighbours(on, level, parent, true);
-    const neighbours by_row = find_neighbours(on, level, parent, false);
+    const stp_slope_samples by_column = stp_slope_find(on, level, parent, true);
+    const stp_slope_samples by_row = stp_slope_find(on, level, parent, false);
     int32_t corner[4];
     field out = {.column = on->column[parent], .row = on->row[parent]};
     for (int k = 0; k < 4; k++)
         corner[k] = stp_square_at(on, column + (k & 1 ? 1 : -1), row + (k & 2 ? 1 : -1));
     for (int v = 0; v < VALUE_COUNT; v++) {
         out.value[v] = c->values[v][parent];
-        out.by_column[v] = slope(&by_column, c->values[v]);
-        out.by_row[v] = slope(&by_row, c->values[v]);
-        out.across[v] = twist(corner, c->values[v]);
+        out.by_column[v] = stp_slope_of(&by_column, c->values[v]);
+        out.by_row[v] = stp_slope_of(&by_row, c->values[v]);
+        out.across[v] = stp_slope_twist(corner, c->values[v]);
     }
     return out;
 }
@@ -379,8 +332,8 @@ static void find_slopes(const coder *c, const stp_square_normals *normals, uint3
     }
     const stp_square_level *on = &c->grid->level[c->level];
     for (int i = 0; i < 2; i++) {
-        const neighbours n = find_neighbours(on, c->level, (int32_t)sample, i == 0);
-        out[i] = slope(&n, on->height);
+        const stp_slope_samples n = stp_slope_find(on, c->level, (int32_t)sample, i == 0);
+        out[i] = stp_slope_of(&n, on->height);
     }
 }
 

@@ -1,0 +1,54 @@
+/* Slopes of heights and colours at the samples of a level of squares, by which the next finer level
+ * is predicted (SPEC.md, "Squares"). Threads: any (pure functions). */
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SLOPE_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_SLOPE_H
+
+#include "formats/chunk/codec/square_map.h"
+
+/* The samples that tell a slope along an axis: one before and one after, or the sample itself; and
+ * if the slope is a smooth one, those before and after these. */
+typedef struct stp_slope_samples {
+    int32_t before, after, before_2, after_2;
+    double wide; /* from before to after, in sides of a cell */
+    bool smooth;
+} stp_slope_samples;
+
+/* Of a sample of a level, along columns or rows. */
+STP_INLINE stp_slope_samples stp_slope_find(const stp_square_level *on, int level, int32_t sample,
+                                            bool by_column)
+{
+    const double side = (double)(1 << level), *place = by_column ? on->column : on->row;
+    const int column = stp_square_cell(on->column[sample], level), x = by_column;
+    const int row = stp_square_cell(on->row[sample], level), y = !by_column;
+    stp_slope_samples n = {.before = stp_square_at(on, column - x, row - y),
+                           .after = stp_square_at(on, column + x, row + y),
+                           .before_2 = stp_square_at(on, column - 2 * x, row - 2 * y),
+                           .after_2 = stp_square_at(on, column + 2 * x, row + 2 * y)};
+    n.before = n.before >= 0 ? n.before : sample;
+    n.after = n.after >= 0 ? n.after : sample;
+    n.wide = (place[n.after] - place[n.before]) / side;
+    n.smooth = n.wide == 2.0 && n.before_2 >= 0 && n.after_2 >= 0 &&
+               place[n.after_2] - place[n.before_2] == 4.0 * side;
+    return n;
+}
+
+/* By the side of a cell. values: of all samples. */
+STP_INLINE double stp_slope_of(const stp_slope_samples *n, const double *values)
+{
+    if (n->before == n->after)
+        return 0.0;
+    const double rise = values[n->after] - values[n->before];
+    return n->smooth ? (22.0 * rise - 3.0 * (values[n->after_2] - values[n->before_2])) / 32.0
+                     : rise / n->wide;
+}
+
+/* How the slope by column changes by row; 0 if a corner is missing. */
+STP_INLINE double stp_slope_twist(const int32_t corner[4], const double *values)
+{
+    if (corner[0] < 0 || corner[1] < 0 || corner[2] < 0 || corner[3] < 0)
+        return 0.0;
+    return ((values[corner[3]] - values[corner[2]]) - (values[corner[1]] - values[corner[0]])) /
+           4.0;
+}
+
+#endif
