@@ -36,6 +36,7 @@
 #define GRID_NOISE_PARTS 4.0
 #define GRID_RANGE_PARTS 131072.0
 #define GRID_CELL_PARTS 2048.0  /* 8 x 8 cells fit the 16 bits of a patch */
+#define GRID_PLACE_PARTS 512.0  /* of a cell: samples of a bent grid are moved by no more */
 #define POINTS_CELL_PARTS 512.0 /* of grids that become points: each coordinate costs bits */
 /* Least units per thread, so that threads end at about the same time. */
 #define UNITS_BY_THREAD 16u
@@ -420,9 +421,11 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     stp_status status = STP_OK;
     stp_prep_stats *stats = job->stats;
     const unsigned wanted = job->params->normal_bits;
+    const double cell = stp_raster_cell(&job->grid.raster, job->grid.nodes);
     stp_height_grid_finish(&job->grid, job->source->coordinate_step);
-    choose_height_precision(job, job->grid.noise,
-                            stp_raster_cell(&job->grid.raster, job->grid.nodes) / GRID_CELL_PARTS);
+    choose_height_precision(job, job->grid.noise, cell / GRID_CELL_PARTS);
+    if (!(job->params->precision > 0.0 || job->params->exact))
+        job->grid.move_most = cell / GRID_PLACE_PARTS;
     stats->normals_wide.normal_error = job->grid.normal_error;
     const unsigned bits = stp_normal_bits_for(job->grid.normal_error, false);
     job->tree.normal_bits = wanted ? wanted : grid_bits(bits);

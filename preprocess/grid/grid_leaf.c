@@ -215,6 +215,21 @@ static double spacing_of(const tile *t, const double *middle, bool whole, double
     return stp_max(stretch * sqrt(fabs(t->frame.area)), DIAGONAL_SHARE * t->diagonal);
 }
 
+/* Where a bent raster's sample is, or where its frame, as a chunk has it, has it: places of such
+ * samples need no bytes. */
+static stp_dvec3 bent_place(const tile *t, uint64_t place, uint32_t column, uint32_t row, double z)
+{
+    const stp_raster_frame *f = &t->frame;
+    const double *xy = t->grid->xy[place];
+    double at[2];
+    for (int k = 0; k < 2; k++)
+        at[k] = f->at[k] + (column - f->first[0]) * (double)(float)f->by_column[k] +
+                (row - f->first[1]) * (double)(float)f->by_row[k];
+    if (hypot(at[0] - xy[0], at[1] - xy[1]) <= t->grid->move_most)
+        return (stp_dvec3){at[0], at[1], z};
+    return (stp_dvec3){xy[0], xy[1], z};
+}
+
 static void add_sample(tile *t, uint32_t column, uint32_t row, const windows *sums)
 {
     const stp_height_grid *grid = t->grid;
@@ -235,7 +250,7 @@ static void add_sample(tile *t, uint32_t column, uint32_t row, const windows *su
                              .flags = STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED |
                                       STP_FIT_GIVEN << STP_SAMPLE_FIT_SHIFT};
     if (grid->xy)
-        facts.position = (stp_dvec3){grid->xy[place][0], grid->xy[place][1], *z};
+        facts.position = bent_place(t, place, c, w, *z);
     for (int k = 0; grid->rgb && k < 3; k++)
         facts.rgb[k] = grid->rgb[place][k];
     t->items[t->count++] = stp_point_item_make(&facts, t->params);
@@ -329,6 +344,27 @@ static stp_status add_rasters(const tile *t, stp_built_chunk *out, stp_error *er
     return STP_OK;
 }
 
+/* How far stored samples are from those that were read: items were moved. Samples stand in their
+ * order. */
+static void measure_displacement(const tile *t, stp_built_chunk *out)
+{
+    const stp_chunk *chunk = out->chunk;
+    stp_resolution resolution = t->params->resolution;
+    uint32_t i = 0;
+    if (resolution.precision > 0.0)
+        resolution.precision += t->grid->move_most;
+    out->displacement = (stp_displacement){0};
+    for (uint32_t p = 0; p < chunk->patch_count; p++)
+        for (; i < chunk->level_begin[0][p + 1]; i++) {
+            const stp_dvec3 own = stp_sample_position(&chunk->samples[0][i], &chunk->patches[p]);
+            stp_item item = t->items[i];
+            const double *xy = t->grid->xy[item.source];
+            item.disc.centre = (stp_dvec3){xy[0], xy[1], item.disc.centre.z};
+            stp_displacement_add(&out->displacement, &item, stp_dvec3_add(out->origin, own),
+                                 &resolution);
+        }
+}
+
 static uint32_t least(uint32_t a, uint32_t b)
 {
     return a < b ? a : b;
@@ -359,6 +395,8 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
                                   .run_count = t.squares,
                                   .together_count = t.together_count};
     STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
+    if (grid->xy)
+        measure_displacement(&t, out);
     STP_TRY(add_rasters(&t, out, err));
 done:
     free(t.z);

@@ -36,6 +36,7 @@ typedef struct stp_height_grid {
     unsigned reach;      /* of normals; set by stp_height_grid_finish */
     double noise;        /* standard deviation of heights; likewise */
     double normal_error; /* standard error of the normals because of noise, radians */
+    double move_most;    /* a bent raster's sample may be moved so far to where its frame has it */
     stp_spill *spill;    /* borrowed */
 } stp_height_grid;
 

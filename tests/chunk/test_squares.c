@@ -280,10 +280,10 @@ static void test_spread_squares(void **state)
     assert_int_equal(squares[0].samples ^ squares[1].samples, UINT64_MAX);
     const uint32_t most = (4 * SQUARES + 256) / 3, first = squares[0].column; /* three rows */
     squares[SQUARES - 1].column = first + most - 1;
-    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_OK);
+    assert_int_equal(stp_square_map_create(chunk, squares, true, &map, NULL), STP_OK);
     stp_square_map_clear(&map);
     squares[SQUARES - 1].column = first + most;
-    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_CORRUPT);
+    assert_int_equal(stp_square_map_create(chunk, squares, true, &map, NULL), STP_CORRUPT);
     stp_chunk_destroy(&chunk);
 }
 
@@ -341,12 +341,12 @@ static void test_squares(void **state)
     stp_table table = {0};
     stp_square first = {.column = FIRST_COLUMN / 8, .row = FIRST_ROW / 8};
     assert_true(stp_squares_find(chunk, squares));
-    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_OK);
+    assert_int_equal(stp_square_map_create(chunk, squares, true, &map, NULL), STP_OK);
     stp_square_map_clear(&map);
     squares[2].column += 300; /* a rectangle of 304 x 3 squares for 12 */
-    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_CORRUPT);
+    assert_int_equal(stp_square_map_create(chunk, squares, true, &map, NULL), STP_CORRUPT);
     squares[2].column -= 301; /* the square of patch 1 */
-    assert_int_equal(stp_square_map_create(chunk, squares, &map, NULL), STP_CORRUPT);
+    assert_int_equal(stp_square_map_create(chunk, squares, true, &map, NULL), STP_CORRUPT);
     squares[2].column++;
     squares[2].samples &= squares[2].samples - 1;
     assert_int_equal(stp_squares_encode(chunk, squares, &bytes, &table, NULL), STP_OK);

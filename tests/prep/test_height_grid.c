@@ -87,9 +87,11 @@ static prep_cloud make_grid(surface *height, missing *is_missing, double noise)
 
 /* Columns turn by half a degree in all, as far as another coordinate system may turn them. side: 1,
  * or -1: mirrored. */
+static double bend_radius = 67500.0;
+
 static stp_dvec3 bend(double column, double row, double side)
 {
-    const double angle = 0.1 + 3e-5 * column, radius = 67500.0 - raster.dy * row;
+    const double angle = 0.1 + 2.025 / bend_radius * column, radius = bend_radius - raster.dy * row;
     return (stp_dvec3){side * radius * sin(angle), radius * cos(angle), 0.0};
 }
 
@@ -292,6 +294,31 @@ static void bent_grids_stay_grids(void **state)
         free(bent.points);
     }
     free(straight.points);
+}
+
+/* Samples of a grid that is bent by less than 1/512 of a cell are moved to an even lattice, which
+ * takes fewer bytes than to store where they are; but not if a precision is asked for. */
+static void bent_samples_are_moved(void **state)
+{
+    stp_prep_stats moved, stored;
+    size_t sizes[2];
+    (void)state;
+    bend_radius = 1e6;
+    prep_cloud cloud = make_bent_grid(scattered, 1);
+    stp_prep_params params = {.codec = STP_CODEC_DRACO};
+    assert_int_equal(prep_cloud_run(&cloud, OUT, 2, &params, &moved, NULL), STP_OK);
+    free(prep_file_bytes(OUT, &sizes[0]));
+    params.precision = moved.resolution.precision;
+    assert_int_equal(prep_cloud_run(&cloud, OUT, 2, &params, &stored, NULL), STP_OK);
+    free(prep_file_bytes(OUT, &sizes[1]));
+    const double cell = 2.025, precision = params.precision;
+    assert_true(precision > 0.0 && stored.tree.displacement.greatest <= precision);
+    assert_true(moved.tree.displacement.greatest > precision);
+    assert_true(moved.tree.displacement.greatest <= precision + cell / 512.0);
+    assert_int_equal(moved.tree.displacement.beyond, 0);
+    assert_true(sizes[0] < sizes[1] - sizes[1] / 10);
+    bend_radius = 67500.0;
+    free(cloud.points);
 }
 
 /* Prepares a grid of floats, which must be off by at most `most`, and by more than a sixth of it:
@@ -541,6 +568,7 @@ int main(void)
         cmocka_unit_test(files_that_break_off_leave_nothing),
         cmocka_unit_test(leaves_tell_columns_and_rows),
         cmocka_unit_test(bent_grids_stay_grids),
+        cmocka_unit_test(bent_samples_are_moved),
         cmocka_unit_test(floats_keep_what_they_tell),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

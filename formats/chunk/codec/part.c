@@ -113,7 +113,7 @@ static stp_status map_find(const stp_chunk *block, int segment, block_squares *o
         out->map = *kept;
         return STP_OK;
     }
-    const stp_status status = stp_square_map_create(block, out->of, &out->map, err);
+    const stp_status status = stp_square_map_create(block, out->of, true, &out->map, err);
     if (kept && status == STP_OK)
         *kept = out->map;
     return status;
@@ -407,7 +407,8 @@ static stp_status squares_level_decode(const stp_square_choice *choice, int leve
                                        const stp_level_tables *tables, stp_error *err)
 {
     stp_square_map map = {0};
-    stp_status status = stp_square_map_create(chunk, chunk->squares, &map, err);
+    const bool planes = choice->reach > 0 && choice->reach <= STP_SQUARE_REACH_MOST;
+    stp_status status = stp_square_map_create(chunk, chunk->squares, planes, &map, err);
     if (status == STP_OK)
         stp_square_level_decode(chunk, level, &map, choice->rungs > 0 ? ladder : NULL, choice,
                                 tables);

@@ -99,10 +99,9 @@ static const char *find_extents(const stp_chunk *block, const stp_square_map *ma
 
 /* Parts the memory of samples among the levels of all grids, and that of cells among the grids. */
 static void share_out(const stp_chunk *block, const extent *extents, double *next, int32_t *cell,
-                      stp_square_map *map)
+                      double *sums, stp_square_map *map)
 {
     stp_square_level samples[STP_LEVEL_COUNT] = {{0}};
-    double *sums = map->sums;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         double **arrays[] = {&samples[l].column, &samples[l].row, &samples[l].across[0],
                              &samples[l].across[1], &samples[l].height};
@@ -121,7 +120,7 @@ static void share_out(const stp_chunk *block, const extent *extents, double *nex
         grid->column = extents[r].columns.least * STP_SQUARE_SIDE;
         grid->row = extents[r].rows.least * STP_SQUARE_SIDE;
         grid->sums = sums;
-        sums += STP_SQUARE_SUMS * (size_t)columns * (size_t)rows;
+        sums += sums ? STP_SQUARE_SUMS * (size_t)columns * (size_t)rows : 0;
         for (int l = 0; l < STP_LEVEL_COUNT; l++) {
             stp_square_level *level = &grid->level[l];
             *level = samples[l];
@@ -138,10 +137,12 @@ static void share_out(const stp_chunk *block, const extent *extents, double *nex
 
 /* squares: that the grids hold. */
 static stp_status allocate(const stp_chunk *block, const extent *extents, size_t squares,
-                           stp_square_map *map, stp_error *err)
+                           bool planes, stp_square_map *map, stp_error *err)
 {
     stp_status status = STP_OK;
-    const size_t sums = STP_SQUARE_SUMS * squares * STP_SQUARE_SAMPLES;
+    const size_t parents = block->level_begin[1][block->patch_count];
+    const size_t sums = planes ? STP_SQUARE_SUMS * squares * STP_SQUARE_SAMPLES
+                               : STP_SQUARE_PARENT_VALUES * parents;
     size_t doubles = sums, cells = 0;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         doubles += 5 * (size_t)block->level_begin[l][block->patch_count];
@@ -151,7 +152,8 @@ static stp_status allocate(const stp_chunk *block, const extent *extents, size_t
     STP_TRY(stp_alloc(&map->memory, doubles * sizeof(double) + cells * sizeof(int32_t), 1,
                       "a map of squares", err));
     map->sums = map->memory;
-    share_out(block, extents, map->sums + sums, (int32_t *)(void *)(map->sums + doubles), map);
+    share_out(block, extents, map->sums + sums, (int32_t *)(void *)(map->sums + doubles),
+              planes ? map->sums : NULL, map);
 done:
     return status;
 }
@@ -237,7 +239,7 @@ static bool is_full(const stp_square_map *map, int level)
     return least >= 0;
 }
 
-stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squares,
+stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squares, bool planes,
                                  stp_square_map *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -253,7 +255,7 @@ stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squar
         status = stp_error_set(err, STP_CORRUPT, "%s", fault);
         goto done;
     }
-    STP_TRY(allocate(block, extents, count, &map, err));
+    STP_TRY(allocate(block, extents, count, planes, &map, err));
     for (uint32_t p = 0; p < block->patch_count; p++) {
         const stp_square_grid *grid = stp_square_grid_of(&map, p);
         if (!stp_raster_spreads(grid->raster) &&

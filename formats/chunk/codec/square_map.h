@@ -13,6 +13,8 @@
 
 /* Numbers of a cell in sums. */
 #define STP_SQUARE_SUMS 5
+/* Values of a parent that need room: three colours, or three components of its normal. */
+#define STP_SQUARE_PARENT_VALUES 3
 
 /* Indices of samples are those of the block's levels, the same in all grids. */
 typedef struct stp_square_level {
@@ -28,7 +30,7 @@ typedef struct stp_square_level {
 typedef struct stp_square_grid {
     const stp_raster *raster;
     stp_square_level level[STP_LEVEL_COUNT];
-    double *sums;         /* room for STP_SQUARE_SUMS numbers of each cell of level 0 */
+    double *sums; /* room for STP_SQUARE_SUMS numbers of each cell of level 0; NULL: no planes */
     uint32_t column, row; /* first column and row of samples */
 } stp_square_grid;
 
@@ -37,15 +39,16 @@ typedef struct stp_square_map {
     const stp_square *squares; /* by patch; borrowed */
     stp_square_grid *grids;
     uint32_t first_raster, grid_count;
-    double *sums;               /* of all grids, one behind the other */
+    double *sums;               /* of all grids, one behind the other; also values of the parents */
     int exponent;               /* of the finest lattice */
     bool full[STP_LEVEL_COUNT]; /* no cell of the level's grids is empty */
 } stp_square_map;
 
-/* Makes the map of a block whose squares are known; they and the rasters are borrowed. Heights are
- * not set. Errors: OUT_OF_MEMORY, CORRUPT (two patches have one square, squares are too far apart,
- * lattices too unlike). Free with stp_square_map_clear. */
-stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squares,
+/* Makes the map of a block whose squares are known; they and the rasters are borrowed. planes:
+ * normals may follow from planes (square_normal.h), which takes more memory. Heights are not set.
+ * Errors: OUT_OF_MEMORY, CORRUPT (two patches have one square, squares are too far apart, lattices
+ * too unlike). Free with stp_square_map_clear. */
+stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squares, bool planes,
                                  stp_square_map *out, stp_error *err);
 void stp_square_map_clear(stp_square_map *map);
 
