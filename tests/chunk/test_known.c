@@ -265,6 +265,7 @@ static void test_version_2_0(void **state)
     check_codecs("records/2_0");
     check_codecs("short/maps_2_0");
     check_codecs("states/2_0");
+    check_codecs("rows/2_0");
 }
 
 static void test_attributes(void **state)

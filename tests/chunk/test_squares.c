@@ -21,8 +21,6 @@
 #define CODEC STP_CODEC_DRACO_BLOCKS
 /* Squares of the test's block; they begin at square (3, 5). */
 enum { ACROSS = 4, DOWN = 3, SQUARES = ACROSS * DOWN, FIRST_COLUMN = 24, FIRST_ROW = 40 };
-/* Of the index of a segment of one block: segment 0, and the others. */
-enum { INDEX_FIRST = 16, INDEX = 8 };
 /* A tight part of squares begins with a u32; tilted rasters follow a count. */
 enum { HEAD_BYTES = 4, LEVEL_BYTES = 40, COUNT_BYTES = 2, TILTED_BYTES = 49, SHORT_BYTES = 29 };
 
@@ -379,10 +377,13 @@ static void test_hostile(void **state)
     }
 }
 
-/* Where the raster begins in segment 0. */
-static uint8_t *raster_of(coded *c)
+/* Where the part of a segment of one block begins; in segment 0, where its raster does. */
+static uint8_t *part_of(coded *c, int s)
 {
-    return c->segment[0].data + INDEX_FIRST + HEAD_BYTES;
+    stp_block_row row;
+    const stp_bytes bytes = c->segment[s];
+    assert_int_equal(stp_block_rows_read(bytes.data, bytes.size, s, &row, 1, NULL), STP_OK);
+    return bytes.data + row.begin + (s > 0 ? 0 : HEAD_BYTES);
 }
 
 static void assert_refused(coded *c, const stp_chunk *like, uint8_t *at, const void *bytes,
@@ -407,15 +408,14 @@ static void test_numbers(void **state)
     const uint8_t choices[] = {128 + 6, 128 + 16, 255, 1}; /* 128: tight */
     for (unsigned i = 0; i < 4; i++)
         for (unsigned k = 0; k < 3; k++)
-            assert_refused(&bytes, chunk, raster_of(&bytes) + 8 * i, &numbers[k], 8);
-    assert_refused(&bytes, chunk, raster_of(&bytes) + 16, &zero, 8);
-    assert_refused(&bytes, chunk, raster_of(&bytes) + 24, &zero, 8);
-    assert_refused(&bytes, chunk, raster_of(&bytes) + 32, far, 4);
-    assert_refused(&bytes, chunk, raster_of(&bytes) + 36, far, 4);
+            assert_refused(&bytes, chunk, part_of(&bytes, 0) + 8 * i, &numbers[k], 8);
+    assert_refused(&bytes, chunk, part_of(&bytes, 0) + 16, &zero, 8);
+    assert_refused(&bytes, chunk, part_of(&bytes, 0) + 24, &zero, 8);
+    assert_refused(&bytes, chunk, part_of(&bytes, 0) + 32, far, 4);
+    assert_refused(&bytes, chunk, part_of(&bytes, 0) + 36, far, 4);
     for (int s = 0; s < STP_SEGMENT_COUNT; s++)
         for (unsigned k = 0; k < 4; k++)
-            assert_refused(&bytes, chunk,
-                           s > 0 ? bytes.segment[s].data + INDEX : raster_of(&bytes) + LEVEL_BYTES,
+            assert_refused(&bytes, chunk, part_of(&bytes, s) + (s > 0 ? 0 : LEVEL_BYTES),
                            &choices[k], 1);
     clear(&bytes);
     stp_chunk_destroy(&chunk);
@@ -427,14 +427,14 @@ static void test_tilted_numbers(void **state)
     (void)state;
     stp_chunk *chunk = make_chunk(&(recipe){.tilted = true});
     coded bytes = encode(chunk);
-    uint8_t *first = raster_of(&bytes) + COUNT_BYTES, *second = first + TILTED_BYTES;
+    uint8_t *first = part_of(&bytes, 0) + COUNT_BYTES, *second = first + TILTED_BYTES;
     const double numbers[] = {NAN, -1e16};
     const float floats[] = {NAN, INFINITY, 1e16f};
     const uint8_t axis = 8 + 3, counts[2] = {SQUARES, 0}, one[2] = {0}, far[4] = {0, 0, 0, 0x10};
     const uint8_t zeros[8] = {0};
     assert_int_equal(first[0], rasters[1].axis);
-    assert_refused(&bytes, chunk, raster_of(&bytes), counts, 2); /* more rasters than patches */
-    assert_refused(&bytes, chunk, raster_of(&bytes), one, 2);    /* squares of a raster beyond */
+    assert_refused(&bytes, chunk, part_of(&bytes, 0), counts, 2); /* more rasters than patches */
+    assert_refused(&bytes, chunk, part_of(&bytes, 0), one, 2);    /* squares of a raster beyond */
     assert_refused(&bytes, chunk, second, &axis, 1);
     for (unsigned k = 0; k < 2; k++)
         for (unsigned i = 0; i < 2; i++)
@@ -455,7 +455,7 @@ static void test_spread_numbers(void **state)
     (void)state;
     stp_chunk *chunk = make_chunk(&(recipe){.spread = true});
     coded bytes = encode(chunk);
-    uint8_t *raster = raster_of(&bytes) + COUNT_BYTES, *slopes = raster + TILTED_BYTES - 8;
+    uint8_t *raster = part_of(&bytes, 0) + COUNT_BYTES, *slopes = raster + TILTED_BYTES - 8;
     const float floats[] = {NAN, INFINITY, 1e16f};
     const uint8_t axes[] = {2, 7, 10},
                   far[4] = {0, 0, 0, 0x10}; /* 2: its slopes would be squares */

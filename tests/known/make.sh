@@ -182,4 +182,9 @@ python3 "$known/read.py" short/maps_2_0_raw.stipple >short/maps_2_0.samples
 mkdir -p states
 "$program" gen statue -n 800 --seed 10 -o middles.ply --quiet --force
 in_blocks states/2_0 middles.ply
+
+# From here on indices of blocks have short rows.
+mkdir -p rows
+"$program" gen statue -n 900 --seed 11 -o middles.ply --quiet --force
+in_blocks rows/2_0 middles.ply
 rm attributes.las depth.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
