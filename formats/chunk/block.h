@@ -1,6 +1,6 @@
 /* Blocks: what is chosen, fetched, decoded, drawn and evicted by itself.
  *
- * A block is a run of patches of one chunk, about 35 of them (Draco) or 150 (zstd), with all their
+ * A block is a run of patches of one chunk, about 15 of them (Draco) or 150 (zstd), with all their
  * levels. The blocks of a chunk follow each other and hold each of its patches once. A patch of a
  * linked parent refers to patches of one block only. A chunk of version 1 is one block. Threads:
  * any, as with chunk_file.h.

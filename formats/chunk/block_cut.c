@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 /* The least level-0 samples of a block, by codec without blocks: about 8 patches of Draco, 130 of
- * zstd. A block costs some 230 bytes of Draco, most of them its record, and 1500 of zstd, most of
+ * zstd. A block costs some 100 bytes of Draco, half of them its record, and 1500 of zstd, most of
  * them tables of symbols. So most blocks of Draco are what one patch of the parent stands for, and
  * files of zstd grow by at most 4 %. */
 static const uint32_t samples_least[] = {3072, 350, 6800};

@@ -344,17 +344,38 @@ static const char *block_fault(const stp_block *b, const stp_chunk_entry *e, int
     return NULL;
 }
 
+/* Bytes of a segment's index: of long rows if these are what is left beside its parts, else of
+ * short ones. */
+static uint64_t index_bytes(const stp_block *blocks, const stp_chunk_entry *e, int s, uint64_t left)
+{
+    uint64_t bytes = stp_block_long_index_bytes(0, s);
+    if (left == stp_block_long_index_bytes(e->block_count, s))
+        return left;
+    for (uint32_t b = 0; b < e->block_count; b++) {
+        stp_block_row row = {.patch_count = blocks[b].patch_count,
+                             .bytes = blocks[b].parts[s].bytes};
+        memcpy(row.sample_count, blocks[b].sample_count, sizeof row.sample_count);
+        bytes += stp_block_row_bytes(&row, s);
+    }
+    return bytes;
+}
+
 /* Places the parts of each segment one behind the other, behind the segment's index. */
 static const char *place_parts(stp_block *blocks, const stp_chunk_entry *e)
 {
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
-        uint64_t at = (s ? e->segment_end[s - 1] : 0) + stp_block_index_bytes(e->block_count, s);
+        const uint64_t begin = s ? e->segment_end[s - 1] : 0;
+        uint64_t parts = 0;
+        for (uint32_t b = 0; b < e->block_count; b++)
+            parts += blocks[b].parts[s].bytes;
+        uint64_t at = e->segment_end[s] - parts;
+        if (begin + parts > e->segment_end[s] ||
+            index_bytes(blocks, e, s, at - begin) != at - begin)
+            return "its blocks do not fill its segments";
         for (uint32_t b = 0; b < e->block_count; b++) {
             blocks[b].parts[s].offset = e->offset + at;
             at += blocks[b].parts[s].bytes;
         }
-        if (at != e->segment_end[s])
-            return "its blocks do not fill its segments";
     }
     return NULL;
 }

@@ -94,7 +94,7 @@ static stp_status read_all(const uint8_t *bytes, size_t size, stp_error *err)
 
 /* ---- wrong numbers ---- */
 
-typedef enum part { HEADER, ENTRY, RECORD, INDEX_0, INDEX_1 } part;
+typedef enum part { HEADER, ENTRY, RECORD, INDEX_0, COUNTS_0, INDEX_1 } part;
 
 typedef struct wrong_number {
     part part;
@@ -103,6 +103,7 @@ typedef struct wrong_number {
     uint64_t value;
 } wrong_number;
 
+#define SHORT_ROWS 0x80000000u
 #define NAN32 0x7fc00000u
 #define INF32 0x7f800000u
 #define FAR32 0x5ae35fa9u /* 3.2e16 */
@@ -165,21 +166,33 @@ static const wrong_number wrong_numbers[] = {
     {RECORD, 48, 4, 0x3fffffff},
     {INDEX_0, 0, 4, 0},
     {INDEX_0, 0, 4, 1},
-    {INDEX_0, 0, 4, 3},
+    {INDEX_0, 0, 4, 2},
     {INDEX_0, 0, 4, UINT32_MAX},
-    {INDEX_0, 4, 4, 0},
+    {INDEX_0, 0, 4, SHORT_ROWS},
+    {INDEX_0, 0, 4, SHORT_ROWS | 1},
+    {INDEX_0, 0, 4, SHORT_ROWS | 3},
+    {INDEX_0, 4, 1, 0},
+    {INDEX_0, 4, 1, 255},
     {INDEX_0, 4, 4, UINT32_MAX},
-    {INDEX_0, 8, 2, 0},
-    {INDEX_0, 8, 2, 65535},
-    {INDEX_0, 10, 2, 0},
-    {INDEX_0, 12, 2, 65535},
-    {INDEX_0, 14, 2, 0},
-    {INDEX_0, 16, 4, 1},
+    {INDEX_0, 4, 8, UINT64_MAX},
+    {COUNTS_0, 0, 1, 0},
+    {COUNTS_0, 0, 1, 127},
+    {COUNTS_0, 0, 1, 255},
+    {COUNTS_0, 0, 4, 0x7fffff},
+    {COUNTS_0, 1, 1, 0},
+    {COUNTS_0, 1, 2, 0x7fff},
+    {COUNTS_0, 3, 1, 127},
+    {COUNTS_0, 3, 2, 0x7fff},
+    {COUNTS_0, 4, 1, 127},
     {INDEX_1, 0, 4, 0},
     {INDEX_1, 0, 4, 1},
-    {INDEX_1, 0, 4, 3},
+    {INDEX_1, 0, 4, 2},
     {INDEX_1, 0, 4, UINT32_MAX},
-    {INDEX_1, 4, 4, 0},
+    {INDEX_1, 0, 4, SHORT_ROWS},
+    {INDEX_1, 0, 4, SHORT_ROWS | 1},
+    {INDEX_1, 0, 4, SHORT_ROWS | 3},
+    {INDEX_1, 4, 1, 0},
+    {INDEX_1, 4, 1, 255},
     {INDEX_1, 4, 4, UINT32_MAX},
 };
 
@@ -194,6 +207,14 @@ static uint8_t *record_of(uint8_t *bytes, uint32_t id)
            (size_t)stp_get_u32(entry_of(bytes, id) + 208) * STP_BLOCK_BYTES;
 }
 
+/* What follows the first number of a short row. */
+static uint8_t *counts_of(uint8_t *row)
+{
+    while (*row & 128u)
+        row++;
+    return row + 1;
+}
+
 static uint8_t *part_of(uint8_t *bytes, part where)
 {
     uint8_t *entry = entry_of(bytes, 3);
@@ -204,6 +225,8 @@ static uint8_t *part_of(uint8_t *bytes, part where)
         return record_of(bytes, 3);
     case INDEX_0:
         return bytes + stp_get_u64(entry);
+    case COUNTS_0:
+        return counts_of(bytes + stp_get_u64(entry) + 4);
     case INDEX_1:
         return bytes + stp_get_u64(entry) + stp_get_u32(entry + 8);
     default:
@@ -259,6 +282,40 @@ static void test_wrong_numbers(void **state)
     refuse_wrong_numbers(STP_CODEC_RAW_BLOCKS);
     refuse_wrong_numbers(STP_CODEC_DRACO_BLOCKS);
     refuse_wrong_numbers(STP_CODEC_ZSTD_BLOCKS);
+}
+
+/* Reads an index of segment 0 in front of parts of 305 bytes. */
+static stp_status read_rows(const uint8_t *index, size_t size, stp_block_row rows[2])
+{
+    uint8_t bytes[400] = {0};
+    memcpy(bytes, index, size);
+    return stp_block_rows_read(bytes, size + 305, 0, rows, 2, NULL);
+}
+
+/* Long and short rows say the same. A number that is longer than it needs to be is refused. */
+static void test_rows(void **state)
+{
+    (void)state;
+    static const uint8_t long_rows[] = {2,   0, 0, 0, 44, 1, 0, 0, 2, 0, 10 - 1, 0, 37 - 1, 0,
+                                        141, 0, 5, 0, 0,  0, 0, 0, 3, 0, 15,     0, 63,     0};
+    static const uint8_t short_rows[] = {2, 0, 0, 128, 128 + 44, 2, 2, 50, 1, 0, 5, 0, 0, 0, 0};
+    static const uint8_t padded[] = {2, 0, 0,       128, 128 + 44, 2, 2, 50,
+                                     1, 0, 128 + 5, 0,   0,        0, 0, 0};
+    static const uint8_t beyond[] = {2, 0, 0,       128, 128 + 44, 2,   2,  50, 1, 0,
+                                     5, 0, 128 + 0, 128, 128,      128, 16, 0,  0};
+    stp_block_row a[2] = {0}, b[2] = {0};
+    assert_int_equal(read_rows(long_rows, sizeof long_rows, a), STP_OK);
+    assert_int_equal(read_rows(short_rows, sizeof short_rows, b), STP_OK);
+    const uint32_t counts[STP_LEVEL_COUNT] = {142, 37, 10, 3};
+    assert_memory_equal(a[0].sample_count, counts, sizeof counts);
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(a[i].begin - sizeof long_rows, b[i].begin - sizeof short_rows);
+        a[i].begin = b[i].begin;
+        assert_memory_equal(&a[i], &b[i], sizeof a[i]);
+        assert_true(b[i].patch_count == (i ? 1 : 3) && b[i].bytes == (i ? 5 : 300));
+    }
+    assert_int_equal(read_rows(padded, sizeof padded, b), STP_CORRUPT);
+    assert_int_equal(read_rows(beyond, sizeof beyond, b), STP_CORRUPT);
 }
 
 /* Checksums that nothing corrects: of a section, of an entry's records, of a block's part. */
@@ -469,11 +526,11 @@ static void test_tampered(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_wrong_numbers), cmocka_unit_test(test_wrong_checksums),
-        cmocka_unit_test(test_copies),        cmocka_unit_test(test_unknown_section),
-        cmocka_unit_test(test_truncated),     cmocka_unit_test(test_extended),
-        cmocka_unit_test(test_damaged_block), cmocka_unit_test(test_cut_inside),
-        cmocka_unit_test(test_tampered),
+        cmocka_unit_test(test_wrong_numbers),   cmocka_unit_test(test_rows),
+        cmocka_unit_test(test_wrong_checksums), cmocka_unit_test(test_copies),
+        cmocka_unit_test(test_unknown_section), cmocka_unit_test(test_truncated),
+        cmocka_unit_test(test_extended),        cmocka_unit_test(test_damaged_block),
+        cmocka_unit_test(test_cut_inside),      cmocka_unit_test(test_tampered),
     };
     return cmocka_run_group_tests_name("malformed blocks", tests, NULL, fixture_remove_folder);
 }

@@ -267,6 +267,7 @@ static void test_version_2_0(void **state)
     check_codecs("ladder/2_0");
     check_codecs("loose/2_0");
     check_codecs("states/2_0");
+    check_codecs("rows/2_0");
 }
 
 static void test_attributes(void **state)

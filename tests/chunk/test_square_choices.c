@@ -4,8 +4,6 @@
 #include "formats/chunk/codec/ladder.h"
 #include "tests/fixtures/square_recipe.h"
 
-/* Of the index of a segment of one block. */
-#define INDEX 8
 #define CHOICE_LADDER 16u
 #define CHOICE_LOOSE 32u
 
@@ -26,11 +24,6 @@ static void test_parents(void **state)
     clear(&bytes);
 }
 
-static uint8_t *choice_of(const coded *c, int segment)
-{
-    return c->segment[segment].data + INDEX;
-}
-
 /* Heights of a camera that come in steps take less than half of what others take; other squares,
  * and heights that do not come in steps, have no ladder. */
 static void test_ladder(void **state)
@@ -44,7 +37,7 @@ static void test_ladder(void **state)
     for (unsigned i = 0; i < 4; i++) {
         stp_chunk *chunk = make_chunk(&recipes[i]), *decoded = make_room(chunk, 0);
         coded bytes = encode(chunk);
-        assert_int_equal(!!(*choice_of(&bytes, 2) & CHOICE_LADDER), i < 2);
+        assert_int_equal(!!(*begin_of(&bytes, 2) & CHOICE_LADDER), i < 2);
         assert_int_equal(decode(&bytes, decoded), STP_OK);
         assert_same(chunk, decoded);
         sizes[i] = bytes.segment[2].size;
@@ -90,7 +83,7 @@ static void test_loose(void **state)
         fill_colours(chunk, noise);
         coded bytes = encode(chunk);
         for (int s = 1; s < STP_SEGMENT_COUNT; s++)
-            assert_int_equal(!!(*choice_of(&bytes, s) & CHOICE_LOOSE), noise == 0);
+            assert_int_equal(!!(*begin_of(&bytes, s) & CHOICE_LOOSE), noise == 0);
         assert_int_equal(decode(&bytes, decoded), STP_OK);
         assert_same(chunk, decoded);
         stp_chunk_destroy(&decoded);
@@ -112,14 +105,14 @@ static void test_damaged(void **state)
     (void)state;
     stp_chunk *chunk = make_chunk(&(recipe){.spread = true, .stepped = true});
     coded bytes = encode(chunk);
-    *choice_of(&bytes, 1) |= CHOICE_LADDER;
+    *begin_of(&bytes, 1) |= CHOICE_LADDER;
     assert_refused(&bytes, chunk);
-    *choice_of(&bytes, 1) ^= CHOICE_LADDER;
-    *choice_of(&bytes, 2) &= 127;
+    *begin_of(&bytes, 1) ^= CHOICE_LADDER;
+    *begin_of(&bytes, 2) &= 127;
     assert_refused(&bytes, chunk);
-    *choice_of(&bytes, 2) |= 128;
+    *begin_of(&bytes, 2) |= 128;
     const size_t size = bytes.segment[2].size;
-    bytes.segment[2].size = INDEX + 2;
+    bytes.segment[2].size = (size_t)(begin_of(&bytes, 2) - bytes.segment[2].data) + 2;
     assert_refused(&bytes, chunk);
     bytes.segment[2].size = size;
     clear(&bytes);

@@ -7,8 +7,6 @@
 #include "formats/chunk/normal_grid.h"
 #include "tests/fixtures/square_recipe.h"
 
-/* Of the index of a segment of one block: segment 0, and the others. */
-enum { INDEX_FIRST = 16, INDEX = 8 };
 /* A tight part of squares begins with a u32; tilted rasters follow a count. */
 enum { HEAD_BYTES = 4, LEVEL_BYTES = 40, COUNT_BYTES = 2, TILTED_BYTES = 49, SHORT_BYTES = 29 };
 
@@ -176,10 +174,10 @@ static void test_hostile(void **state)
     }
 }
 
-/* Where the raster begins in segment 0. */
-static uint8_t *raster_of(coded *c)
+/* Where the part of a segment of one block begins; in segment 0, where its raster does. */
+static uint8_t *part_of(coded *c, int s)
 {
-    return c->segment[0].data + INDEX_FIRST + HEAD_BYTES;
+    return begin_of(c, s) + (s > 0 ? 0 : HEAD_BYTES);
 }
 
 static void assert_refused(coded *c, const stp_chunk *like, uint8_t *at, const void *bytes,
@@ -204,15 +202,14 @@ static void test_numbers(void **state)
     const uint8_t choices[] = {128 + 6, 128 + 16, 255, 1}; /* 128: tight */
     for (unsigned i = 0; i < 4; i++)
         for (unsigned k = 0; k < 3; k++)
-            assert_refused(&bytes, chunk, raster_of(&bytes) + 8 * i, &numbers[k], 8);
-    assert_refused(&bytes, chunk, raster_of(&bytes) + 16, &zero, 8);
-    assert_refused(&bytes, chunk, raster_of(&bytes) + 24, &zero, 8);
-    assert_refused(&bytes, chunk, raster_of(&bytes) + 32, far, 4);
-    assert_refused(&bytes, chunk, raster_of(&bytes) + 36, far, 4);
+            assert_refused(&bytes, chunk, part_of(&bytes, 0) + 8 * i, &numbers[k], 8);
+    assert_refused(&bytes, chunk, part_of(&bytes, 0) + 16, &zero, 8);
+    assert_refused(&bytes, chunk, part_of(&bytes, 0) + 24, &zero, 8);
+    assert_refused(&bytes, chunk, part_of(&bytes, 0) + 32, far, 4);
+    assert_refused(&bytes, chunk, part_of(&bytes, 0) + 36, far, 4);
     for (int s = 0; s < STP_SEGMENT_COUNT; s++)
         for (unsigned k = 0; k < 4; k++)
-            assert_refused(&bytes, chunk,
-                           s > 0 ? bytes.segment[s].data + INDEX : raster_of(&bytes) + LEVEL_BYTES,
+            assert_refused(&bytes, chunk, part_of(&bytes, s) + (s > 0 ? 0 : LEVEL_BYTES),
                            &choices[k], 1);
     clear(&bytes);
     stp_chunk_destroy(&chunk);
@@ -224,14 +221,14 @@ static void test_tilted_numbers(void **state)
     (void)state;
     stp_chunk *chunk = make_chunk(&(recipe){.tilted = true});
     coded bytes = encode(chunk);
-    uint8_t *first = raster_of(&bytes) + COUNT_BYTES, *second = first + TILTED_BYTES;
+    uint8_t *first = part_of(&bytes, 0) + COUNT_BYTES, *second = first + TILTED_BYTES;
     const double numbers[] = {NAN, -1e16};
     const float floats[] = {NAN, INFINITY, 1e16f};
     const uint8_t axis = 8 + 3, counts[2] = {SQUARES, 0}, one[2] = {0}, far[4] = {0, 0, 0, 0x10};
     const uint8_t zeros[8] = {0};
     assert_int_equal(first[0], rasters[1].axis);
-    assert_refused(&bytes, chunk, raster_of(&bytes), counts, 2); /* more rasters than patches */
-    assert_refused(&bytes, chunk, raster_of(&bytes), one, 2);    /* squares of a raster beyond */
+    assert_refused(&bytes, chunk, part_of(&bytes, 0), counts, 2); /* more rasters than patches */
+    assert_refused(&bytes, chunk, part_of(&bytes, 0), one, 2);    /* squares of a raster beyond */
     assert_refused(&bytes, chunk, second, &axis, 1);
     for (unsigned k = 0; k < 2; k++)
         for (unsigned i = 0; i < 2; i++)
@@ -252,7 +249,7 @@ static void test_spread_numbers(void **state)
     (void)state;
     stp_chunk *chunk = make_chunk(&(recipe){.spread = true});
     coded bytes = encode(chunk);
-    uint8_t *raster = raster_of(&bytes) + COUNT_BYTES, *slopes = raster + TILTED_BYTES - 8;
+    uint8_t *raster = part_of(&bytes, 0) + COUNT_BYTES, *slopes = raster + TILTED_BYTES - 8;
     const float floats[] = {NAN, INFINITY, 1e16f};
     const uint8_t axes[] = {2, 7, 10},
                   far[4] = {0, 0, 0, 0x10}; /* 2: its slopes would be squares */

@@ -141,7 +141,8 @@ static inline void mutate_header(uint8_t *data, size_t size, unsigned seed)
         memcpy(data + STP_HEADER_BYTES_2, data, STP_HEADER_BYTES_2);
 }
 
-/* Mutates a record of the table of blocks, or the index of a chunk's segment 0. */
+/* Mutates a record of the table of blocks, or the index of a chunk's segment 0, whose rows have
+ * five bytes or more. */
 static inline void mutate_blocks(uint8_t *data, size_t size, uint64_t entry, unsigned seed)
 {
     const uint8_t *section = data + RESEAL_SECTIONS_AT;
@@ -149,7 +150,7 @@ static inline void mutate_blocks(uint8_t *data, size_t size, uint64_t entry, uns
     if (stp_get_u16(data + 8) != 2 || count == 0 || stp_get_u64(section + 8) > size)
         return;
     if (seed & 1u)
-        mutate_in_place(data, size, stp_get_u64(data + entry), stp_block_index_bytes(count, 0));
+        mutate_in_place(data, size, stp_get_u64(data + entry), 4 + 5 * (uint64_t)count);
     else
         mutate_in_place(data, size,
                         stp_get_u64(section + 8) +

@@ -58,8 +58,15 @@ class WideRecord:
 def read_index(segment, first, name):
     """Sizes of the parts; of segment 0 also patches and samples of levels 0 to 3; and where parts begin."""
     cursor = Cursor(segment, name)
-    rows = []
-    for _ in range(cursor.number(4)):
+    rows, count = [], cursor.number(4)
+    for _ in range(count & 0x7FFFFFFF if count >> 31 else 0):
+        size = cursor.varint()
+        patches = cursor.varint() + 1 if first else 0
+        counts = [64 * patches - cursor.varint()] if first else []
+        for _ in range(2 if first else 0):
+            counts.append((counts[-1] + 3) // 4 + cursor.varint())
+        rows.append((size, counts + [patches] if first else []))
+    for _ in range(0 if count >> 31 else count):
         size = cursor.number(4)
         counts = [cursor.number(2) + 1 for _ in range(4)] if first else []
         rows.append((size, counts[::-1][:3] + counts[:1]))

@@ -207,4 +207,9 @@ python3 "$known/read.py" loose/2_0_raw.stipple >loose/2_0.samples
 mkdir -p states
 "$program" gen statue -n 800 --seed 10 -o middles.ply --quiet --force
 in_blocks states/2_0 middles.ply
+
+# From here on indices of blocks have short rows.
+mkdir -p rows
+"$program" gen statue -n 900 --seed 11 -o middles.ply --quiet --force
+in_blocks rows/2_0 middles.ply
 rm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

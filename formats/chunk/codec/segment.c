@@ -12,13 +12,14 @@
 #include <string.h>
 
 #define COUNT_BYTES 4u
+/* Set in the count of blocks: the index is short. */
+#define SHORT_INDEX (UINT32_C(1) << 31)
+/* Rows that are not short. */
 #define ROW_BYTES 4u        /* segments 1 and 2: u32 bytes */
 #define ROW_BYTES_FIRST 12u /* segment 0: bytes, patches, samples of levels 2, 1, 0 */
-
-static size_t row_bytes(int segment)
-{
-    return segment == 0 ? ROW_BYTES_FIRST : ROW_BYTES;
-}
+/* A number of 32 bits takes at most so many bytes of 7 bits. */
+#define NUMBER_BYTES 5u
+#define ROW_NUMBERS 5u /* of a short row of segment 0; others have one */
 
 /* ---- a block of a chunk as a chunk ---- */
 
@@ -66,20 +67,51 @@ static void view_place(view *v, const stp_chunk *whole, uint32_t first)
 
 /* ---- encoding ---- */
 
-static void put_row(const stp_chunk *block, int segment, size_t bytes, uint8_t *row)
+/* Appends a number in bytes of 7 bits, the least ones first; bit 7 says that more follow. */
+static size_t put_number(uint32_t number, uint8_t *to)
 {
-    stp_put_u32(row, (uint32_t)bytes);
-    if (segment > 0)
-        return;
-    stp_put_u16(row + 4, (uint16_t)(block->patch_count - 1));
-    for (int l = 2; l >= 0; l--)
-        stp_put_u16(row + 10 - 2 * l, (uint16_t)(block->level_begin[l][block->patch_count] - 1));
+    size_t bytes = 0;
+    for (; number >= 128; number >>= 7)
+        to[bytes++] = (uint8_t)(number | 128u);
+    to[bytes++] = (uint8_t)number;
+    return bytes;
 }
 
-/* Encodes segments [first, end) of a block. If the chunk has rasters, all share the squares that
- * segment 0 finds, and their map. rows: of the block in each segment's index. */
+/* The least number of samples that can stand for so many. */
+static uint32_t quarter(uint32_t samples)
+{
+    return (samples + 3) / 4;
+}
+
+static size_t put_row(const stp_block_row *row, int segment, uint8_t *to)
+{
+    const uint32_t *samples = row->sample_count;
+    size_t bytes = put_number(row->bytes, to);
+    if (segment > 0)
+        return bytes;
+    bytes += put_number(row->patch_count - 1, to + bytes);
+    bytes += put_number(STP_PATCH_SAMPLES * row->patch_count - samples[0], to + bytes);
+    for (int l = 1; l < STP_LEVEL_COUNT - 1; l++)
+        bytes += put_number(samples[l] - quarter(samples[l - 1]), to + bytes);
+    return bytes;
+}
+
+size_t stp_block_row_bytes(const stp_block_row *row, int segment)
+{
+    uint8_t bytes[ROW_NUMBERS * NUMBER_BYTES];
+    return put_row(row, segment, bytes);
+}
+
+/* What a block's parts are, by segment. */
+typedef struct encoded {
+    stp_block_row *rows[STP_SEGMENT_COUNT];
+    stp_bytes parts[STP_SEGMENT_COUNT];
+} encoded;
+
+/* Encodes segments [first, end) of block b. If the chunk has rasters, all share the squares that
+ * segment 0 finds, and their map. */
 static stp_status encode_block(const stp_chunk *chunk, uint32_t b, int first, int end,
-                               stp_codec codec, const size_t *rows, stp_bytes *out, stp_error *err)
+                               stp_codec codec, encoded *out, stp_error *err)
 {
     stp_status status = STP_OK;
     view v = {0};
@@ -95,9 +127,13 @@ static stp_status encode_block(const stp_chunk *chunk, uint32_t b, int first, in
         v.chunk.map = &map;
     }
     for (int s = first; s < end; s++) {
-        const size_t begin = out[s].size;
-        STP_TRY(stp_part_encode(&v.chunk, s, stp_codec_of_part(codec), &out[s], err));
-        put_row(&v.chunk, s, out[s].size - begin, out[s].data + rows[s] + b * row_bytes(s));
+        stp_block_row *row = &out->rows[s][b];
+        const size_t begin = out->parts[s].size;
+        STP_TRY(stp_part_encode(&v.chunk, s, stp_codec_of_part(codec), &out->parts[s], err));
+        *row = (stp_block_row){.patch_count = patch_end - patch,
+                               .bytes = (uint32_t)(out->parts[s].size - begin)};
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            row->sample_count[l] = v.chunk.level_begin[l][patch_end - patch];
     }
 done:
     stp_square_map_clear(&map);
@@ -106,24 +142,47 @@ done:
     return status;
 }
 
+static stp_status append_index(const stp_block_row *rows, uint32_t count, int segment,
+                               stp_bytes *out, stp_error *err)
+{
+    uint8_t bytes[ROW_NUMBERS * NUMBER_BYTES];
+    stp_put_u32(bytes, count | SHORT_INDEX);
+    stp_status status = stp_bytes_append(out, bytes, COUNT_BYTES, err);
+    for (uint32_t b = 0; b < count && status == STP_OK; b++)
+        status = stp_bytes_append(out, bytes, put_row(&rows[b], segment, bytes), err);
+    return status;
+}
+
+static stp_status encode_blocks(const stp_chunk *chunk, int first, int end, stp_codec codec,
+                                stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t count = chunk->block_count ? chunk->block_count : 1;
+    encoded e = {0};
+    for (int s = first; s < end; s++)
+        STP_TRY(stp_alloc(&e.rows[s], count, sizeof *e.rows[s], "blocks", err));
+    for (uint32_t b = 0; b < count; b++)
+        STP_TRY(encode_block(chunk, b, first, end, codec, &e, err));
+    for (int s = first; s < end; s++) {
+        STP_TRY(append_index(e.rows[s], count, s, &out[s], err));
+        STP_TRY(stp_bytes_append(&out[s], e.parts[s].data, e.parts[s].size, err));
+    }
+done:
+    for (int s = first; s < end; s++) {
+        free(e.parts[s].data);
+        free(e.rows[s]);
+    }
+    return status;
+}
+
 static stp_status encode(const stp_chunk *chunk, int first, int end, stp_codec codec,
                          stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t count = chunk->block_count ? chunk->block_count : 1;
-    size_t rows[STP_SEGMENT_COUNT];
-    for (int s = first; s < end; s++) {
-        if (!stp_codec_has_blocks(codec)) {
-            STP_TRY(stp_part_encode(chunk, s, codec, &out[s], err));
-            continue;
-        }
-        rows[s] = out[s].size + COUNT_BYTES;
-        STP_TRY(stp_bytes_append(&out[s], NULL, stp_block_index_bytes(count, s), err));
-        stp_put_u32(out[s].data + rows[s] - COUNT_BYTES, count);
-    }
-    for (uint32_t b = 0; stp_codec_has_blocks(codec) && b < count; b++)
-        STP_TRY(encode_block(chunk, b, first, end, codec, rows, out, err));
-done:
+    if (stp_codec_has_blocks(codec))
+        return encode_blocks(chunk, first, end, codec, out, err);
+    for (int s = first; s < end && status == STP_OK; s++)
+        status = stp_part_encode(chunk, s, codec, &out[s], err);
     return status;
 }
 
@@ -156,11 +215,93 @@ done:
 stp_status stp_block_count_read(const uint8_t *bytes, size_t size, uint32_t *out, stp_error *err)
 {
     uint32_t count = size < COUNT_BYTES ? 0 : stp_get_u32(bytes);
-    if (count == 0 || count > STP_CHUNK_PATCHES_LIMIT || count > (size - COUNT_BYTES) / ROW_BYTES)
+    const size_t least = count & SHORT_INDEX ? 1 : ROW_BYTES;
+    count &= ~SHORT_INDEX;
+    if (count == 0 || count > STP_CHUNK_PATCHES_LIMIT || count > (size - COUNT_BYTES) / least)
         return stp_error_set(err, STP_CORRUPT, "it has %" PRIu32 " blocks in %zu bytes", count,
                              size);
     *out = count;
     return STP_OK;
+}
+
+/* Takes a number of 7 bits a byte; false if it does not fit into the bytes or into 32 bits, or has
+ * more bytes than it needs. */
+static bool take_number(stp_cursor *c, uint32_t *out)
+{
+    uint64_t number = 0;
+    for (unsigned i = 0; i < NUMBER_BYTES && c->left > 0; i++) {
+        const uint8_t byte = *c->bytes;
+        stp_cursor_skip(c, 1);
+        number |= (uint64_t)(byte & 127u) << 7 * i;
+        if (byte < 128) {
+            *out = (uint32_t)number;
+            return number <= UINT32_MAX && (byte > 0 || i == 0);
+        }
+    }
+    return false;
+}
+
+static bool take_short_counts(stp_cursor *c, stp_block_row *row)
+{
+    uint32_t *samples = row->sample_count, number;
+    if (!take_number(c, &number) || number >= STP_CHUNK_PATCHES_LIMIT)
+        return false;
+    row->patch_count = samples[STP_LEVEL_COUNT - 1] = number + 1;
+    if (!take_number(c, &number) || number >= STP_PATCH_SAMPLES * row->patch_count)
+        return false;
+    samples[0] = STP_PATCH_SAMPLES * row->patch_count - number;
+    for (int l = 1; l < STP_LEVEL_COUNT - 1; l++) {
+        if (!take_number(c, &number) || number >= STP_PATCH_SAMPLES * row->patch_count)
+            return false;
+        samples[l] = quarter(samples[l - 1]) + number;
+    }
+    return samples[0] <= STP_CHUNK_SAMPLES_LIMIT && samples[1] <= STP_CHUNK_SAMPLES_LIMIT &&
+           samples[2] <= STP_CHUNK_SAMPLES_LIMIT;
+}
+
+static bool take_counts(stp_cursor *c, stp_block_row *row)
+{
+    if (c->left < ROW_BYTES_FIRST - ROW_BYTES)
+        return false;
+    row->patch_count = row->sample_count[STP_LEVEL_COUNT - 1] = stp_get_u16(c->bytes) + 1u;
+    for (int l = 2; l >= 0; l--)
+        row->sample_count[l] = stp_get_u16(c->bytes + 6 - 2 * l) + 1u;
+    stp_cursor_skip(c, ROW_BYTES_FIRST - ROW_BYTES);
+    return true;
+}
+
+static bool take_row(stp_cursor *c, bool is_short, int segment, stp_block_row *row)
+{
+    if (is_short)
+        return take_number(c, &row->bytes) && (segment > 0 || take_short_counts(c, row));
+    if (c->left < ROW_BYTES)
+        return false;
+    row->bytes = stp_get_u32(c->bytes);
+    stp_cursor_skip(c, ROW_BYTES);
+    return segment > 0 || take_counts(c, row);
+}
+
+/* Reads the index, and where parts begin behind it. rows: NULL if nobody asks. Returns where the
+ * last part ends, 0 if the index does not fit into the bytes. */
+static uint64_t read_index(const uint8_t *bytes, size_t size, int segment, uint32_t count,
+                           stp_block_row *rows)
+{
+    stp_cursor c = {bytes + COUNT_BYTES, size - COUNT_BYTES};
+    const bool is_short = stp_get_u32(bytes) & SHORT_INDEX;
+    uint64_t parts = 0;
+    stp_block_row row = {0};
+    for (uint32_t b = 0; b < count; b++) {
+        if (!take_row(&c, is_short, segment, &row))
+            return 0;
+        row.begin = (uint32_t)parts;
+        parts += row.bytes;
+        if (rows)
+            rows[b] = row;
+    }
+    const uint64_t index = size - c.left;
+    for (uint32_t b = 0; b < count && rows; b++)
+        rows[b].begin += (uint32_t)index;
+    return index + parts;
 }
 
 size_t stp_block_segment_bytes(const uint8_t *bytes, size_t size, int segment)
@@ -168,40 +309,19 @@ size_t stp_block_segment_bytes(const uint8_t *bytes, size_t size, int segment)
     uint32_t count = 0;
     if (stp_block_count_read(bytes, size, &count, NULL) != STP_OK)
         return 0;
-    uint64_t end = stp_block_index_bytes(count, segment);
-    for (uint32_t b = 0; b < count && end <= size; b++)
-        end += stp_get_u32(bytes + COUNT_BYTES + b * row_bytes(segment));
+    const uint64_t end = read_index(bytes, size, segment, count, NULL);
     return end <= size ? (size_t)end : 0;
-}
-
-static void get_counts(const uint8_t *row, stp_block_row *out)
-{
-    out->patch_count = stp_get_u16(row + 4) + 1u;
-    for (int l = 2; l >= 0; l--)
-        out->sample_count[l] = stp_get_u16(row + 10 - 2 * l) + 1u;
-    out->sample_count[STP_LEVEL_COUNT - 1] = out->patch_count;
 }
 
 stp_status stp_block_rows_read(const uint8_t *bytes, size_t size, int segment, stp_block_row *rows,
                                uint32_t count, stp_error *err)
 {
-    uint64_t at = stp_block_index_bytes(count, segment);
-    if (at > size)
+    const uint64_t end = read_index(bytes, size, segment, count, rows);
+    if (end == 0)
         return stp_error_set(err, STP_CORRUPT, "its index of blocks does not fit into it");
-    for (uint32_t b = 0; b < count; b++) {
-        const uint8_t *row = bytes + COUNT_BYTES + b * row_bytes(segment);
-        uint32_t part = stp_get_u32(row);
-        if (part > size - at)
-            return stp_error_set(err, STP_CORRUPT, "block %" PRIu32 " does not fit into it", b);
-        rows[b].begin = (uint32_t)at;
-        rows[b].bytes = part;
-        at += part;
-        if (segment == 0)
-            get_counts(row, &rows[b]);
-    }
-    if (at != size)
-        return stp_error_set(err, STP_CORRUPT, "%" PRIu64 " bytes are left over behind its blocks",
-                             size - at);
+    if (end != size)
+        return stp_error_set(err, STP_CORRUPT, "its blocks end at byte %" PRIu64 " of %zu", end,
+                             size);
     return STP_OK;
 }
 
@@ -327,7 +447,7 @@ static stp_status decode_blocks(const uint8_t *bytes, size_t size, int segment, 
     STP_TRY(stp_alloc(&rows, count, sizeof *rows, "blocks", err));
     STP_TRY(stp_block_rows_read(bytes, size, segment, rows, count, err));
     if (scratch->shares)
-        scratch->shares->bytes[STP_SHARE_FRAME] += stp_block_index_bytes(count, segment);
+        scratch->shares->bytes[STP_SHARE_FRAME] += rows[0].begin;
     if (segment == 0) {
         free(chunk->rasters);
         free(chunk->squares);

@@ -41,8 +41,10 @@ stp_status stp_segment_decode(const uint8_t *bytes, size_t size, int segment, in
                               uint32_t child_count, stp_chunk *chunk, stp_chunk_scratch *scratch,
                               stp_error *err);
 
-/* Bytes of a segment before the parts of its blocks. */
-static inline uint64_t stp_block_index_bytes(uint32_t block_count, int segment)
+/* Bytes of a short row of a segment's index. */
+size_t stp_block_row_bytes(const stp_block_row *row, int segment);
+/* Bytes of a segment before the parts of its blocks, if its rows are not short. */
+static inline uint64_t stp_block_long_index_bytes(uint32_t block_count, int segment)
 {
     return 4 + (uint64_t)block_count * (segment == 0 ? 12 : 4);
 }
