@@ -89,16 +89,19 @@ static bool comes(const void *context, uint32_t block)
 }
 
 /* Patches that are resident tell exactly what they need. Those of other blocks are read first. */
-static int needed_now(const void *context, uint32_t block, int estimate)
+static int needed_now(const void *context, uint32_t block, int estimate, bool *lacks)
 {
     const cut_view *v = context;
     const stp_resident *resident = resident_now(context, block);
-    if (v->frame->quality[0] <= 0.0f || (resident != NULL && resident->finest <= estimate))
+    if (v->frame->quality[0] <= 0.0f ||
+        (resident != NULL && resident->finest <= estimate && !resident->partial)) {
+        *lacks = resident != NULL && resident->partial;
         return estimate;
+    }
     if (resident == NULL)
         return estimate > STP_NEED_HEADERS ? estimate : STP_NEED_HEADERS;
     return stp_block_need(&v->renderer->scene, v->frame, v->eye, v->occlusion, resident, estimate,
-                          &(stp_need_below){comes, v});
+                          &(stp_need_below){comes, v}, lacks);
 }
 
 static bool was_drawn(const void *context, uint32_t block)
@@ -155,7 +158,8 @@ static stp_status refine_one(void *context, size_t index, unsigned worker, stp_e
     stp_draw *draw = &n->draws[index];
     (void)worker;
     (void)err;
-    draw->finest = needed_now(&n->view, draw->block, draw->finest);
+    bool lacks = false; /* loading finds it out */
+    draw->finest = needed_now(&n->view, draw->block, draw->finest, &lacks);
     return STP_OK;
 }
 

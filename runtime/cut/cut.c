@@ -106,7 +106,7 @@ static stp_status take_answer(stp_cut *cut, const stp_cut_params *params, bool c
                    ? add_occluded(cut, params, &params->scene->blocks[id], err)
                    : STP_OK;
     }
-    if (a.available > a.finest)
+    if (a.missing)
         STP_TRY(add_miss(cut, (stp_miss){id, a.finest, a.gain}, err));
     if (!a.drawn || a.available >= STP_LEVEL_COUNT) {
         decide(cut, id, STP_CUT_LEFT, a.available == STP_CUT_NEVER ? 0.0f : fminf(a.limit, a.gain));

@@ -93,8 +93,9 @@ typedef struct stp_cut_source {
     /* The finest level at which a block can be drawn now; STP_LEVEL_COUNT if none; STP_CUT_NEVER if
      * the block will not come: it counts as missing, and the cut does not look below it. */
     int (*available)(const void *context, uint32_t block);
-    /* The finest level that the block needs, no finer than the estimate; NULL: the estimate. */
-    int (*needed)(const void *context, uint32_t block, int estimate);
+    /* The finest level that the block needs, no finer than the estimate; NULL: the estimate.
+     * *lacks: it is there, but not for each patch that needs it. */
+    int (*needed)(const void *context, uint32_t block, int estimate, bool *lacks);
     /* The block's patches if they are resident, else NULL. They tell which blocks below are needed;
      * until they are there, the blocks below tell it themselves, less exactly. NULL: never. */
     const struct stp_resident *(*resident)(const void *context, uint32_t block);

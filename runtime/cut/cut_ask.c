@@ -215,10 +215,15 @@ static stp_cut_answer ask_block(const stp_cut *cut, const stp_cut_params *params
     a.finest = stp_cut_finest(params->frame, &sight, b);
     a.available = params->source.available(params->source.context, id);
     if (params->source.needed != NULL)
-        a.finest = params->source.needed(params->source.context, id, a.finest);
-    if (occluded && a.available > a.finest)
-        a.finest = a.available; /* nothing is missing */
-    if (a.available > a.finest)
+        a.finest = params->source.needed(params->source.context, id, a.finest, &a.missing);
+    if (a.missing && a.available < a.finest)
+        a.finest = a.available; /* gives up nothing that is there */
+    a.missing |= a.available > a.finest;
+    if (occluded && a.missing) {
+        a.finest = a.available;
+        a.missing = false;
+    }
+    if (a.missing)
         a.gain = fminf(gain_of(params->frame, &sight, &bound, b, a.finest), 0.99f * a.limit);
     return a;
 }

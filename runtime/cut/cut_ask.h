@@ -20,6 +20,7 @@ typedef struct stp_cut_answer {
     float limit;           /* the least of the blocks above (stp_cut_block) */
     float gain;            /* of reading what is missing (stp_miss); INFINITY if nothing is */
     bool drawn;            /* whether a block above is */
+    bool missing;          /* whether something must be read */
 } stp_cut_answer;
 
 /* A child of a chunk that is drawn or missing. */

@@ -351,8 +351,9 @@ bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
     return does;
 }
 
-stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                             const stp_mirror_patch *patch)
+/* The levels that the rule asks for, not finer than `finest`. */
+static stp_levels choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                         const stp_mirror_patch *patch, int finest)
 {
     stp_levels out;
     for (int q = 0; q < STP_PATCH_QUARTERS; q++)
@@ -364,12 +365,29 @@ stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *ch
         return out;
     }
     for (int q = 0; q < patch->count[2]; q++) {
-        int level = refine ? (int)chunk->finest : 2;
-        while (level > (int)chunk->finest && !fits(frame, &sight, patch, level, q))
+        int level = refine ? finest : 2;
+        while (level > finest && !fits(frame, &sight, patch, level, q))
             level--;
         out.of[q] = level;
     }
     return out;
+}
+
+stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                             const stp_mirror_patch *patch)
+{
+    return choose(frame, chunk, patch, stp_level_resident(patch, (int)chunk->finest));
+}
+
+int stp_level_asked(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                    const stp_mirror_patch *patch, int finest)
+{
+    const stp_levels levels = choose(frame, chunk, patch, finest);
+    int asked = STP_LEVEL_COUNT - 1;
+    for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+        if (levels.of[q] != STP_LEVEL_SKIP && levels.of[q] < asked)
+            asked = levels.of[q];
+    return asked;
 }
 
 unsigned stp_levels_select(const stp_mirror_patch *patch, const stp_levels *levels,

@@ -23,8 +23,9 @@ typedef struct stp_mirror_patch {
     float finest_error[2]; /* of level 0: perpendicular, tangential */
     float radius[STP_LEVEL_COUNT];
     uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
-    uint8_t count[STP_LEVEL_COUNT];  /* 0: not resident */
-    uint8_t flags;                   /* STP_PATCH_* */
+    uint8_t count[STP_LEVEL_COUNT];
+    uint8_t finest; /* resident level */
+    uint8_t flags;  /* STP_PATCH_* */
     uint8_t colour_error[STP_LEVEL_COUNT];
     /* Levels 2, then 1: perpendicular, tangential; by quarter. */
     float quarter_error[2][2][STP_PATCH_QUARTERS];
@@ -46,9 +47,20 @@ typedef struct stp_levels {
     int of[STP_PATCH_QUARTERS];
 } stp_levels;
 
-/* The levels to draw of a patch in sight. */
+/* The levels to draw of a patch in sight: those that the rule asks for, but none finer than is
+ * drawn of the chunk or is resident of the patch. */
 stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                              const stp_mirror_patch *patch);
+
+/* The finest level that the rule asks of a patch, not finer than `finest`; STP_LEVEL_COUNT - 1 if
+ * the patch vertex will do. */
+int stp_level_asked(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                    const stp_mirror_patch *patch, int finest);
+/* The finest level of a patch that can be drawn if the chunk is drawn at levels >= finest. */
+static inline int stp_level_resident(const stp_mirror_patch *patch, int finest)
+{
+    return finest > patch->finest ? finest : patch->finest;
+}
 
 /* The samples of the chosen levels as ranges of the Object Texture; adjacent ranges are joined.
  * Returns the number of ranges. */

@@ -15,24 +15,27 @@ static bool is_left_below(const stp_gpu_frame *frame, const stp_resident *reside
 
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
                    const stp_occlusion *occlusion, const stp_resident *resident, int estimate,
-                   const stp_need_below *below)
+                   const stp_need_below *below, bool *lacks)
 {
     const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, estimate, eye);
     const bool linked = (stp_scene_entry(scene, resident->block)->flags & STP_CHUNK_LINKED) != 0;
     int need = STP_NEED_HEADERS;
     stp_gpu_frame room;
+    *lacks = false;
     frame = stp_culling_narrow(&room, frame, scene, resident->block, eye, NULL);
-    for (uint32_t i = 0; i < resident->placement.patches.count && need > estimate; i++) {
+    for (uint32_t i = 0; i < resident->placement.patches.count; i++) {
+        const stp_mirror_patch *patch = &resident->mirror.patches[i];
+        if (need <= estimate && patch->finest <= estimate)
+            continue;
         const stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[i], &chunk);
         float centre[3];
         if (!stp_rule_visible(frame, &bound, centre) ||
             stp_occlusion_hides(occlusion, bound.centre, bound.radius) ||
             (linked && is_left_below(frame, resident, i, &bound, below)))
             continue;
-        const stp_levels levels = stp_levels_choose(frame, &chunk, &resident->mirror.patches[i]);
-        for (int q = 0; q < STP_PATCH_QUARTERS; q++)
-            if (levels.of[q] != STP_LEVEL_SKIP && levels.of[q] < need)
-                need = levels.of[q];
+        const int asked = stp_level_asked(frame, &chunk, patch, estimate);
+        need = asked < need ? asked : need;
+        *lacks |= asked < patch->finest;
     }
     return need;
 }

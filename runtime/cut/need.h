@@ -21,10 +21,11 @@ typedef struct stp_need_below {
 /* The finest level that a patch in sight of a resident block is drawn at. Patches that `occlusion`
  * hides are not in sight. In a linked chunk, patches that are too coarse even at level 0 ask for
  * nothing if the block below comes. estimate: the answer by the table, which is never coarser than
- * the patches ask for. */
+ * the patches ask for. *lacks: a patch asks for a level that is not resident of this patch, though
+ * it may be of others. */
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
                    const stp_occlusion *occlusion, const stp_resident *resident, int estimate,
-                   const stp_need_below *below);
+                   const stp_need_below *below, bool *lacks);
 
 /* Tells which blocks below a resident block need be drawn: calls `refer` for each of its patches in
  * sight that has a block below. coarse: the patch is too coarse even at level 0. */

@@ -88,12 +88,15 @@ static bool leave_below(const look *l, size_t state, const stp_draw *draw,
 /* The greatest projected radius of the samples that a patch may be drawn with, if its patch vertex
  * is too coarse: that of the finest level, or of a coarser level up to the rule's cap. */
 static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                             const stp_mirror_patch *patch, unsigned finest)
+                             const stp_mirror_patch *patch, int drawn)
 {
+    const bool lacks =
+        patch->finest > drawn && !stp_finest_does(frame, sight, patch, patch->finest);
+    const int finest = lacks ? patch->finest : drawn;
     float greatest = patch->radius[finest], cap = frame->quality[1] / sight->scale;
     if (sight->scale < 0.0f)
         return INFINITY;
-    for (unsigned l = finest + 1; l < STP_LEVEL_COUNT && frame->quality[0] > 0.0f; l++) {
+    for (int l = finest + 1; l < STP_LEVEL_COUNT && frame->quality[0] > 0.0f; l++) {
         float coarser = patch->radius[l] < cap ? patch->radius[l] : cap;
         greatest = coarser > greatest ? coarser : greatest;
     }
@@ -211,8 +214,7 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
             radius_px = square_radius_px(r, i, &sight);
         } else {
             add_patch(l, index, r, i);
-            radius_px = patch_radius_px(params->frame, &sight, &r->mirror.patches[i],
-                                        (unsigned)draw->finest);
+            radius_px = patch_radius_px(params->frame, &sight, &r->mirror.patches[i], draw->finest);
         }
         greatest = radius_px > greatest ? radius_px : greatest;
     }

@@ -279,12 +279,12 @@ static stp_status draw_listed(stp_project *p, const stp_project_params *params, 
  * ends a run. */
 static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *points, stp_error *err)
 {
-    uint32_t level = seen->chunk.finest, end = UINT32_MAX;
-    const stp_levels levels = {{(int)level, (int)level, (int)level, (int)level}};
+    uint32_t end = UINT32_MAX;
     p->span_count = 0;
     for (size_t i = 0; i < seen->count; i++) {
         const stp_mirror_patch *patch = seen_patch(seen, i);
-        if (stp_levels_shape(patch, &levels) != 0)
+        const int level = stp_level_resident(patch, (int)seen->chunk.finest);
+        if (stp_levels_shape(patch, &(stp_levels){{level, level, level, level}}) != 0)
             continue;
         if (patch->first[level] != end) {
             stp_status status = stp_grow(&p->spans, &p->span_capacity, p->span_count + 1,

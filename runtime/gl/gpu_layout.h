@@ -110,9 +110,9 @@ typedef struct stp_gpu_patch {
     uint8_t vertex_error[2]; /* of level 3: perpendicular, tangential */
     uint8_t finest_error[2]; /* of level 0: perpendicular, tangential */
     uint8_t bound_radius;
-    uint8_t flags; /* STP_PATCH_* */
-    uint8_t count; /* of level 0, which tells the others */
-    uint8_t unused;
+    uint8_t flags;  /* STP_PATCH_* */
+    uint8_t count;  /* of level 0, which tells the others */
+    uint8_t finest; /* resident level */
     /* Levels 2, then 1: perpendicular, tangential; by quarter. */
     uint8_t quarter_error[2][2][STP_PATCH_QUARTERS];
 } stp_gpu_patch;

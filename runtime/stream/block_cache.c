@@ -1,24 +1,21 @@
 /* Keeps blocks in the Object Texture. */
 #include "runtime/stream/block_cache.h"
 
-#include "base/clock.h"
 #include "base/memory.h"
-#include "runtime/cut/level_rule.h"
+#include "runtime/cut/need.h"
 #include "runtime/gl/gl_context.h"
 #include "runtime/stream/damage_log.h"
+#include "runtime/stream/patch_levels.h"
+#include "runtime/stream/rest.h"
 #include "runtime/stream/upload_ring.h"
 #include "runtime/stream/victims.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define NO_SLOT UINT32_MAX
 /* After so many frames without use, the need of a block counts half. */
 #define AGE_FRAMES 120.0f
-/* After a failed read the stream rests so long; after each further failure twice as long. */
-#define REST_LEAST_S 1.0
-#define REST_MOST_S 8.0
 
 struct stp_block_cache {
     const stp_scene *scene;
@@ -33,6 +30,7 @@ struct stp_block_cache {
     stp_damage_log damage;
     stp_gpu_frame frame; /* need is measured from this view */
     stp_dvec3 eye;
+    uint32_t look;          /* number of this view */
     stp_victims victims;    /* as of victims_stamp and this view; some may no longer have to go */
     uint64_t victims_stamp; /* 0: there is no list */
     uint64_t gpu_used;      /* bytes of the Object Texture */
@@ -41,8 +39,7 @@ struct stp_block_cache {
     bool *wanted;       /* by block: it is one of wants[0..ahead) */
     bool refused;       /* a want found no room; wants are not asked for again */
     bool ahead_refused; /* the same for blocks that will be wanted soon */
-    double rest_until, rest_s;
-    char trouble[512];
+    stp_rest rest;
 };
 
 const stp_object_texture *stp_block_cache_texture(const stp_block_cache *cache)
@@ -99,7 +96,7 @@ const char *stp_block_cache_damage(const stp_block_cache *cache)
 
 const char *stp_block_cache_trouble(const stp_block_cache *cache)
 {
-    return cache->trouble;
+    return cache->rest.words;
 }
 
 size_t stp_block_cache_pending(const stp_block_cache *cache)
@@ -109,7 +106,7 @@ size_t stp_block_cache_pending(const stp_block_cache *cache)
 
 bool stp_block_cache_rests(const stp_block_cache *cache)
 {
-    return stp_clock_seconds() < cache->rest_until;
+    return stp_rest_lasts(&cache->rest);
 }
 
 bool stp_block_cache_has_news(const stp_block_cache *cache)
@@ -121,6 +118,7 @@ void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, st
 {
     cache->frame = *frame;
     cache->eye = eye;
+    cache->look++;
     cache->victims_stamp = 0;
 }
 
@@ -183,12 +181,13 @@ static uint32_t find_victim(stp_block_cache *c, uint64_t stamp, float limit)
 }
 
 /* Evicts until there are a slot and a place; false if evicting all that may go is not enough. */
-static bool make_room(stp_block_cache *c, const stp_want *want, uint64_t stamp, float limit,
-                      stp_load_place *place, stp_status *status, stp_error *err)
+static bool make_room(stp_block_cache *c, const uint32_t sample_count[STP_LEVEL_COUNT],
+                      uint64_t stamp, float limit, stp_load_place *place, stp_status *status,
+                      stp_error *err)
 {
-    const stp_block *block = &c->scene->blocks[want->block];
+    const uint32_t patches = place->placement.patches.count;
     for (;;) {
-        if (c->free_count > 0 && stp_object_texture_place(&c->texture, block, want->finest,
+        if (c->free_count > 0 && stp_object_texture_place(&c->texture, patches, sample_count,
                                                           &place->placement, status, err)) {
             place->slot = c->free_slots[--c->free_count];
             return true;
@@ -207,25 +206,38 @@ static void give_place(stp_block_cache *c, const stp_load_place *place)
 }
 
 /* Sends a FETCHED load to the decoders. *room is false if there is no room: in the ring at the
- * moment, or in the Object Texture. */
-static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, float limit, bool *room,
-                        bool *ring_full, stp_error *err)
+ * moment, or in the Object Texture. waits: another version of the block makes room, since none is
+ * drawn before the new one is there. */
+static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, float limit, bool waits,
+                        bool *room, bool *ring_full, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_load_place p = {0};
-    *ring_full = false;
-    *room = make_room(c, &load->want, stamp, limit, &p, &status, err);
-    if (!*room)
-        return status;
-    if (!stp_upload_ring_take(&c->ring, stp_load_bytes(&p.placement), &p.piece, &status, err)) {
-        give_place(c, &p);
-        *room = false;
-        *ring_full = true;
-        return status;
+    uint32_t count[STP_LEVEL_COUNT];
+    stp_load_place p = {.look = c->look};
+    *room = *ring_full = false;
+    const uint32_t slot = c->slot_of[load->want.block];
+    STP_TRY(stp_patch_levels_choose(&p.finest, count, c->scene, &c->frame, c->eye, &load->want,
+                                    slot == NO_SLOT ? NULL : &c->slots[slot], err));
+    p.placement.patches.count = c->scene->blocks[load->want.block].patch_count;
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        p.placement.samples.count += count[l];
+    *ring_full =
+        !stp_upload_ring_take(&c->ring, stp_load_bytes(&p.placement), &p.piece, &status, err);
+    if (*ring_full)
+        goto done;
+    if (waits && slot != NO_SLOT && !stp_scene_is_root(c->scene, load->want.block))
+        evict(c, slot);
+    *room = make_room(c, count, stamp, limit, &p, &status, err);
+    if (*room) {
+        p.memory = stp_upload_ring_memory(&c->ring, p.piece);
+        stp_stream_decode(c->stream, load, &p);
+        p.finest = NULL;
+    } else {
+        stp_upload_ring_give(&c->ring, p.piece);
     }
-    p.memory = stp_upload_ring_memory(&c->ring, p.piece);
-    stp_stream_decode(c->stream, load, &p);
-    return STP_OK;
+done:
+    free(p.finest);
+    return status;
 }
 
 /* ---- taking in what has arrived ---- */
@@ -250,6 +262,8 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
     stp_resident *r = &c->slots[p->slot];
     *r = (stp_resident){.block = load->want.block,
                         .finest = load->want.finest,
+                        .partial = p->finest != NULL,
+                        .look = p->look,
                         .last_used = stamp,
                         .placement = *at,
                         .mirror = load->mirror};
@@ -274,32 +288,19 @@ static bool is_damage(const stp_load *load)
     return load->error.status == STP_CORRUPT || (placed && load->error.status == STP_UNSUPPORTED);
 }
 
-/* Records that the file cannot be read at the moment: the stream rests, longer each time. Reads
- * that were under way when the rest began count as the same failure, even if they fail after it. */
-static void note_trouble(stp_block_cache *c, const stp_load *load)
-{
-    double now_s = stp_clock_seconds();
-    if (now_s < c->rest_until || (load->dropped && c->trouble[0] != '\0'))
-        return;
-    snprintf(c->trouble, sizeof c->trouble, "%.500s", load->error.message);
-    c->rest_s = c->rest_s > 0.0 ? fmin(2.0 * c->rest_s, REST_MOST_S) : REST_LEAST_S;
-    c->rest_until = now_s + c->rest_s;
-}
-
 /* Takes in one load; adds the bytes copied to *bytes. */
 static void take_in(stp_block_cache *c, stp_load *load, uint64_t stamp, uint64_t *bytes)
 {
     if (load->state == STP_LOAD_DONE) {
         *bytes += stp_load_bytes(&load->place.placement);
         commit(c, load, stamp);
-        c->trouble[0] = '\0';
-        c->rest_s = c->rest_until = 0.0; /* the stream rests only while there is trouble */
+        c->rest = (stp_rest){0}; /* the stream rests only while there is trouble */
     } else {
         give_back(c, load);
         if (is_damage(load))
             stp_damage_log_note(&c->damage, load->want.block, load->error.message);
         else
-            note_trouble(c, load);
+            stp_rest_begin(&c->rest, load->error.message, load->dropped);
     }
     stp_stream_release(c->stream, load);
 }
@@ -317,7 +318,7 @@ stp_status stp_block_cache_update(stp_block_cache *c, uint64_t stamp, stp_error 
     while ((load = stp_stream_next_fetched(c->stream)) != NULL) {
         bool room = false, ring_full = false, ahead = !c->wanted[load->want.block];
         float limit = ahead ? stp_need_of(c->scene, load->want.block, &c->frame, c->eye) : INFINITY;
-        stp_status status = place(c, load, stamp, limit, &room, &ring_full, err);
+        stp_status status = place(c, load, stamp, limit, false, &room, &ring_full, err);
         if (status != STP_OK || ring_full)
             return status;
         if (room)
@@ -349,7 +350,7 @@ void stp_block_cache_want(stp_block_cache *c, const stp_want *wants, size_t coun
         c->wanted[c->wants[i].block] = true;
     bool rests = stp_block_cache_rests(c);
     if (count == 0 && !rests)
-        c->trouble[0] = '\0';
+        c->rest.words[0] = '\0';
     if (rests || c->refused)
         count = 0;
     else if (c->ahead_refused)
@@ -391,24 +392,28 @@ static stp_status take_news(stp_block_cache *c, stp_cache_load *l, stp_error *er
     return stp_object_texture_check(&c->texture, err);
 }
 
+/* Whether a patch of a resident block lacks a level that it asks for from this view. */
+static bool lacks(stp_block_cache *c, const stp_want *want)
+{
+    stp_resident *r = &c->slots[c->slot_of[want->block]];
+    if (!r->partial || r->look == c->look)
+        return false;
+    const int finest = want->finest > r->finest ? want->finest : r->finest;
+    const bool lacks = stp_patch_levels_lack(c->scene, &c->frame, c->eye, r, finest);
+    if (!lacks && finest == r->finest)
+        r->look = c->look;
+    return lacks;
+}
+
 /* Whether a want needs nothing more. */
 static bool settled(stp_block_cache *c, const stp_want *want, uint64_t stamp)
 {
     if (c->damage.damaged[want->block])
         return true;
-    if (stp_block_cache_finest(c, want->block) > want->finest)
+    if (stp_block_cache_finest(c, want->block) > want->finest || lacks(c, want))
         return false;
     stp_block_cache_touch(c, want->block, stamp);
     return true;
-}
-
-/* Evicts a coarser version, whose room the finer one needs. */
-static void evict_coarser(stp_block_cache *c, const stp_want *want)
-{
-    uint32_t slot = c->slot_of[want->block];
-    if (slot != NO_SLOT && c->slots[slot].finest > want->finest &&
-        !stp_scene_is_root(c->scene, want->block))
-        evict(c, slot);
 }
 
 /* Places the next want in order, if its payload has been read. */
@@ -423,8 +428,7 @@ static stp_status place_next(stp_block_cache *c, stp_cache_load *l, bool *placed
         stp_stream_release(c->stream, load);
         return STP_OK;
     }
-    evict_coarser(c, want);
-    stp_status status = place(c, load, l->stamp, INFINITY, placed, &l->ring_full, err);
+    stp_status status = place(c, load, l->stamp, INFINITY, true, placed, &l->ring_full, err);
     l->full = !*placed && !l->ring_full;
     return status;
 }
@@ -471,7 +475,7 @@ done:
 stp_status stp_block_cache_load(stp_block_cache *c, stp_cache_load *l, stp_error *err)
 {
     bool finished = false;
-    c->rest_until = 0.0;
+    c->rest.until = 0.0;
     while (!finished) {
         uint64_t seen = stp_stream_news_count(c->stream);
         stp_status status = stp_block_cache_load_step(c, l, &finished, err);

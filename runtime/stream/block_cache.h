@@ -20,6 +20,8 @@
 typedef struct stp_resident {
     uint32_t block; /* STP_BLOCK_NONE: the slot is free, or its block is on its way */
     int finest;     /* levels >= finest are resident */
+    bool partial;   /* but not of each patch (stp_mirror_patch.finest) */
+    uint32_t look;  /* partial: of the view that asks for no more */
     uint64_t last_used;
     stp_placement placement;
     stp_mirror mirror; /* for choosing on the CPU */

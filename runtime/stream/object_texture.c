@@ -89,23 +89,24 @@ void stp_object_texture_destroy(stp_object_texture *t)
     *t = (stp_object_texture){0};
 }
 
-bool stp_object_texture_place(stp_object_texture *t, const stp_block *block, int finest_level,
-                              stp_placement *out, stp_status *status, stp_error *err)
+bool stp_object_texture_place(stp_object_texture *t, uint32_t patch_count,
+                              const uint32_t sample_count[STP_LEVEL_COUNT], stp_placement *out,
+                              stp_status *status, stp_error *err)
 {
     stp_placement p = {0};
     uint32_t count = 0;
-    for (int l = finest_level; l < STP_LEVEL_COUNT; l++)
-        count += block->sample_count[l];
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        count += sample_count[l];
     if (!stp_range_pool_take(&t->sample_ranges, count, &p.samples, status, err))
         return false;
-    if (!stp_range_pool_take(&t->patch_ranges, block->patch_count, &p.patches, status, err)) {
+    if (!stp_range_pool_take(&t->patch_ranges, patch_count, &p.patches, status, err)) {
         stp_range_pool_give(&t->sample_ranges, p.samples);
         return false;
     }
     uint32_t begin = p.samples.begin;
-    for (int l = STP_LEVEL_COUNT - 1; l >= finest_level; l--) {
+    for (int l = STP_LEVEL_COUNT - 1; l >= 0; l--) {
         p.level_begin[l] = begin;
-        begin += block->sample_count[l];
+        begin += sample_count[l];
     }
     *out = p;
     return true;
@@ -183,17 +184,27 @@ static uint8_t flags_of(const stp_patch *patch, unsigned shapes)
     return (uint8_t)(patch->flags & (shapes | ~(unsigned)STP_PATCH_SHAPES));
 }
 
+/* The finest level of which a chunk has a patch's samples (stp_chunk_keep). */
+static uint8_t finest_of(const stp_chunk *chunk, uint32_t patch)
+{
+    int level = chunk->finest_level;
+    while (chunk->level_begin[level][patch] == chunk->level_begin[level][patch + 1])
+        level++;
+    return (uint8_t)level;
+}
+
 void stp_mirror_patches_fill(stp_mirror_patch *out, const stp_chunk *chunk,
                              const stp_placement *placement, unsigned shapes)
 {
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         out[i] = mirror_patch(&chunk->patches[i]);
         out[i].flags = flags_of(&chunk->patches[i], shapes);
+        out[i].finest = finest_of(chunk, i);
         for (int l = 0; l < STP_LEVEL_COUNT; l++) {
-            bool present = l >= chunk->finest_level;
+            bool present = l >= out[i].finest;
             out[i].first[l] =
                 present ? placement->level_begin[l] + chunk->level_begin[l][i] : UINT32_MAX;
-            out[i].count[l] = present ? chunk->patches[i].counts[l] : 0;
+            out[i].count[l] = chunk->patches[i].counts[l];
         }
     }
 }
@@ -230,6 +241,7 @@ void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk, uint32_t s
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         out[i] = gpu_patch(&chunk->patches[i]);
         out[i].flags = flags_of(&chunk->patches[i], shapes);
+        out[i].finest = finest_of(chunk, i);
         for (int k = 0; k < 3; k++)
             out[i].slot[k] = (uint8_t)(slot >> 8 * k);
         for (int l = chunk->finest_level; l < STP_LEVEL_COUNT - 1; l++)

@@ -47,10 +47,11 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
                                      stp_error *err);
 void stp_object_texture_destroy(stp_object_texture *texture);
 
-/* Finds room for a block's levels >= finest_level; false if there is none. Errors:
+/* Finds room for so many patches, and samples of each level; false if there is none. Errors:
  * OUT_OF_MEMORY. */
-bool stp_object_texture_place(stp_object_texture *texture, const stp_block *block, int finest_level,
-                              stp_placement *out, stp_status *status, stp_error *err);
+bool stp_object_texture_place(stp_object_texture *texture, uint32_t patch_count,
+                              const uint32_t sample_count[STP_LEVEL_COUNT], stp_placement *out,
+                              stp_status *status, stp_error *err);
 /* Fails if the GPU lacked memory for something that was copied. Errors: GL. */
 stp_status stp_object_texture_check(const stp_object_texture *texture, stp_error *err);
 /* Bytes of the Object Texture that a place takes. */

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "runtime/stream/chosen.h"
 #include "runtime/stream/gather.h"
+#include "runtime/stream/patch_levels.h"
 #include "runtime/stream/shown.h"
 
 #include <pthread.h>
@@ -314,6 +315,8 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch 
         STP_TRY(stp_chosen_mark(m->model->chosen, &own, chunk, err));
     if (m->model->shown)
         STP_TRY(stp_shown_fill(m->model->shown, &own, chunk, err));
+    if (load->place.finest != NULL)
+        stp_patch_levels_keep(chunk, load->place.finest);
     STP_TRY(mirror_patches(s, load, chunk, err));
     write_piece(load, chunk, stp_scene_shapes(s->scene));
 done:
@@ -430,6 +433,13 @@ void stp_mirror_clear(stp_mirror *mirror)
     *mirror = (stp_mirror){0};
 }
 
+static void drop_results(stp_load *load)
+{
+    stp_mirror_clear(&load->mirror);
+    free(load->place.finest);
+    load->place.finest = NULL;
+}
+
 void stp_stream_destroy(stp_stream **stream)
 {
     stp_stream *s = *stream;
@@ -444,7 +454,7 @@ void stp_stream_destroy(stp_stream **stream)
         pthread_join(s->threads[i], NULL);
     interrupt_reads(s->scene, stp_byte_source_resume);
     for (size_t i = 0; i < STP_STREAM_LOADS_LIMIT; i++)
-        stp_mirror_clear(&s->loads[i].mirror);
+        drop_results(&s->loads[i]);
     stp_payload_store_destroy(&s->store);
     pthread_cond_destroy(&s->news);
     pthread_cond_destroy(&s->work);
@@ -462,7 +472,7 @@ static void end_load(stp_stream *s, stp_load *load)
         stp_payload_store_discard(&s->store, load->want.block);
     else if (pinned)
         stp_payload_store_unpin(&s->store, load->want.block);
-    stp_mirror_clear(&load->mirror);
+    drop_results(load);
     s->load_of[load->want.block] = 0;
     set_state(s, load, STP_LOAD_FREE);
 }

@@ -50,6 +50,10 @@ typedef struct stp_load_place {
     uint32_t slot;
     stp_range piece; /* of the upload ring */
     uint8_t *memory; /* of the piece: samples, then their patch numbers, then patches */
+    /* By patch: only levels from this one on have room; NULL: all that are wanted. The stream frees
+     * the list. */
+    uint8_t *finest;
+    uint32_t look; /* the view that the list was made for */
 } stp_load_place;
 
 /* Offsets in a piece, bytes. */

@@ -14,6 +14,7 @@ struct stp_patch {
     uvec4 first;          // sample index of each level's first sample
     uvec4 count;
     uint flags;           // STP_PATCH_*
+    uint finest;          // finest resident level
 };
 
 // Errors of levels 1 and 2, by quarter (formats/chunk/sample.h), world units.
@@ -23,7 +24,7 @@ struct stp_quarter_errors {
 
 struct stp_chunk {
     vec3 offset;          // origin minus eye, world axes
-    uint finest;          // finest resident level
+    uint finest;          // finest level drawn
     uint id;
     uint depth;
     uint order;           // decides between equal depths
@@ -136,6 +137,7 @@ stp_patch stp_patch_fetch(uint index, stp_chunk chunk)
     p.radius = stp_radii_of(c.x) * step;
     p.variation = unpackUnorm4x8(c.y);
     p.flags = c.w >> 8 & 255u;
+    p.finest = c.w >> 24;
     p.count.x = c.w >> 16 & 255u;
     p.count.y = p.count.x + 3u >> 2;
     p.count.z = p.count.y + 3u >> 2;

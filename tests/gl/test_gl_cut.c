@@ -427,6 +427,27 @@ static bool comes(const void *context, uint32_t block)
     return *(const bool *)context;
 }
 
+/* What a block needs. It lacks nothing if it is there; if only its headers are there of each patch,
+ * it lacks whatever it needs. */
+static int need_of(made_scene *s, const stp_draw *draw, const stp_need_below *below)
+{
+    const stp_resident *r = &s->cache.residents[draw->block];
+    int need[2];
+    bool lacks[2];
+    for (int k = 0; k < 2; k++) {
+        for (uint32_t p = 0; p < r->placement.patches.count; p++)
+            r->mirror.patches[p].finest = k == 0 ? 0 : STP_NEED_HEADERS;
+        need[k] =
+            stp_block_need(&s->scene, &s->frame, s->eye, NULL, r, draw->finest, below, &lacks[k]);
+    }
+    for (uint32_t p = 0; p < r->placement.patches.count; p++)
+        r->mirror.patches[p].finest = 0;
+    assert_int_equal(need[0], need[1]);
+    assert_false(lacks[0]);
+    assert_int_equal(lacks[1], need[1] < STP_NEED_HEADERS);
+    return need[0];
+}
+
 /* All blocks are there, and patches say which blocks below they need. Each block is asked for no
  * coarser level than its patches are drawn at. Returns how many would be asked for a finer one if
  * the blocks below did not come. */
@@ -442,8 +463,7 @@ static size_t check_needs(made_scene *s)
         const stp_draw *draw = &s->cut.draws[i];
         int need[2];
         for (int k = 0; k < 2; k++)
-            need[k] = stp_block_need(&s->scene, &s->frame, s->eye, NULL,
-                                     &s->cache.residents[draw->block], draw->finest, &below[k]);
+            need[k] = need_of(s, draw, &below[k]);
         assert_true(need[1] <= need[0] && need[0] <= finest_drawn(s, draw));
         less += need[1] < need[0];
     }

@@ -62,7 +62,8 @@ static const char decode[] =
     "    put3(p.origin); put(p.step); put3(p.bound_centre); put(p.bound_radius);\n"
     "    put3(p.cone_axis); put(p.cone_cos); put4(vec4(p.vertex_error, p.finest_error));\n"
     "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count));\n"
-    "    put4(p.variation * 255.0); put(float(p.flags)); put(float(STP_PATCH_STRIP)); "
+    "    put4(p.variation * 255.0); put(float(p.flags)); put(float(p.finest)); "
+    "put(float(STP_PATCH_STRIP)); "
     "put(float(STP_PATCH_TRIANGLES));\n"
     "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE)); "
     "put(float(STP_NAME_RIBBON));\n"
@@ -158,6 +159,7 @@ static void make_patch(stp_gpu_patch *out, stp_mirror_patch *mirror, const stp_g
     stp_gpu_patches_fill(out + record->patches, &chunk, SLOT, STP_PATCH_STRIP);
     stp_mirror_patches_fill(both, &chunk, &placement, STP_PATCH_STRIP);
     *mirror = both[1];
+    mirror->finest = out[record->patches + 1].finest = 2;
 }
 
 static void want_sample(expectation *e, const stp_sample *sample)
@@ -218,60 +220,76 @@ static void want_square(expectation *e)
     want_floats(e, square.to_row, 3);
 }
 
+static void want_frame(expectation *e, const stp_gpu_frame *frame)
+{
+    want_floats(e, frame->axis_right, 4);
+    want_floats(e, frame->axis_up, 4);
+    want_floats(e, frame->axis_back, 4);
+    want_floats(e, frame->viewport, 4);
+    want_floats(e, frame->centre, 4);
+    want_floats(e, frame->frustum[0], 4);
+    want_floats(e, frame->frustum[1], 4);
+    want_floats(e, frame->quality, 4);
+    want_floats(e, frame->terms, 4);
+    want_floats(e, frame->colour_range, 4);
+    want_floats(e, frame->light, 4);
+    for (int i = 0; i < 4; i++)
+        want(e, frame->modes[i]);
+    want_floats(e, frame->clip_min, 4);
+    want_floats(e, frame->clip_max, 4);
+    want_floats(e, frame->planes[0], 4);
+    want_floats(e, frame->planes[5], 4);
+    for (int i = 0; i < STP_CLASS_WORDS; i++)
+        want(e, frame->hidden[i]);
+    want_floats(e, frame->openings[0], 4);
+    want_floats(e, frame->openings[STP_OPENINGS_LIMIT - 1], 4);
+}
+
+static void want_chunk(expectation *e, const stp_gpu_chunk *chunk)
+{
+    want_floats(e, chunk->offset, 3);
+    want(e, chunk->finest);
+    want(e, chunk->id);
+    want(e, chunk->depth);
+    want(e, chunk->order);
+    want(e, chunk->patches);
+    for (int i = 0; i < 4; i++)
+        want(e, chunk->first[i]);
+    for (int i = 0; i < 4; i++)
+        want(e, chunk->openings[i]);
+}
+
+static void want_patch(expectation *e, const stp_mirror_patch *mirror)
+{
+    want_floats(e, mirror->origin, 3); /* of the lattice */
+    want(e, (double)mirror->step);
+    want(e, SLOT);
+    want_floats(e, mirror->origin, 3);
+    want(e, (double)mirror->step);
+    want_floats(e, mirror->bound_centre, 3);
+    want(e, (double)mirror->bound_radius);
+    want_floats(e, mirror->cone_axis, 3);
+    want(e, (double)mirror->cone_cos);
+    want_floats(e, mirror->vertex_error, 2);
+    want_floats(e, mirror->finest_error, 2);
+    want_floats(e, mirror->radius, 4);
+    for (int i = 0; i < 4; i++)
+        want(e, mirror->first[i]);
+    for (int i = 0; i < 4; i++)
+        want(e, mirror->count[i]);
+    for (int i = 0; i < 4; i++)
+        want(e, mirror->colour_error[i]);
+    want(e, mirror->flags);
+    want(e, mirror->finest);
+}
+
 static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                               const stp_mirror_patch *mirror, const stp_sample *samples)
 {
     expectation e = {.count = 0};
-    want_floats(&e, frame->axis_right, 4);
-    want_floats(&e, frame->axis_up, 4);
-    want_floats(&e, frame->axis_back, 4);
-    want_floats(&e, frame->viewport, 4);
-    want_floats(&e, frame->centre, 4);
-    want_floats(&e, frame->frustum[0], 4);
-    want_floats(&e, frame->frustum[1], 4);
-    want_floats(&e, frame->quality, 4);
-    want_floats(&e, frame->terms, 4);
-    want_floats(&e, frame->colour_range, 4);
-    want_floats(&e, frame->light, 4);
-    for (int i = 0; i < 4; i++)
-        want(&e, frame->modes[i]);
-    want_floats(&e, frame->clip_min, 4);
-    want_floats(&e, frame->clip_max, 4);
-    want_floats(&e, frame->planes[0], 4);
-    want_floats(&e, frame->planes[5], 4);
-    for (int i = 0; i < STP_CLASS_WORDS; i++)
-        want(&e, frame->hidden[i]);
-    want_floats(&e, frame->openings[0], 4);
-    want_floats(&e, frame->openings[STP_OPENINGS_LIMIT - 1], 4);
-    want_floats(&e, chunk->offset, 3);
-    want(&e, chunk->finest);
-    want(&e, chunk->id);
-    want(&e, chunk->depth);
-    want(&e, chunk->order);
-    want(&e, chunk->patches);
-    for (int i = 0; i < 4; i++)
-        want(&e, chunk->first[i]);
-    for (int i = 0; i < 4; i++)
-        want(&e, chunk->openings[i]);
-    want_floats(&e, mirror->origin, 3);
-    want(&e, (double)mirror->step);
-    want(&e, SLOT);
-    want_floats(&e, mirror->origin, 3);
-    want(&e, (double)mirror->step);
-    want_floats(&e, mirror->bound_centre, 3);
-    want(&e, (double)mirror->bound_radius);
-    want_floats(&e, mirror->cone_axis, 3);
-    want(&e, (double)mirror->cone_cos);
-    want_floats(&e, mirror->vertex_error, 2);
-    want_floats(&e, mirror->finest_error, 2);
-    want_floats(&e, mirror->radius, 4);
-    for (int i = 0; i < 4; i++)
-        want(&e, mirror->first[i]);
-    for (int i = 0; i < 4; i++)
-        want(&e, mirror->count[i]);
-    for (int i = 0; i < 4; i++)
-        want(&e, mirror->colour_error[i]);
-    want(&e, mirror->flags);
+    want_frame(&e, frame);
+    want_chunk(&e, chunk);
+    want_patch(&e, mirror);
     want(&e, STP_PATCH_STRIP);
     want(&e, STP_PATCH_TRIANGLES);
     want(&e, STP_NAME_SEGMENT);
@@ -300,45 +318,47 @@ static GLuint texture_of(const void *data, size_t bytes, GLuint unit, GLenum for
     return buffer;
 }
 
+static const stp_gpu_chunk chunks[2] = {{.finest = 9},
+                                        {.offset = {51, 52, 53},
+                                         .finest = 2,
+                                         .id = 56,
+                                         .depth = 57,
+                                         .order = 58,
+                                         .patches = 1,
+                                         .first = {90000, 60000, 30000, 20000},
+                                         .openings = {1, 2, 4, 8}}};
+
+static const stp_sample samples[3] = {{{1, 65535, 3},
+                                       200,
+                                       STP_SAMPLE_HAS_NORMAL | 2u << STP_SAMPLE_KIND_SHIFT,
+                                       {1, 2, 3},
+                                       5,
+                                       {255, 1, 128},
+                                       7},
+                                      {{65535, 2, 40000},
+                                       0,
+                                       STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL,
+                                       {250, 240, 230},
+                                       255,
+                                       {0, 200, 3},
+                                       255},
+                                      {{9, 8, 7},
+                                       255,
+                                       STP_SAMPLE_ORIENTED | 1u << STP_SAMPLE_KIND_SHIFT,
+                                       {0, 255, 15},
+                                       0,
+                                       {9, 8, 7},
+                                       0}};
+
 static void shaders_read_what_c_writes(void **state)
 {
     (void)state;
     stp_gpu_frame frame = make_frame();
-    const stp_gpu_chunk chunks[2] = {{.finest = 9},
-                                     {.offset = {51, 52, 53},
-                                      .finest = 2,
-                                      .id = 56,
-                                      .depth = 57,
-                                      .order = 58,
-                                      .patches = 1,
-                                      .first = {90000, 60000, 30000, 20000},
-                                      .openings = {1, 2, 4, 8}}};
     stp_gpu_patch patches[3] = {{.step = 9}};
     stp_mirror_patch mirror;
     stp_gpu_code codes[STP_GPU_CODES];
     make_patch(patches, &mirror, &chunks[1]);
     stp_gpu_codes_fill(codes);
-    stp_sample samples[3] = {{{1, 65535, 3},
-                              200,
-                              STP_SAMPLE_HAS_NORMAL | 2u << STP_SAMPLE_KIND_SHIFT,
-                              {1, 2, 3},
-                              5,
-                              {255, 1, 128},
-                              7},
-                             {{65535, 2, 40000},
-                              0,
-                              STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL,
-                              {250, 240, 230},
-                              255,
-                              {0, 200, 3},
-                              255},
-                             {{9, 8, 7},
-                              255,
-                              STP_SAMPLE_ORIENTED | 1u << STP_SAMPLE_KIND_SHIFT,
-                              {0, 255, 15},
-                              0,
-                              {9, 8, 7},
-                              0}};
     const stp_gpu_square squares[2] = {{.step = 9}, square};
     GLuint buffers[7];
     float found[256];

@@ -1,0 +1,156 @@
+/* Tests that of each block only the levels are on the GPU that its patches ask for, and that no
+ * picture shows it: a renderer that moves draws the bytes of one that has whole blocks, and no
+ * patch in sight lacks a level. */
+#include "base/random.h"
+#include "runtime/stream/patch_levels.h"
+#include "tests/fixtures/gl_model.h"
+#include "tests/fixtures/size.h"
+
+enum { SIZE = 256, PIXELS = SIZE * SIZE, STEPS = 12 };
+
+/* Comes nearer, by so much that some patches need finer levels at each step, and turns. */
+static stp_view view_at(const stp_model *model, int step)
+{
+    const double t = 0.15 * step, near = pow(0.85, step);
+    stp_camera camera = stp_camera_around(&model->ball, (stp_dvec3){sin(t), 0.3, cos(t)},
+                                          (stp_dvec3){0.0, 1.0, 0.0}, 45.0, SIZE, SIZE);
+    stp_view view;
+    const stp_dvec3 away = stp_dvec3_sub(camera.eye, camera.look);
+    camera.look = stp_dvec3_add(
+        camera.look, stp_dvec3_scale(stp_dvec3_normalize(away), (1.0 - near) * model->ball.radius));
+    camera.eye = stp_dvec3_add(camera.look, stp_dvec3_scale(away, near));
+    check_ok(stp_view_create(&view, &camera, &model->ball, SIZE, SIZE, err));
+    return view;
+}
+
+/* What is resident of the blocks drawn. */
+typedef struct held {
+    size_t samples, all; /* all: of the blocks' resident levels */
+    size_t lacking;      /* patches in sight that lack a level */
+} held;
+
+static held look_at_drawn(const gl_fixture *f)
+{
+    held sum = {0};
+    stp_inspection look = stp_renderer_inspect(f->renderer);
+    for (size_t i = 0; i < look.cut->draw_count; i++) {
+        stp_gpu_chunk chunk;
+        const stp_draw *draw = &look.cut->draws[i];
+        const stp_resident *r = gl_fixture_resident(f, i, &chunk);
+        sum.samples += r->placement.samples.count;
+        for (int l = r->finest; l < STP_LEVEL_COUNT; l++)
+            sum.all += look.looked.scene->blocks[r->block].sample_count[l];
+        for (uint32_t p = 0; p < r->placement.patches.count; p++) {
+            const stp_mirror_patch *patch = &r->mirror.patches[p];
+            if (stp_patch_in_sight(look.sight, &look.looked, draw, r->mirror.briefs, p))
+                sum.lacking +=
+                    stp_level_asked(look.frame, &chunk, patch, draw->finest) < patch->finest;
+        }
+    }
+    return sum;
+}
+
+static const stp_draw_params every = {.threshold_px = 1.0, .every_sample = true};
+
+/* Draws a step, and compares it with what is drawn of whole blocks, which every sample needs. */
+static held compare(const gl_fixture *f, int step, const stp_draw_params *params)
+{
+    static uint8_t found[4 * PIXELS], expected[4 * PIXELS];
+    const stp_view view = view_at(f->model, step);
+    gl_fixture whole;
+    gl_fixture_open(&whole, "model.stipple", NULL);
+    gl_fixture_draw(&whole, &view, &every, NULL, expected);
+    gl_fixture_draw(&whole, &view, params, NULL, expected);
+    const held all = look_at_drawn(&whole);
+    assert_int_equal(all.samples, all.all);
+    gl_fixture_close(&whole);
+    gl_fixture_draw(f, &view, params, NULL, found);
+    assert_memory_equal(found, expected, sizeof found);
+    const held h = look_at_drawn(f);
+    assert_int_equal(h.lacking, 0);
+    return h;
+}
+
+static void pictures_are_those_of_whole_blocks(void **state)
+{
+    const gl_fixture *f = *state;
+    const stp_draw_params params = {.threshold_px = 1.0};
+    held sum = {0};
+    for (int step = 0; step < STEPS; step++) {
+        const held h = compare(f, step, &params);
+        sum.samples += h.samples;
+        sum.all += h.all;
+    }
+    print_message("%zu of %zu samples are resident\n", sum.samples, sum.all);
+    assert_true(4 * sum.samples < 3 * sum.all);
+    const held whole = compare(f, STEPS - 1, &every);
+    assert_int_equal(whole.samples, whole.all);
+    compare(f, STEPS / 2, &params);
+}
+
+/* Comes nearer without waiting: what is missing is drawn from coarser levels, the same by each
+ * road. */
+static void roads_draw_what_is_there(void **state)
+{
+    static const stp_lod lods[] = {STP_LOD_CPU, STP_LOD_GEOMETRY, STP_LOD_COMPUTE};
+    static uint8_t pictures[3][4 * PIXELS];
+    for (int i = 0; i < 3; i++) {
+        gl_fixture f;
+        stp_draw_stats stats;
+        stp_draw_params params = {.threshold_px = 1.0, .lod = lods[i]};
+        gl_fixture_open(&f, "model.stipple", NULL);
+        stp_view view = view_at(f.model, 0);
+        gl_fixture_draw(&f, &view, &params, NULL, pictures[i]);
+        params.stream = true;
+        view = view_at(f.model, STEPS / 2);
+        gl_fixture_draw(&f, &view, &params, &stats, pictures[i]);
+        assert_false(stats.cut_complete);
+        assert_true(look_at_drawn(&f).lacking > 100);
+        assert_memory_equal(pictures[i], pictures[0], sizeof pictures[i]);
+        gl_fixture_close(&f);
+    }
+    (void)state;
+}
+
+/* What is kept of a chunk is what it was. */
+static void keeps_samples(void **state)
+{
+    const gl_fixture *f = *state;
+    stp_chunk *whole = NULL, *kept = NULL;
+    const uint32_t id = f->model->info->chunk_count - 1;
+    uint8_t finest[65536];
+    check_ok(stp_chunk_file_read(f->model->file, id, 0, &whole, err));
+    check_ok(stp_chunk_file_read(f->model->file, id, 0, &kept, err));
+    for (uint32_t p = 0; p < whole->patch_count; p++)
+        finest[p] = (uint8_t)(stp_random_u64(3, p) % 3);
+    stp_patch_levels_keep(kept, finest);
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        for (uint32_t p = 0; p < whole->patch_count; p++) {
+            const uint32_t *from = whole->level_begin[l] + p, *to = kept->level_begin[l] + p;
+            const uint32_t count = l >= finest[p] ? from[1] - from[0] : 0;
+            assert_int_equal(to[1] - to[0], count);
+            assert_memory_equal(kept->samples[l] + to[0], whole->samples[l] + from[0],
+                                count * sizeof(stp_sample));
+        }
+    stp_chunk_destroy(&whole);
+    stp_chunk_destroy(&kept);
+}
+
+static int enter(void **state)
+{
+    return gl_model_enter(
+        state, &(model_recipe){.shape = GEN_STATUE, .point_count = TEST_SIZE(400000, 200000)});
+}
+
+int main(void)
+{
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(pictures_are_those_of_whole_blocks),
+        cmocka_unit_test(roads_draw_what_is_there),
+        cmocka_unit_test(keeps_samples),
+    };
+    int failed = cmocka_run_group_tests(tests, enter, gl_model_leave);
+    stp_gl_context_destroy(&context);
+    return failed;
+}
