@@ -14,6 +14,8 @@
 #define WIDEST_CELL 4.0
 /* Discs have sizes of so many steps an octave, lest noise makes each a size of its own. */
 #define STRETCH_STEPS 4.0
+/* Less than half a step. */
+#define LEVEL_STRETCH 1.09
 /* Half the diagonal of a cell over the disc's spacing, at most: discs of the default size meet. */
 #define DIAGONAL_SHARE 0.6
 
@@ -208,7 +210,7 @@ static bool is_border(const double *middle)
 static double spacing_of(const tile *t, const double *middle, bool whole, double upwards)
 {
     const double wide = sqrt(stp_min(1.0 / stp_max(upwards, 1e-3), WIDEST_CELL));
-    const double steps = nearbyint(STRETCH_STEPS * log2(wide));
+    const double steps = wide > LEVEL_STRETCH ? nearbyint(STRETCH_STEPS * log2(wide)) : 0.0;
     const double stretch = steps > 0.0 ? exp2(steps / STRETCH_STEPS) : 1.0;
     if (!whole && is_border(middle))
         return 0.5 * BORDER_SHARE * stretch * t->diagonal / t->params->lambda;

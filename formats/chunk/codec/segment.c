@@ -189,7 +189,11 @@ static stp_status encode(const stp_chunk *chunk, int first, int end, stp_codec c
 stp_status stp_segment_encode(const stp_chunk *chunk, int segment, stp_codec codec, stp_bytes *out,
                               stp_error *err)
 {
-    return encode(chunk, segment, segment + 1, codec, out - segment, err);
+    stp_bytes segments[STP_SEGMENT_COUNT] = {{0}};
+    segments[segment] = *out;
+    const stp_status status = encode(chunk, segment, segment + 1, codec, segments, err);
+    *out = segments[segment];
+    return status;
 }
 
 stp_status stp_segments_encode(const stp_chunk *chunk, stp_codec codec, stp_chunk_entry *entry,
