@@ -468,7 +468,8 @@ stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_par
                                source->kept ? stp_attribute_list_bytes(source->kept) : 0,
                            .grid = grid,
                            .bent = grid && source->raster_nodes,
-                           .maps = params->maps != NULL};
+                           .maps = params->maps != NULL,
+                           .fills = params->maps && params->maps->fill};
 }
 
 void stp_prep_job_begin(stp_prep_job *job)

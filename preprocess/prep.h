@@ -89,6 +89,7 @@ typedef struct stp_prep_size {
     bool grid;             /* stp_prep_stats.keeps_grid */
     bool bent;             /* and its raster was moved */
     bool maps;             /* stp_prep_params.maps */
+    bool fills;            /* stp_maps_params.fill */
 } stp_prep_size;
 
 /* What a run will need, known before it begins. */

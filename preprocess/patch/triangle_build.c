@@ -72,21 +72,25 @@ static void store_corners(builder *b, uint32_t greatest)
 
 /* ---- discs ---- */
 
-/* Area-weighted mean of triangles, as a sample without position and radius. *middle: the mean
- * position. */
-static stp_sample mean_sample(const builder *b, unsigned first, unsigned end, stp_dvec3 *middle)
+/* Mean of the samples of the finer level that a disc covers, as a sample without radius: what the
+ * codec expects. *middle: its position. */
+static stp_sample mean_sample(const builder *b, int level, unsigned j, stp_dvec3 *middle)
 {
-    const stp_sample *corners = b->samples->level[0];
+    const unsigned finer = b->patch->counts[level - 1], count = b->patch->counts[level];
+    const unsigned end = stp_level_children_begin(j + 1, count, finer);
+    unsigned i = stp_level_children_begin(j, count, finer);
     double rgb[3] = {0.0, 0.0, 0.0}, intensity = 0.0, sum = 0.0;
     stp_dvec3 centre = {0.0, 0.0, 0.0}, normal = centre;
-    stp_sample out = {.class_id = corners[3 * first].class_id};
-    for (unsigned i = 3 * first; i < 3 * end; i++) {
-        const double weight = stp_max(b->areas[i / 3], 1e-300);
-        centre = stp_dvec3_add(centre, stp_dvec3_scale(b->corners[i].centre, weight));
-        normal = stp_dvec3_add(normal, stp_dvec3_scale(b->normals[i / 3], weight));
+    stp_sample out = {.class_id = b->samples->level[level - 1][i].class_id};
+    for (; i < end; i++) {
+        const stp_sample *s = &b->samples->level[level - 1][i];
+        const stp_disc disc = stp_disc_from_sample(s, b->patch);
+        const double weight = level > 1 ? disc.radius * disc.radius : 1.0;
+        centre = stp_dvec3_add(centre, stp_dvec3_scale(disc.centre, weight));
+        normal = stp_dvec3_add(normal, stp_dvec3_scale(disc.normal, weight));
         for (int c = 0; c < 3; c++)
-            rgb[c] += weight * corners[i].rgb[c];
-        intensity += weight * corners[i].intensity;
+            rgb[c] += weight * s->rgb[c];
+        intensity += weight * s->intensity;
         sum += weight;
     }
     *middle = stp_dvec3_scale(centre, 1.0 / sum);
@@ -124,7 +128,7 @@ static stp_triangles_loss store_disc(builder *b, int level, unsigned j)
     stp_dvec3 middle;
     stp_sample *out = &b->samples->level[level][j];
     stp_triangles_under(b->patch->counts, level, j, &first, &end);
-    *out = mean_sample(b, first, end, &middle);
+    *out = mean_sample(b, level, j, &middle);
     const int lattice = level == STP_LEVEL_COUNT - 1 ? b->part->vertex_exponent : b->part->exponent;
     stp_world_store(b->patch, b->chunk_origin,
                     stp_on_lattice(stp_dvec3_add(middle, b->chunk_origin), lattice), out);
@@ -173,23 +177,14 @@ static double angle_between(stp_dvec3 a, stp_dvec3 b)
 static void store_bound(const builder *b)
 {
     stp_patch *patch = b->patch;
-    stp_dbox box = stp_dbox_empty();
     double angle = 0.0, radius = 0.0;
-    const double step = ldexp(1.0, patch->exponent);
-    memcpy(patch->cone_axis, b->samples->level[STP_LEVEL_COUNT - 1][0].normal,
-           sizeof patch->cone_axis);
+    const stp_sample *vertex = &b->samples->level[STP_LEVEL_COUNT - 1][0];
+    memcpy(patch->cone_axis, vertex->normal, sizeof patch->cone_axis);
     const stp_dvec3 axis = stp_dvec3_from_float(stp_normal_decode(patch->cone_axis));
     for (unsigned t = 0; t < b->part->count; t++)
         angle = stp_max(angle, angle_between(axis, b->normals[t]));
-    for (unsigned i = 0; i < patch->counts[0]; i++)
-        stp_dbox_add(&box, b->corners[i].centre);
-    const double middle[3] = {0.5 * (box.min.x + box.max.x), 0.5 * (box.min.y + box.max.y),
-                              0.5 * (box.min.z + box.max.z)};
-    stp_sample centre = {0};
-    for (int i = 0; i < 3; i++)
-        centre.position[i] = patch->bound_centre[i] =
-            (uint16_t)(nearbyint(middle[i] / step) - patch->origin[i]);
-    const stp_dvec3 c = stp_sample_position(&centre, patch);
+    memcpy(patch->bound_centre, vertex->position, sizeof patch->bound_centre);
+    const stp_dvec3 c = stp_sample_position(vertex, patch);
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
         for (unsigned i = 0; i < patch->counts[l]; i++) {
             const stp_sample *s = &b->samples->level[l][i];

@@ -136,13 +136,15 @@ static stp_status make_parts(maker *m, stp_error *err)
     const uint32_t count = (uint32_t)out->counts.triangles;
     for (uint32_t first = 0; first < count;) {
         const uint32_t left = count - first;
-        stp_triangle_part part = {
-            .first = first,
-            .count = left < STP_PATCH_TRIANGLE_COUNT ? left : STP_PATCH_TRIANGLE_COUNT};
+        const uint32_t most = left < STP_PATCH_TRIANGLE_COUNT ? left : STP_PATCH_TRIANGLE_COUNT;
+        stp_triangle_part part = {.first = first, .count = 1}, more = part;
         STP_TRY(stp_grow(&out->parts, &m->part_capacity, (size_t)out->part_count + 1,
                          sizeof *out->parts, "triangles", err));
-        while (!choose_lattice(m, &part) && part.count > 1)
-            part.count = (part.count + 1) / 2;
+        for (bool fits = choose_lattice(m, &part); fits && part.count < most;) {
+            more.count = part.count + 1;
+            fits = choose_lattice(m, &more);
+            part = fits ? more : part;
+        }
         out->parts[out->part_count++] = part;
         first += part.count;
     }
@@ -165,8 +167,10 @@ static stp_status share_lattices(maker *m, stp_error *err)
             stp_triangle_part *part = &m->out.parts[p];
             for (unsigned i = 0; i < 3 * part->count; i++) {
                 int16_t *at = &m->exponents[stp_corner_vertex(&m->out.source, part, i)];
-                if (*at < part->exponent)
+                if (*at < part->exponent) { /* parts before this one may have the vertex, too */
                     *at = (int16_t)part->exponent;
+                    changed = true;
+                }
                 if (*at - STP_CORNER_OCTAVES > part->exponent) {
                     part->exponent = *at - STP_CORNER_OCTAVES;
                     changed = true;

@@ -138,6 +138,21 @@ static void check_disc(const stp_chunk *chunk, uint32_t p, int level, unsigned j
         assert_true(least[i] <= aside * (1.0 + 1e-6));
 }
 
+/* Tests that a disc of level 1 is the mean of the corners that it covers, to within its rounding:
+ * then the last of them costs next to nothing. */
+static void check_mean(const stp_chunk *chunk, uint32_t p, unsigned j)
+{
+    const stp_patch *patch = &chunk->patches[p];
+    const unsigned first = stp_covered_begin(patch->counts, 1, j, 0);
+    const unsigned end = stp_covered_begin(patch->counts, 1, j + 1, 0);
+    const stp_sample *corners = chunk->samples[0] + chunk->level_begin[0][p];
+    stp_dvec3 off = stp_sample_position(&chunk->samples[1][chunk->level_begin[1][p] + j], patch);
+    for (unsigned i = first; i < end; i++)
+        off = stp_dvec3_sub(
+            off, stp_dvec3_scale(stp_sample_position(&corners[i], patch), 1.0 / (end - first)));
+    assert_true(stp_dvec3_length(off) <= ldexp(0.8661, patch->exponent)); /* half a diagonal */
+}
+
 /* stp_triangles_fault must find each contradiction. */
 static void assert_refuted(stp_chunk *chunk, uint32_t p)
 {
@@ -171,10 +186,15 @@ static void discs_hold_their_errors(void **state)
     stp_chunk_entry entry;
     stp_chunk *chunk = prep_chunk(file, 0, &entry);
     assert_int_equal(entry.child_count, 0);
-    for (uint32_t p = 0; p < chunk->patch_count; p++)
+    print_message("%llu triangles in %u patches\n", (unsigned long long)set.triangle_count,
+                  chunk->patch_count);
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
         for (int l = 1; l < STP_LEVEL_COUNT; l++)
             for (unsigned j = 0; j < chunk->patches[p].counts[l]; j++)
                 check_disc(chunk, p, l, j);
+        for (unsigned j = 0; j < chunk->patches[p].counts[1]; j++)
+            check_mean(chunk, p, j);
+    }
     assert_refuted(chunk, 0);
     stp_chunk_destroy(&chunk);
     stp_chunk_file_close(&file);

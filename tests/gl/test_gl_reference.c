@@ -427,7 +427,7 @@ static void mixed(void **state)
 {
     (void)state;
     stp_line_set lines = ribbons_and_tubes(20, 300);
-    stp_triangle_set grid = triangle_set_grid(24, (stp_dvec3){-1.0, -4.0, 2.0});
+    stp_triangle_set grid = triangle_set_grid(24, (stp_dvec3){-1.0, -4.0, 2.01});
     prep_cloud points = prep_cloud_wavy(20000, (stp_dvec3){2.0, 0.0, 2.0}, 2.5);
     stp_prep_stats stats;
     for (uint64_t i = 0; i <= 24; i++)

@@ -25,6 +25,7 @@ typedef struct mesh {
     size_t node_count, node_capacity;
     stp_dvec3 (*triangles)[3];
     size_t count, capacity, between;
+    uint64_t between_bytes; /* of the chunks of triangles */
 } mesh;
 
 static uint64_t mix(uint64_t hash, const void *bytes, size_t size)
@@ -67,6 +68,8 @@ static stp_dvec3 place(const stp_chunk_entry *e, const stp_patch *patch, const s
 
 static void take_chunk(mesh *m, const stp_chunk_entry *e, const stp_chunk *chunk)
 {
+    if (chunk->patches[0].flags & STP_PATCH_TRIANGLES)
+        m->between_bytes += stp_chunk_payload_bytes(e, 0);
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const stp_patch *patch = &chunk->patches[p];
         const stp_sample *s = &chunk->samples[0][chunk->level_begin[0][p]];
@@ -329,14 +332,17 @@ static void closed_surfaces_are_closed(void **state)
                   {"ball", on_ball, POINTS, 40.0, 4.0 * M_PI, 2},
                   {"ball far away", far_away, MANY, 60.0, 4.0 * M_PI, 2},
                   {"waves", on_waves, POINTS, 60.0, waves_area(), 2}};
+    uint64_t bytes = 0, between = 0;
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
         const stp_prep_stats stats = prepare(shapes[i].at, shapes[i].points, shapes[i].cone_deg, 2);
         mesh m = read_mesh();
         const count c = measure(&m);
         print_message("%s, %g degrees: %zu triangles, %zu of them between %" PRIu64
-                      " maps, in %u chunks; %zu of %zu edges open; area %g of %g\n",
+                      " maps, %.1f bytes each, in %u chunks; %zu of %zu edges open; area %g of "
+                      "%g\n",
                       shapes[i].name, shapes[i].cone_deg, c.triangles, m.between, stats.maps.maps,
-                      stats.tree.chunk_count, c.open, c.edges, c.area, shapes[i].area);
+                      (double)m.between_bytes / (double)m.between, stats.tree.chunk_count, c.open,
+                      c.edges, c.area, shapes[i].area);
         assert_true(stats.maps.maps > 5);
         assert_int_equal(stats.maps.between, m.between);
         assert_int_equal(stats.maps.open_edges, 0);
@@ -345,8 +351,12 @@ static void closed_surfaces_are_closed(void **state)
         assert_true(fabs(c.area / shapes[i].area - 1.0) < 0.02);
         assert_int_equal(stats.maps.represented + stats.maps.as_points, shapes[i].points);
         assert_true(stats.maps.as_points < shapes[i].points / 1000);
+        bytes += m.between_bytes;
+        between += m.between;
         clear_mesh(&m);
     }
+    print_message("%.2f bytes a triangle\n", (double)bytes / (double)between);
+    assert_true((double)bytes <= 23.5 * (double)between);
 }
 
 /* The rim of the bowl stays open, and nothing lies over it. */

@@ -20,6 +20,12 @@ expect_text out "points           110000"
 expect_text out "temporary files  none"
 [ "$(grep -cE '^ *[0-9]+( +[0-9]+[.][0-9]){8}$' "$FOLDER/plan")" = 8 ] || fail "no table: $(cat "$FOLDER/plan")"
 
+# Triangles between maps need 140 bytes a point more, here 15 MB.
+plan --maps --memory 320M
+expect_text out "temporary files  none"
+plan --maps --gaps fill --memory 320M
+expect_text out "temporary files  about"
+
 # The temporary files are those that the run announces.
 plan --memory 140M
 run "$STIPPLE" "${words[@]}" --memory 140M

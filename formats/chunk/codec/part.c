@@ -150,14 +150,13 @@ static void squares_clear(block_squares *s)
     free(s->own);
 }
 
-/* Whether no patch is of strips or triangles, whose cones tell nothing of where the next patch is.
- */
+/* Whether no patch is of strips, whose cones tell nothing of where the next patch is. */
 static bool are_surface(const stp_chunk *chunk)
 {
     unsigned flags = 0;
     for (uint32_t i = 0; i < chunk->patch_count; i++)
         flags |= chunk->patches[i].flags;
-    return !(flags & (STP_PATCH_STRIP | STP_PATCH_TRIANGLES));
+    return !(flags & STP_PATCH_STRIP);
 }
 
 /* Where the tables of a part go. */
