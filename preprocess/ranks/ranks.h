@@ -71,6 +71,10 @@ stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *byte
 stp_status stp_ranks_exchange(stp_ranks *ranks, const void *data, const size_t *sent, void *out,
                               size_t *received, stp_error *err);
 
+/* stp_ranks_exchange into bytes that grow as needed. Errors: likewise, and OUT_OF_MEMORY. */
+stp_status stp_ranks_exchange_bytes(stp_ranks *ranks, const void *data, const size_t *sent,
+                                    stp_bytes *out, size_t *received, stp_error *err);
+
 /* Puts `bytes` of each rank into out, rank after rank, on every rank. */
 stp_status stp_ranks_gather(stp_ranks *ranks, const void *own, size_t bytes, void *out,
                             stp_error *err);
