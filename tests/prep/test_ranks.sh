@@ -68,6 +68,8 @@ if is_long; then all="1 2 3 4 8"; fi
 check_bytes "$all 3" "$FOLDER/statue.ply"
 sorted=$(sed -n '/stage_sent_bytes/,/}/s/.*"sort":[^0-9]*\([0-9]*\).*/\1/p' "$FOLDER/stats.json")
 [ "${sorted:-0}" -gt 100000 ] || fail "ranks did not sort parts: sent ${sorted:-nothing}"
+# A point has 56 bytes: all points for the two other ranks would be more.
+[ "${sorted:-0}" -lt 11200000 ] || fail "ranks do not share the points: sent $sorted bytes"
 check_bytes "$all 3" "$FOLDER/mixed" --orient none
 check_bytes "$all" "$FOLDER/pile.xyz"
 check_bytes "$all" "$FOLDER/twice"
