@@ -192,7 +192,8 @@ static uint32_t unit_points(const stp_prep_job *job)
 {
     const unsigned threads = stp_pool_thread_count(job->pool);
     uint64_t room = job->plan.memory_bytes / (UNIT_ROOM * UNIT_POINT_BYTES * threads);
-    uint64_t share = job->cloud.count / (UNITS_BY_THREAD * threads);
+    const stp_rank_part own = stp_cloud_own(&job->cloud);
+    uint64_t share = (own.end - own.begin) / (UNITS_BY_THREAD * threads);
     uint64_t points = room < share ? room : share;
     return points < UNIT_POINTS_MAX ? (uint32_t)points : UNIT_POINTS_MAX;
 }

@@ -11,10 +11,9 @@
 
 /* One round of fetching. */
 typedef struct round {
-    uint32_t *asked, *told; /* blocks: asked of each rank, and told by each; rank after rank */
+    uint32_t *asked; /* blocks, rank after rank */
     size_t *asked_bytes, *told_bytes, *sent, *received;
-    stp_bytes out;
-    char *in;
+    stp_bytes told, out, in; /* blocks that others ask for; arrays that go and come */
 } round_of_blocks;
 
 static uint32_t least(uint32_t a, uint32_t b)
@@ -209,13 +208,6 @@ done:
     return status;
 }
 
-static size_t point_bytes(const stp_cloud *cloud, unsigned arrays)
-{
-    return (arrays & STP_ARRAY_POINTS ? sizeof *cloud->points : 0) +
-           (arrays & STP_ARRAY_SHEETS ? sizeof *cloud->sheets : 0) +
-           (arrays & STP_ARRAY_MARKS ? sizeof *cloud->marks : 0);
-}
-
 /* Appends points [begin, end) of an array to a packet, or takes them from it. */
 static stp_status pack(stp_bytes *out, const void *array, size_t size, stp_rank_part part,
                        stp_error *err)
@@ -224,31 +216,27 @@ static stp_status pack(stp_bytes *out, const void *array, size_t size, stp_rank_
                             (part.end - part.begin) * size, err);
 }
 
-static const char *take(const char *from, void *array, size_t size, stp_rank_part part)
+static stp_status take(stp_cursor *from, void *array, size_t size, stp_rank_part part,
+                       stp_error *err)
 {
-    const size_t bytes = (part.end - part.begin) * size;
-    memcpy((char *)array + part.begin * size, from, bytes);
-    return from + bytes;
+    return stp_packet_take(from, (char *)array + part.begin * size, (part.end - part.begin) * size,
+                           err);
 }
 
-/* Lists which of the blocks to ask of which rank, and finds how many bytes will come. */
-static size_t ask(round_of_blocks *r, const stp_cloud *cloud, const uint32_t *list, uint32_t count,
-                  unsigned arrays)
+/* Lists which of the blocks to ask of which rank. */
+static void ask(round_of_blocks *r, const stp_cloud *cloud, const uint32_t *list, uint32_t count)
 {
     const stp_ranks *ranks = cloud->blocks->ranks;
-    size_t points = 0, at = 0;
+    size_t at = 0;
     for (unsigned rank = 0; rank < ranks->count; rank++) {
         const size_t before = at;
         for (uint32_t i = 0; i < count && rank != ranks->self; i++) {
             const stp_rank_part part = part_of(cloud, list[i], rank);
-            if (part.begin >= part.end)
-                continue;
-            points += part.end - part.begin;
-            r->asked[at++] = list[i];
+            if (part.begin < part.end)
+                r->asked[at++] = list[i];
         }
         r->asked_bytes[rank] = (at - before) * sizeof *r->asked;
     }
-    return points * point_bytes(cloud, arrays);
 }
 
 /* Packs what other ranks asked for. */
@@ -257,12 +245,14 @@ static stp_status answer(round_of_blocks *r, const stp_cloud *cloud, unsigned ar
 {
     stp_status status = STP_OK;
     const stp_ranks *ranks = cloud->blocks->ranks;
-    const uint32_t *block = r->told;
+    stp_cursor told = {r->told.data, r->told.size};
     r->out.size = 0;
     for (unsigned rank = 0; rank < ranks->count; rank++) {
         const size_t before = r->out.size;
-        for (size_t i = 0; i < r->told_bytes[rank] / sizeof *block; i++, block++) {
-            const stp_rank_part part = part_of(cloud, *block, ranks->self);
+        for (size_t i = 0; i < r->told_bytes[rank] / sizeof(uint32_t); i++) {
+            uint32_t block = 0;
+            STP_TRY(stp_packet_take(&told, &block, sizeof block, err));
+            const stp_rank_part part = part_of(cloud, block, ranks->self);
             if (arrays & STP_ARRAY_POINTS)
                 STP_TRY(pack(&r->out, cloud->points, sizeof *cloud->points, part, err));
             if (arrays & STP_ARRAY_SHEETS)
@@ -276,20 +266,24 @@ done:
     return status;
 }
 
-static void take_all(const round_of_blocks *r, stp_cloud *cloud, unsigned arrays)
+static stp_status take_all(const round_of_blocks *r, stp_cloud *cloud, unsigned arrays,
+                           stp_error *err)
 {
-    const char *from = r->in;
+    stp_status status = STP_OK;
+    stp_cursor from = {r->in.data, r->in.size};
     const uint32_t *block = r->asked;
     for (unsigned rank = 0; rank < cloud->blocks->ranks->count; rank++)
         for (size_t i = 0; i < r->asked_bytes[rank] / sizeof *block; i++, block++) {
             const stp_rank_part part = part_of(cloud, *block, rank);
             if (arrays & STP_ARRAY_POINTS)
-                from = take(from, cloud->points, sizeof *cloud->points, part);
+                STP_TRY(take(&from, cloud->points, sizeof *cloud->points, part, err));
             if (arrays & STP_ARRAY_SHEETS)
-                from = take(from, cloud->sheets, sizeof *cloud->sheets, part);
+                STP_TRY(take(&from, cloud->sheets, sizeof *cloud->sheets, part, err));
             if (arrays & STP_ARRAY_MARKS)
-                from = take(from, cloud->marks, sizeof *cloud->marks, part);
+                STP_TRY(take(&from, cloud->marks, sizeof *cloud->marks, part, err));
         }
+done:
+    return status;
 }
 
 /* Copies some blocks: a round. */
@@ -298,17 +292,13 @@ static stp_status run_round(round_of_blocks *r, stp_cloud *cloud, const uint32_t
 {
     stp_status status = STP_OK;
     stp_ranks *ranks = cloud->blocks->ranks;
-    uint64_t bytes = ask(r, cloud, list, count, arrays);
-    free(r->in);
-    r->in = NULL;
-    STP_TRY(stp_alloc(&r->in, bytes, 1, "points", err));
-    STP_TRY(stp_ranks_exchange(ranks, r->asked, r->asked_bytes, r->told, r->told_bytes, err));
+    ask(r, cloud, list, count);
+    STP_TRY(
+        stp_ranks_exchange_bytes(ranks, r->asked, r->asked_bytes, &r->told, r->told_bytes, err));
     STP_TRY(answer(r, cloud, arrays, err));
     stp_spill_relieve(cloud->spill);
-    STP_TRY(stp_ranks_exchange(ranks, r->out.data, r->sent, r->in, r->received, err));
-    take_all(r, cloud, arrays);
-    STP_TRY(stp_ranks_sum(ranks, &bytes, 1, err));
-    ranks->sent_bytes += bytes;
+    STP_TRY(stp_ranks_exchange_bytes(ranks, r->out.data, r->sent, &r->in, r->received, err));
+    STP_TRY(take_all(r, cloud, arrays, err));
 done:
     return status;
 }
@@ -323,7 +313,6 @@ static stp_status copy_blocks(stp_cloud *cloud, const uint32_t *list, uint32_t c
     round_of_blocks r = {0};
     /* a block lies in one run, or once more in each run that ends in it */
     STP_TRY(stp_alloc(&r.asked, (size_t)share + ranks->count, sizeof *r.asked, "blocks", err));
-    STP_TRY(stp_alloc(&r.told, (size_t)share * ranks->count, sizeof *r.told, "blocks", err));
     STP_TRY(stp_alloc(&r.asked_bytes, ranks->count, sizeof *r.asked_bytes, "ranks", err));
     STP_TRY(stp_alloc(&r.told_bytes, ranks->count, sizeof *r.told_bytes, "ranks", err));
     STP_TRY(stp_alloc(&r.sent, ranks->count, sizeof *r.sent, "ranks", err));
@@ -339,13 +328,13 @@ static stp_status copy_blocks(stp_cloud *cloud, const uint32_t *list, uint32_t c
     }
 done:
     free(r.asked);
-    free(r.told);
+    free(r.told.data);
     free(r.asked_bytes);
     free(r.told_bytes);
     free(r.sent);
     free(r.received);
     free(r.out.data);
-    free(r.in);
+    free(r.in.data);
     return status;
 }
 

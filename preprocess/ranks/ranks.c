@@ -64,18 +64,43 @@ done:
     return status;
 }
 
+/* Tells each rank how many bytes come. */
+static stp_status tell_sizes(stp_ranks *ranks, const size_t *sent, size_t *received, stp_error *err)
+{
+    size_t *size = NULL;
+    stp_status status = stp_alloc(&size, ranks->count, sizeof *size, "ranks", err);
+    if (status != STP_OK)
+        return status;
+    for (unsigned rank = 0; rank < ranks->count; rank++)
+        size[rank] = sizeof *size;
+    status = ranks->exchange(ranks, sent, size, received, size, err);
+    free(size);
+    return status;
+}
+
 stp_status stp_ranks_exchange(stp_ranks *ranks, const void *data, const size_t *sent, void *out,
                               size_t *received, stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t *size = NULL;
-    STP_TRY(stp_alloc(&size, ranks->count, sizeof *size, "ranks", err));
-    for (unsigned rank = 0; rank < ranks->count; rank++)
-        size[rank] = sizeof *size;
-    STP_TRY(ranks->exchange(ranks, sent, size, received, size, err));
+    STP_TRY(tell_sizes(ranks, sent, received, err));
     STP_TRY(ranks->exchange(ranks, data, sent, out, received, err));
 done:
-    free(size);
+    return status;
+}
+
+stp_status stp_ranks_exchange_bytes(stp_ranks *ranks, const void *data, const size_t *sent,
+                                    stp_bytes *out, size_t *received, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t size = 0;
+    STP_TRY(tell_sizes(ranks, sent, received, err));
+    for (unsigned rank = 0; rank < ranks->count; rank++)
+        size += received[rank];
+    STP_TRY(receive(out, size, err));
+    STP_TRY(ranks->exchange(ranks, data, sent, out->data, received, err));
+    STP_TRY(stp_ranks_sum(ranks, &size, 1, err));
+    ranks->sent_bytes += size;
+done:
     return status;
 }
 

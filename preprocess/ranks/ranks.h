@@ -1,10 +1,11 @@
 /* The processes that prepare one model together, called ranks as MPI calls them.
  *
- * Each rank reads a part of the points, and sorts a run of them (cloud_parts.h). From there on all
- * ranks run the same stages over the same points and decide alike. Where a stage takes long, each
- * rank does a part and gives the results to all others: then every rank goes on with what a lone
- * process would have. Rank 0 alone writes the model. The functions here do nothing if ranks is
- * NULL: a process is alone unless mpirun started several (meeting.h). All ranks call the
+ * Each rank reads a part of the points, sorts a run of them (cloud_parts.h), and owns it from there
+ * on (cloud_blocks.h). All ranks run the same stages and decide alike: each finds what concerns its
+ * own points, and gives to all what concerns all. Some stages need all points on every rank: there
+ * each does a part of the work and gives the results to all others. Rank 0 alone writes the model.
+ * The functions here do nothing if ranks is NULL: a process is alone unless mpirun started several
+ * (meeting.h). All ranks call the
  * same functions in the same order. Threads: the main thread only. */
 #ifndef STP_PREPROCESS_RANKS_RANKS_H
 #define STP_PREPROCESS_RANKS_RANKS_H
@@ -70,6 +71,10 @@ stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *byte
  * each way. The caller counts them in sent_bytes. */
 stp_status stp_ranks_exchange(stp_ranks *ranks, const void *data, const size_t *sent, void *out,
                               size_t *received, stp_error *err);
+
+/* stp_ranks_exchange into bytes that grow as needed. Errors: likewise, and OUT_OF_MEMORY. */
+stp_status stp_ranks_exchange_bytes(stp_ranks *ranks, const void *data, const size_t *sent,
+                                    stp_bytes *out, size_t *received, stp_error *err);
 
 /* Puts `bytes` of each rank into out, rank after rank, on every rank. */
 stp_status stp_ranks_gather(stp_ranks *ranks, const void *own, size_t bytes, void *out,

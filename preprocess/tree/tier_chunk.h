@@ -21,11 +21,20 @@ void stp_tier_chunk_clear(stp_tier_chunk *c, stp_spill *spill);
 /* Appends what every rank needs of a chunk: its entry, its vertices and what is summed up. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_tier_chunk_pack(stp_bytes *out, const stp_tier_chunk *c, stp_error *err);
-/* Sets these, also of a chunk that was built here to measure others. Errors: OUT_OF_MEMORY, IO,
- * INTERNAL. */
+/* Sets these in place of what was there. Errors: OUT_OF_MEMORY, IO, INTERNAL. */
 stp_status stp_tier_chunk_take(stp_tier_chunk *out, stp_cursor from, stp_spill *spill,
                                stp_error *err);
-/* The same of what only the file needs: payload, records and attributes, attribute_count of them.
+/* Appends, of chunk `index` of a tier, what chunks [part.begin, part.end) are measured against: the
+ * patches that reach into their boxes, with samples of level 0. Errors: OUT_OF_MEMORY. */
+stp_status stp_tier_chunk_pack_around(stp_bytes *out, const stp_tier_chunk *c, uint32_t index,
+                                      const stp_chunk_boxes *boxes, stp_rank_part part,
+                                      stp_error *err);
+/* Takes such a packet: tier[index] gets a chunk of these patches. Errors: OUT_OF_MEMORY, IO,
+ * INTERNAL. */
+stp_status stp_tier_chunk_take_around(stp_tier_chunk *tier, stp_cursor *from, stp_spill *spill,
+                                      stp_error *err);
+/* stp_tier_chunk_pack and _take of what only the file needs: payload, records and attributes,
+ * attribute_count of them.
  */
 stp_status stp_tier_chunk_pack_file(stp_bytes *out, const stp_tier_chunk *c,
                                     uint32_t attribute_count, stp_error *err);

@@ -60,8 +60,6 @@ typedef struct tree {
     stp_chunk_boxes reaches; /* of the tier's chunks: boxes of their patches' bounds, world */
     uint32_t tier_count, wave_begin;
     stp_rank_part own; /* chunks of the tier that this rank builds, measures and encodes */
-    uint32_t *around;  /* chunks of other ranks that reach into own ones: built here, too */
-    size_t around_count, around_capacity;
 
     uint32_t **children; /* by handle */
     uint32_t *child_counts;
@@ -139,6 +137,14 @@ static stp_status build_any(const tree *t, uint32_t index, built *out, stp_error
                     : build_leaf(t, t->leaves[index], out, err);
 }
 
+/* Nobody needs the points of a leaf that is built; stp_cloud_let_go forgets those of others. */
+static void forget_cell(stp_cloud *cloud, const stp_cell *cell)
+{
+    const stp_rank_part own = stp_cloud_own(cloud);
+    if (cell->begin >= own.begin && cell->begin < own.end)
+        stp_cloud_forget(cloud, cell);
+}
+
 static stp_status build_one(void *context, size_t place, unsigned worker, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -154,22 +160,11 @@ static stp_status build_one(void *context, size_t place, unsigned worker, stp_er
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     t->reaches.boxes[index] = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
-    if (!t->below && t->leaves[index].kind == STP_LEAF_CELL && !t->cloud->blocks)
-        stp_cloud_forget(t->cloud, &t->cloud->cells[t->leaves[index].index]);
+    if (!t->below && t->leaves[index].kind == STP_LEAF_CELL)
+        forget_cell(t->cloud, &t->cloud->cells[t->leaves[index].index]);
     STP_TRY(advance(t, err));
 done:
     return status;
-}
-
-/* Builds a chunk of another rank, to measure own ones against. */
-static stp_status build_around(void *context, size_t place, unsigned worker, stp_error *err)
-{
-    const tree *t = context;
-    const uint32_t index = t->around[place];
-    (void)worker;
-    const stp_status status = build_any(t, index, &t->tier[index], err);
-    return status == STP_OK ? stp_built_chunk_stow(&t->tier[index].chunk, t->cloud->spill, err)
-                            : status;
 }
 
 static stp_status add_surrounding(void *context, uint32_t index, stp_surroundings *out,
@@ -177,7 +172,8 @@ static stp_status add_surrounding(void *context, uint32_t index, stp_surrounding
 {
     const tree *t = context;
     const stp_placed_chunk other = stp_built_chunk_place(&t->tier[index].chunk);
-    return stp_surroundings_add(out, &other, err);
+    /* of other ranks only chunks with patches in reach are here */
+    return other.chunk ? stp_surroundings_add(out, &other, err) : STP_OK;
 }
 
 /* Measures and encodes a chunk of the wave. */
@@ -211,9 +207,6 @@ static void clear_tier(tree *t)
         stp_tier_chunk_clear(&t->tier[i], t->cloud->spill);
     free(t->tier);
     t->tier = NULL;
-    free(t->around);
-    t->around = NULL;
-    t->around_count = t->around_capacity = 0;
     stp_chunk_boxes_clear(&t->reaches);
 }
 
@@ -269,26 +262,44 @@ static span children_of(const tree *t, uint32_t index)
     return t->below ? t->spans[index] : (span){0, 0};
 }
 
-/* Lists the chunks of other ranks that reach into own ones. */
-static stp_status list_around(tree *t, stp_error *err)
+/* Gives some own chunks, from `first` on, to ranks that measure theirs against them. */
+static stp_status give_around(tree *t, uint32_t first, stp_bytes *out, stp_bytes *in, size_t *sent,
+                              size_t *received, stp_error *err)
 {
     stp_status status = STP_OK;
-    bool *listed = NULL;
-    STP_TRY(stp_alloc(&listed, t->tier_count, sizeof *listed, "chunks", err));
-    for (uint32_t self = t->own.begin; self < t->own.end; self++)
-        for (uint32_t i = 0; i < t->tier_count; i++) {
-            i = stp_chunk_boxes_next(&t->reaches, &t->reaches.boxes[self], i);
-            if (i == STP_CHUNK_NONE)
-                break;
-            if (listed[i] || (i >= t->own.begin && i < t->own.end))
-                continue;
-            listed[i] = true;
-            STP_TRY(stp_grow(&t->around, &t->around_capacity, t->around_count + 1,
-                             sizeof *t->around, "chunks", err));
-            t->around[t->around_count++] = i;
-        }
+    stp_ranks *ranks = t->params->ranks;
+    out->size = 0;
+    for (unsigned rank = 0; rank < ranks->count; rank++) {
+        const stp_rank_part part = stp_ranks_part(ranks, rank, t->tier_count);
+        const size_t before = out->size;
+        for (uint32_t i = first; i < t->own.end && i < first + WAVE_CHUNKS; i++)
+            if (rank != ranks->self)
+                STP_TRY(stp_tier_chunk_pack_around(out, &t->tier[i], i, &t->reaches, part, err));
+        sent[rank] = out->size - before;
+    }
+    stp_spill_relieve(t->cloud->spill);
+    STP_TRY(stp_ranks_exchange_bytes(ranks, out->data, sent, in, received, err));
+    for (stp_cursor from = {in->data, in->size}; from.left > 0;)
+        STP_TRY(stp_tier_chunk_take_around(t->tier, &from, t->cloud->spill, err));
 done:
-    free(listed);
+    return status;
+}
+
+/* Gives chunks to all ranks whose chunks they reach into. */
+static stp_status share_around(tree *t, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_bytes out = {0}, in = {0};
+    size_t *sizes = NULL;
+    const unsigned count = stp_ranks_count(t->params->ranks);
+    const uint32_t most = t->tier_count / count + 1; /* chunks of a rank */
+    STP_TRY(stp_alloc(&sizes, 2 * (size_t)count, sizeof *sizes, "ranks", err));
+    for (uint32_t at = 0; count > 1 && at < most; at += WAVE_CHUNKS)
+        STP_TRY(give_around(t, t->own.begin + at, &out, &in, sizes, sizes + count, err));
+done:
+    free(sizes);
+    free(out.data);
+    free(in.data);
     return status;
 }
 
@@ -304,16 +315,7 @@ static void ask_for(const tree *t, uint32_t index)
             (void)stp_cloud_has(t->cloud, i);
 }
 
-/* Leaves are built: nobody needs the points any more. */
-static void forget_points(const tree *t)
-{
-    const stp_rank_part own = stp_cloud_own_cells(t->cloud);
-    stp_cloud_let_go(t->cloud);
-    for (uint32_t i = own.begin; t->cloud->blocks && i < own.end; i++)
-        stp_cloud_forget(t->cloud, &t->cloud->cells[i]);
-}
-
-/* Builds this rank's chunks of the tier, and those around them. */
+/* Builds this rank's chunks of the tier, and gets those around them. */
 static stp_status build_tier(tree *t, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -323,19 +325,14 @@ static stp_status build_tier(tree *t, stp_error *err)
         ask_for(t, i);
     STP_TRY(stp_cloud_fetch(t->cloud, err));
     STP_TRY(stp_cloud_run(t->cloud, t->pool, t->own.end - t->own.begin, build_one, t, err));
+    stp_cloud_let_go(t->cloud);
     for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
         const stp_rank_part part = stp_ranks_part(ranks, rank, t->tier_count);
         STP_TRY(stp_ranks_broadcast(ranks, rank, t->reaches.boxes + part.begin,
                                     (part.end - part.begin) * sizeof *t->reaches.boxes, err));
     }
     stp_chunk_boxes_join(&t->reaches);
-    STP_TRY(list_around(t, err));
-    for (size_t i = 0; i < t->around_count; i++)
-        ask_for(t, t->around[i]);
-    STP_TRY(stp_cloud_fetch(t->cloud, err));
-    STP_TRY(stp_cloud_run(t->cloud, t->pool, t->around_count, build_around, t, err));
-    if (!t->below)
-        forget_points(t);
+    STP_TRY(share_around(t, err));
 done:
     return status;
 }

@@ -28,6 +28,9 @@ awk '{ print $0, 255, 0, NR % 256 }' "$FOLDER/mixed/c.xyz" >"$FOLDER/mixed/d.xyz
 mkdir "$FOLDER/twice"
 awk 'BEGIN { srand(2); for (i = 0; i < 5000; i++) print rand(), rand(), rand(), 255, i % 256, 0 }' >"$FOLDER/twice/a.xyz"
 tac "$FOLDER/twice/a.xyz" | awk '{ print $1, $2, $3, 0, $5, 255 }' >"$FOLDER/twice/b.xyz"
+# Normals that are noisy: they are averaged with those of neighbours, also of other ranks.
+awk 'BEGIN { srand(5); for (i = 0; i < 90000; i++) print i % 300 * 0.1, int(i / 300) * 0.1, sin(i % 300 * 0.05),
+    rand() / 4 - 0.125, rand() / 4 - 0.125, 1 }' >"$FOLDER/noisy.xyz"
 # A pile beside one point far away.
 mkdir "$FOLDER/broken"
 awk 'BEGIN { srand(1); print 1e9, 0, 0; for (i = 0; i < 140000; i++) print rand(), rand(), i % 2 }' >"$FOLDER/pile.xyz"
@@ -38,32 +41,39 @@ awk 'BEGIN {
 }' >"$FOLDER/broken/b.ply"
 cp "$FOLDER/mixed/a.las" "$FOLDER/mixed/c.xyz" "$FOLDER/broken"
 
-# Any number of ranks must give the bytes of one process.
+facts() { sed '/"seconds"/,$d' "$FOLDER/$1"; } # of --stats, without times and memory
+
+# Any number of ranks must give the bytes of one process, and say the same of them.
 wanted=0 # exit code
 check_bytes() { # numbers of ranks, words of prep
     local ranks n
     read -ra ranks <<<"$1"
     shift
-    run "$STIPPLE" prep "$@" -o "$FOLDER/one.stipple" --threads 2 --force
+    run "$STIPPLE" prep "$@" -o "$FOLDER/one.stipple" --threads 2 --force --stats "$FOLDER/one.json"
     expect_code $wanted
     for n in "${ranks[@]}"; do
-        run "${launch[@]}" -n "$n" "$STIPPLE" prep "$@" -o "$model" --threads 1 --quiet --force
+        run "${launch[@]}" -n "$n" "$STIPPLE" prep "$@" -o "$model" --threads 1 --quiet --force \
+            --stats "$FOLDER/stats.json"
         expect_code $wanted
         expect_empty out
         [ $wanted != 0 ] || expect_empty err
         cmp -s "$model" "$FOLDER/one.stipple" || fail "$n ranks, $*: other bytes"
+        [ "$(facts stats.json)" = "$(facts one.json)" ] || fail "$n ranks, $*: other --stats"
         [ "$(ls -A "$FOLDER/models")" = m.stipple ] || fail "$n ranks: left $(ls -A "$FOLDER/models")"
     done
 }
 
 all=2
 if is_long; then all="1 2 3 4 8"; fi
-check_bytes "$all 3" "$FOLDER/statue.ply" --stats "$FOLDER/stats.json"
+check_bytes "$all 3" "$FOLDER/statue.ply"
 sorted=$(sed -n '/stage_sent_bytes/,/}/s/.*"sort":[^0-9]*\([0-9]*\).*/\1/p' "$FOLDER/stats.json")
 [ "${sorted:-0}" -gt 100000 ] || fail "ranks did not sort parts: sent ${sorted:-nothing}"
+# A point has 56 bytes: all points for the two other ranks would be more.
+[ "${sorted:-0}" -lt 11200000 ] || fail "ranks do not share the points: sent $sorted bytes"
 check_bytes "$all 3" "$FOLDER/mixed" --orient none
 check_bytes "$all" "$FOLDER/pile.xyz"
 check_bytes "$all" "$FOLDER/twice"
+check_bytes "$all" "$FOLDER/noisy.xyz" --columns x,y,z,nx,ny,nz
 wanted=1
 check_bytes "$all" "$FOLDER/broken" # its file breaks off in the middle: it is left out, on all ranks
 wanted=0

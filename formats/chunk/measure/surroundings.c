@@ -34,6 +34,12 @@ static void add_box(stp_dbox *sum, const stp_patch_ball *b)
     stp_dbox_join(sum, &box);
 }
 
+stp_dbox stp_placed_patch_box(const stp_placed_chunk *placed, uint32_t patch)
+{
+    const stp_patch_ball ball = ball_of(placed, patch);
+    return box_of(&ball);
+}
+
 stp_dbox stp_placed_chunk_box(const stp_placed_chunk *placed)
 {
     stp_dbox box = stp_dbox_empty();

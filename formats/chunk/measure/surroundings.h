@@ -58,6 +58,8 @@ static inline stp_flat_disc stp_flat_disc_from_lanes(const stp_sample_lanes *l, 
                            l->radius[i]};
 }
 
+/* World box of a patch's bound. */
+stp_dbox stp_placed_patch_box(const stp_placed_chunk *placed, uint32_t patch);
 /* World box of the bounds of all its patches. */
 stp_dbox stp_placed_chunk_box(const stp_placed_chunk *placed);
 
