@@ -116,9 +116,12 @@ bool stp_block_cache_has_news(const stp_block_cache *cache)
 
 void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye)
 {
+    /* NOLINTBEGIN(bugprone-suspicious-memory-comparison): zeros of two signs cost one look */
+    cache->look += memcmp(&cache->frame, frame, sizeof *frame) != 0 ||
+                   memcmp(&cache->eye, &eye, sizeof eye) != 0;
+    /* NOLINTEND(bugprone-suspicious-memory-comparison) */
     cache->frame = *frame;
     cache->eye = eye;
-    cache->look++;
     cache->victims_stamp = 0;
 }
 
