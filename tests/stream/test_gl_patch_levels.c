@@ -102,7 +102,7 @@ static void roads_draw_what_is_there(void **state)
         stp_view view = view_at(f.model, 0);
         gl_fixture_draw(&f, &view, &params, NULL, pictures[i]);
         params.stream = true;
-        view = view_at(f.model, STEPS / 2);
+        view = view_at(f.model, STEPS - 1);
         gl_fixture_draw(&f, &view, &params, &stats, pictures[i]);
         assert_false(stats.cut_complete);
         assert_true(look_at_drawn(&f).lacking > 100);
