@@ -2,6 +2,7 @@
 #include "runtime/draw/squares.h"
 
 #include "base/memory.h"
+#include "base/random.h"
 #include "formats/chunk/codec/square.h"
 #include "runtime/draw/project.h"
 #include "runtime/draw/road.h"
@@ -36,7 +37,7 @@ typedef struct stp_square_key {
     int64_t bucket[2]; /* of `at` */
     double at[2];      /* of its first sample */
     double step[2][2]; /* to the next square by columns, and by rows */
-    uint32_t number;   /* among those drawn */
+    uint32_t next;     /* the next of those that may share its bucket; UINT32_MAX: none */
 } stp_square_key;
 
 void stp_squares_destroy(stp_squares *s)
@@ -54,13 +55,17 @@ void stp_squares_destroy(stp_squares *s)
     }
     free(s->records);
     free(s->keys);
+    free(s->heads);
     *s = (stp_squares){0};
 }
 
 static uint64_t mix(uint64_t hash, const void *bytes, size_t size)
 {
-    for (size_t i = 0; i < size; i++) /* FNV-1a */
-        hash = (hash ^ ((const uint8_t *)bytes)[i]) * UINT64_C(0x100000001b3);
+    for (size_t i = 0; i < size; i += sizeof hash) {
+        uint64_t word = 0;
+        memcpy(&word, (const uint8_t *)bytes + i, size - i < sizeof word ? size - i : sizeof word);
+        hash = stp_random_u64(hash, word);
+    }
     return hash;
 }
 
@@ -188,21 +193,9 @@ static void list_draw(stp_squares *s, const stp_project_params *params, size_t d
         if (splats)
             set_grid(record, params->frame);
         s->keys[s->count] = key_of(params, block, square, raster);
-        s->keys[s->count].number = (uint32_t)s->count;
         *points += r->mirror.patches[of].count[0];
         s->count++;
     }
-}
-
-static int compare_keys(const void *a, const void *b)
-{
-    const stp_square_key *p = a, *q = b;
-    if (p->grid != q->grid)
-        return p->grid < q->grid ? -1 : 1;
-    for (int k = 0; k < 2; k++)
-        if (p->bucket[k] != q->bucket[k])
-            return p->bucket[k] < q->bucket[k] ? -1 : 1;
-    return 0;
 }
 
 /* The place of a key's grid among those of the models; the last one is all others'. */
@@ -216,8 +209,15 @@ static double side_of(const stp_square_key *key)
     return fmin(hypot(key->step[0][0], key->step[0][1]), hypot(key->step[1][0], key->step[1][1]));
 }
 
-/* Sorts the squares into buckets half as wide as the least square of their grid. Gets that width
- * by grid_place. */
+/* The place of a key's bucket among the heads. */
+static size_t head_of(const stp_squares *s, const stp_square_key *key)
+{
+    const uint64_t row = stp_random_u64(key->grid, (uint64_t)key->bucket[1]);
+    return (size_t)stp_random_u64(row, (uint64_t)key->bucket[0]) & (s->head_count - 1);
+}
+
+/* Puts the squares into buckets half as wide as the least square of their grid. Gets that width by
+ * grid_place. */
 static void put_in_buckets(stp_squares *s, double width[STP_SCENE_MODELS_LIMIT + 1])
 {
     for (size_t i = 0; i <= STP_SCENE_MODELS_LIMIT; i++)
@@ -226,11 +226,26 @@ static void put_in_buckets(stp_squares *s, double width[STP_SCENE_MODELS_LIMIT +
         double *of = &width[grid_place(&s->keys[i])];
         *of = fmin(*of, 0.5 * side_of(&s->keys[i]));
     }
-    for (size_t i = 0; i < s->count; i++)
+    memset(s->heads, 0xff, s->head_count * sizeof *s->heads);
+    for (size_t i = s->count; i-- > 0;) { /* a bucket lists the first square first */
+        stp_square_key *key = &s->keys[i];
         for (int k = 0; k < 2; k++)
-            s->keys[i].bucket[k] =
-                (int64_t)floor(s->keys[i].at[k] / width[grid_place(&s->keys[i])]);
-    qsort(s->keys, s->count, sizeof *s->keys, compare_keys);
+            key->bucket[k] = (int64_t)floor(key->at[k] / width[grid_place(key)]);
+        uint32_t *head = &s->heads[head_of(s, key)];
+        key->next = *head;
+        *head = (uint32_t)i;
+    }
+}
+
+/* Whether a square is beside another, to within `off`. wanted: the place and bucket of that one. */
+static bool is_beside(const stp_square_key *key, const stp_square_key *of,
+                      const stp_square_key *wanted, double off)
+{
+    return key->grid == wanted->grid && key->bucket[0] == wanted->bucket[0] &&
+           key->bucket[1] == wanted->bucket[1] && fabs(key->at[0] - wanted->at[0]) <= off &&
+           fabs(key->at[1] - wanted->at[1]) <= off &&
+           fabs(key->step[0][0] - of->step[0][0]) <= off &&
+           fabs(key->step[0][1] - of->step[0][1]) <= off;
 }
 
 /* The number of the square beside another on this side (-1, 0 or 1 by columns and by rows), or
@@ -239,20 +254,18 @@ static uint32_t find_beside(const stp_squares *s, const stp_square_key *of, cons
                             double width)
 {
     const double off = OFF_MOST * side_of(of);
-    double at[2];
-    for (int k = 0; k < 2; k++)
-        at[k] = of->at[k] + side[0] * of->step[0][k] + side[1] * of->step[1][k];
-    for (int i = 0; i < 4; i++) { /* the place may lie at the border of buckets */
-        stp_square_key key = {.grid = of->grid};
-        const double corner[2] = {at[0] + (i & 1 ? off : -off), at[1] + (i & 2 ? off : -off)};
-        for (int k = 0; k < 2; k++)
-            key.bucket[k] = (int64_t)floor(corner[k] / width);
-        const stp_square_key *found = bsearch(&key, s->keys, s->count, sizeof key, compare_keys);
-        if (found && fabs(found->at[0] - at[0]) <= off && fabs(found->at[1] - at[1]) <= off &&
-            fabs(found->step[0][0] - of->step[0][0]) <= off &&
-            fabs(found->step[0][1] - of->step[0][1]) <= off)
-            return found->number;
+    stp_square_key wanted = {.grid = of->grid};
+    int64_t low[2], high[2]; /* the place may lie at the border of buckets */
+    for (int k = 0; k < 2; k++) {
+        wanted.at[k] = of->at[k] + side[0] * of->step[0][k] + side[1] * of->step[1][k];
+        low[k] = (int64_t)floor((wanted.at[k] - off) / width);
+        high[k] = (int64_t)floor((wanted.at[k] + off) / width);
     }
+    for (wanted.bucket[1] = low[1]; wanted.bucket[1] <= high[1]; wanted.bucket[1]++)
+        for (wanted.bucket[0] = low[0]; wanted.bucket[0] <= high[0]; wanted.bucket[0]++)
+            for (uint32_t i = s->heads[head_of(s, &wanted)]; i != UINT32_MAX; i = s->keys[i].next)
+                if (is_beside(&s->keys[i], of, &wanted, off))
+                    return i;
     return UINT32_MAX;
 }
 
@@ -271,9 +284,23 @@ static void link_squares(stp_squares *s)
             const uint32_t found = find_beside(s, of, sides[k], width[grid_place(of)]);
             if (found == UINT32_MAX)
                 continue;
-            s->records[of->number].beside[4 + k] = found;
-            s->records[found].beside[3 - k] = of->number;
+            s->records[i].beside[4 + k] = found;
+            s->records[found].beside[3 - k] = (uint32_t)i;
         }
+}
+
+/* Makes room for so many squares. */
+static stp_status reserve(stp_squares *s, size_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_grow(&s->records, &s->capacity, count, sizeof *s->records, "squares", err));
+    STP_TRY(stp_grow(&s->keys, &s->key_capacity, count, sizeof *s->keys, "squares", err));
+    for (s->head_count = 16; s->head_count < count; s->head_count *= 2)
+        ;
+    STP_TRY(
+        stp_grow(&s->heads, &s->head_capacity, s->head_count, sizeof *s->heads, "squares", err));
+done:
+    return status;
 }
 
 /* Makes the buffers for what square.comp lists. */
@@ -331,8 +358,7 @@ stp_status stp_squares_list(stp_squares *s, const stp_project_params *params, ui
                              "%zu squares of grids or maps are too many to be drawn as such: draw "
                              "grids and maps as points",
                              count);
-    STP_TRY(stp_grow(&s->records, &s->capacity, count, sizeof *s->records, "squares", err));
-    STP_TRY(stp_grow(&s->keys, &s->key_capacity, count, sizeof *s->keys, "squares", err));
+    STP_TRY(reserve(s, count, err));
     for (size_t i = 0; i < params->draw_count; i++)
         list_draw(s, params, i, false, points);
     s->triangles = s->count;

@@ -31,8 +31,9 @@ typedef struct stp_squares {
     stp_gpu_square *records; /* of the last pass */
     size_t count, capacity;
     size_t triangles;            /* so many are drawn as triangles, the others as splats */
-    struct stp_square_key *keys; /* where each is in its grid, sorted */
-    size_t key_capacity;
+    struct stp_square_key *keys; /* where each is in its grid */
+    uint32_t *heads;             /* by bucket: its first key */
+    size_t key_capacity, head_count, head_capacity;
 } stp_squares;
 
 void stp_squares_destroy(stp_squares *squares);
