@@ -547,13 +547,10 @@ stp_status stp_block_cache_create(stp_block_cache **out, const stp_block_cache_p
     stp_want *roots = NULL;
     size_t root_count = 0;
     stp_budget b;
-    STP_TRY(stp_budget_plan(&b, params->scene,
-                            &(stp_budget_limits){.gpu_bytes = params->gpu_bytes,
-                                                 .cpu_bytes = params->cpu_bytes,
-                                                 .texels = stp_object_texture_texels(),
-                                                 .decoders = params->thread_count,
-                                                 .software = params->software},
-                            err));
+    const stp_budget_limits limits = {params->gpu_bytes, params->cpu_bytes,
+                                      stp_object_texture_texels(), params->thread_count,
+                                      params->software};
+    STP_TRY(stp_budget_plan(&b, params->scene, &limits, err));
     STP_TRY(stp_alloc(&c, 1, sizeof *c, "a block cache", err));
     c->scene = params->scene;
     c->budget = b;
