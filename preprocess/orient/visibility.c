@@ -176,8 +176,6 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
     stp_status status = STP_OK;
     unsigned workers = stp_pool_thread_count(pool);
     spacing_sum all = {.cloud = cloud};
-    STP_TRY(stp_cloud_in_turn(cloud, sum_spacings, &all, &all.sum, sizeof all.sum, err));
-    const double spacing = all.sum / cloud->count;
     vote_job job = {
         .votes = votes,
         .cloud = cloud,
@@ -186,6 +184,8 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
         .radius =
             0.5 * (1.0 + 1e-5) * stp_dvec3_length(stp_dvec3_sub(cloud->box.max, cloud->box.min)),
     };
+    STP_TRY(stp_cloud_in_turn(cloud, sum_spacings, &all, &all.sum, sizeof all.sum, err));
+    const double spacing = all.sum / cloud->count;
     if (!(job.radius > 0.0) || !(spacing > 0.0))
         return STP_OK; /* no extent: nothing is seen */
     double wanted = 2.0 * job.radius / (PIXEL_SPACINGS * spacing * sqrt(job.stride));
