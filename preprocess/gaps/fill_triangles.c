@@ -2,7 +2,7 @@
 #include "preprocess/gaps/fill_triangles.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/maps/map_raster.h"
 #include "preprocess/patch/world_lattice.h"

@@ -2,7 +2,7 @@
 #include "preprocess/grid/depth_image.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 
 #include <limits.h>
 #include <math.h>

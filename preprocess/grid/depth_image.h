@@ -12,7 +12,7 @@
 #ifndef STP_PREPROCESS_GRID_DEPTH_IMAGE_H
 #define STP_PREPROCESS_GRID_DEPTH_IMAGE_H
 
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "preprocess/orient/pixel_image.h"
 #include "preprocess/tree/chunk_build.h"
 #include "preprocess/tree/leaf_cut.h"

@@ -1,6 +1,6 @@
 /* Makes leaf chunks of depth images. */
 #include "base/memory.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "preprocess/grid/depth_image.h"
 #include "preprocess/patch/partition.h"
 

@@ -13,7 +13,7 @@
 #define STP_PREPROCESS_GRID_HEIGHT_GRID_H
 
 #include "base/spill.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "formats/scan/scan.h"
 #include "preprocess/grid/raster_frame.h"
 #include "preprocess/tree/chunk_build.h"

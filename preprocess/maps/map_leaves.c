@@ -2,7 +2,7 @@
 #include "preprocess/maps/map_leaves.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/cloud/morton.h"
 #include "preprocess/maps/map_raster.h"

@@ -2,7 +2,7 @@
 #include "preprocess/maps/map_raster.h"
 
 #include "formats/chunk/codec/plane_fit.h"
-#include "formats/chunk/codec/square_normal.h"
+#include "formats/chunk/codec/square/square_normal.h"
 #include "formats/chunk/normal_grid.h"
 
 #include <math.h>

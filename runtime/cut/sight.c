@@ -3,7 +3,7 @@
 #include "runtime/cut/sight.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "runtime/cut/culling.h"
 
 #include <float.h>

@@ -1,7 +1,7 @@
 /* Tests what the writer of squares chooses, and that it saves bytes: normals that follow from those
  * of the parents, and ladders of heights that come in steps; ladders that are damaged are refused.
  */
-#include "formats/chunk/codec/ladder.h"
+#include "formats/chunk/codec/square/ladder.h"
 #include "tests/fixtures/square_recipe.h"
 
 #define CHOICE_LADDER 16u

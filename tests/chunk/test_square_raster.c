@@ -1,7 +1,7 @@
 /* Tests which of a chunk's tilted grids a square of few samples belongs to: by chance, a sample may
  * lie on several. It is the one that the samples are nearest to, whichever comes first. And tests
  * the bytes of rasters. */
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,7 +1,7 @@
 /* Tests blocks of squares: samples come back whatever they are, at every level; what is no square
  * of the grid is coded as points; hostile bytes are refused or decoded, never followed; and each
  * allocation of decoding fails once. */
-#include "formats/chunk/codec/square_normal.h"
+#include "formats/chunk/codec/square/square_normal.h"
 
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"

@@ -4,7 +4,7 @@
  * show the plane between samples are nearer to the truth than blended ones by 1 dB. Drawn in
  * reverse order, blended splats are the same. Where gaps between maps are filled, no pixel is open
  * either, and the cells and the triangles between are one closed mesh. */
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "runtime/camera/camera.h"
 #include "runtime/camera/orbit.h"
 #include "runtime/gl/shader.h"

@@ -2,7 +2,7 @@
  * the pixels of one square and of one surface, whatever way the camera looks; images whose points
  * lie on no pinhole's rays become points; the same bytes for any number of threads and any memory.
  * The file's own promises are verified in each case. */
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "tests/fixtures/prep_fixture.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
 #include "tests/fixtures/prep_fixture.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "tests/support/check.h"
 
 #include <inttypes.h>

@@ -1,7 +1,7 @@
 /* Tests how samples of elevation maps are merged: they lie where the codec expects them, and discs
  * of full cells have the radius of their steepness. */
 #include "base/random.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/patch/patch_build.h"
 

@@ -3,7 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/attribute/attribute_file.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "runtime/cut/model.h"
 #include "runtime/stream/chosen.h"
 

@@ -5,7 +5,7 @@
 #include "formats/chunk/codec/part_tables.h"
 #include "formats/chunk/codec/predict.h"
 #include "formats/chunk/codec/shares.h"
-#include "formats/chunk/codec/square_level.h"
+#include "formats/chunk/codec/square/square_level.h"
 #include "formats/chunk/codec/tight.h"
 #include "formats/chunk/codec/zstd_segment.h"
 #include "formats/chunk/layout.h"

@@ -57,11 +57,7 @@ static const uint8_t patch_first[STP_LINKED_PATCH_COLUMN_COUNT] = {
 stp_status stp_part_table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
                                  uint32_t row_count, stp_error *err)
 {
-    stp_status status = stp_alloc(&table->values, (size_t)column_count * row_count,
-                                  sizeof *table->values, "a payload's table", err);
-    table->stride = row_count;
-    table->column_count = column_count;
-    table->row_count = row_count;
+    const stp_status status = stp_table_create(table, column_count, row_count, err);
     table->smallest = chunk->is_block;
     table->by_odds = chunk->is_block && row_count < STP_ODDS_ROWS;
     if (chunk->is_block)

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/part.h"
 #include "formats/chunk/codec/shares.h"
-#include "formats/chunk/codec/square_map.h"
+#include "formats/chunk/codec/square/square_map.h"
 #include "formats/chunk/layout.h"
 
 #include <inttypes.h>

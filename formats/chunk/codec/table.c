@@ -30,6 +30,16 @@
  * "Blocks"). */
 #define JOINED_ROWS 768u
 
+stp_status stp_table_create(stp_table *table, unsigned column_count, uint32_t row_count,
+                            stp_error *err)
+{
+    table->stride = row_count;
+    table->column_count = column_count;
+    table->row_count = row_count;
+    return stp_alloc(&table->values, (size_t)column_count * row_count, sizeof *table->values,
+                     "a payload's table", err);
+}
+
 uint64_t stp_table_constants(const stp_table *table)
 {
     uint64_t mask = 0;

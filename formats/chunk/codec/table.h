@@ -61,6 +61,10 @@ static inline int16_t *stp_table_column(const stp_table *table, unsigned column)
     return table->values + column * table->stride;
 }
 
+/* Makes room for cells, all 0; other members stay as they are. Free `values`. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_table_create(stp_table *table, unsigned column_count, uint32_t row_count,
+                            stp_error *err);
 /* Bit c: all cells of column c are equal. */
 uint64_t stp_table_constants(const stp_table *table);
 /* Errors: CORRUPT (no normals are shifted so far). */

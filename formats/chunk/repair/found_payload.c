@@ -27,10 +27,8 @@ static stp_status table_patches(const uint8_t *bytes, size_t left, stp_patch *pa
 {
     stp_status status = STP_OK;
     size_t used = 0;
-    stp_table table = {
-        .stride = patch_count, .column_count = STP_PATCH_COLUMN_COUNT, .row_count = patch_count};
-    STP_TRY(stp_alloc(&table.values, (size_t)STP_PATCH_COLUMN_COUNT * patch_count,
-                      sizeof *table.values, "a payload's table", err));
+    stp_table table = {0};
+    STP_TRY(stp_table_create(&table, STP_PATCH_COLUMN_COUNT, patch_count, err));
     STP_TRY(stp_table_decode(bytes, left, &table, &used, err));
     stp_patches_decode(patches, &table);
 done:

@@ -1,7 +1,7 @@
 /* Reads and writes what the writer of a level of squares chooses. */
-#include "formats/chunk/codec/square_choice.h"
+#include "formats/chunk/codec/square/square_choice.h"
 
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/layout.h"
 
 #define REACH 7u

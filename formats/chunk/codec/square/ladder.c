@@ -1,5 +1,5 @@
 /* Finds and codes the ladder of a block of squares. */
-#include "formats/chunk/codec/ladder.h"
+#include "formats/chunk/codec/square/ladder.h"
 
 #include "base/memory.h"
 
@@ -79,15 +79,9 @@ done:
 
 stp_status stp_ladder_table(uint32_t rungs, stp_table *table, stp_error *err)
 {
-    *table = (stp_table){.stride = rungs,
-                         .column_count = COLUMN_COUNT,
-                         .row_count = rungs,
-                         .beside = beside,
-                         .by_odds = true,
-                         .tight = true,
-                         .tight_first = first_means};
-    return stp_alloc(&table->values, (size_t)COLUMN_COUNT * rungs, sizeof *table->values,
-                     "a payload's table", err);
+    *table =
+        (stp_table){.beside = beside, .by_odds = true, .tight = true, .tight_first = first_means};
+    return stp_table_create(table, COLUMN_COUNT, rungs, err);
 }
 
 void stp_ladder_encode(const stp_ladder *ladder, const stp_table *table)

@@ -1,5 +1,5 @@
 /* Makes maps of squares. */
-#include "formats/chunk/codec/square_map.h"
+#include "formats/chunk/codec/square/square_map.h"
 
 #include "base/memory.h"
 

@@ -1,9 +1,9 @@
 /* Slopes of heights and colours at the samples of a level of squares, by which the next finer level
  * is predicted (SPEC.md, "Squares"). Threads: any (pure functions). */
-#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SLOPE_H
-#define STP_FORMATS_CHUNK_CODEC_SQUARE_SLOPE_H
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_SLOPE_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_SLOPE_H
 
-#include "formats/chunk/codec/square_map.h"
+#include "formats/chunk/codec/square/square_map.h"
 
 /* The samples that tell a slope along an axis: one before and one after, or the sample itself; and
  * if the slope is a smooth one, those before and after these. */

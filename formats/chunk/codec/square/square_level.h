@@ -3,12 +3,12 @@
  *
  * Columns and tables are those of predict.h; level 3 is coded as it says. formats/SPEC.md,
  * "Squares", has the arithmetic. Encoding and decoding run the same code. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_LEVEL_H
-#define STP_FORMATS_CHUNK_CODEC_SQUARE_LEVEL_H
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_LEVEL_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_LEVEL_H
 
-#include "formats/chunk/codec/ladder.h"
 #include "formats/chunk/codec/predict.h"
-#include "formats/chunk/codec/square_choice.h"
+#include "formats/chunk/codec/square/ladder.h"
+#include "formats/chunk/codec/square/square_choice.h"
 
 /* Levels 0 to 2. The next coarser level of the block must be there. ladder: of level 0; NULL:
  * heights are coded as numbers. Encoding sets choice->follow, and the reach to what is best: 0,

@@ -1,10 +1,10 @@
 /* Normals of a level of a block of squares, from its heights: of the plane that fits best through
  * the samples of a window. formats/SPEC.md, "Squares", has the arithmetic. Threads: any, one map
  * each. */
-#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_NORMAL_H
-#define STP_FORMATS_CHUNK_CODEC_SQUARE_NORMAL_H
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_NORMAL_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_NORMAL_H
 
-#include "formats/chunk/codec/square_map.h"
+#include "formats/chunk/codec/square/square_map.h"
 
 typedef struct stp_square_normals {
     int level, reach;

@@ -1,9 +1,9 @@
 /* Codes the levels of a block of squares. */
-#include "formats/chunk/codec/square_level.h"
+#include "formats/chunk/codec/square/square_level.h"
 
 #include "formats/chunk/codec/predict_normal.h"
-#include "formats/chunk/codec/square_normal.h"
-#include "formats/chunk/codec/square_slope.h"
+#include "formats/chunk/codec/square/square_normal.h"
+#include "formats/chunk/codec/square/square_slope.h"
 #include "formats/chunk/normal_grid.h"
 
 #include <math.h>
@@ -222,26 +222,46 @@ static void begin_family(const coder *c, family *f)
         f->left[v] = 0.0;
 }
 
+/* A walk over the families of a level. Begins as zeros. */
+typedef struct walk {
+    rows next;      /* of the tables */
+    uint32_t patch; /* of the next family */
+    unsigned parent;
+    family f; /* at hand */
+} walk;
+
+/* Goes to the next family; false if there is none. */
+static bool next_family(coder *c, walk *w)
+{
+    while (w->patch < c->block->patch_count &&
+           w->parent == c->block->patches[w->patch].counts[c->level + 1]) {
+        w->patch++;
+        w->parent = 0;
+    }
+    if (w->patch == c->block->patch_count)
+        return false;
+    w->f.patch = &c->block->patches[w->patch];
+    c->grid = stp_square_grid_of(c->map, w->patch);
+    find_family(c, w->patch, w->parent++, &w->f);
+    return true;
+}
+
 /* Returns whether colours take less if they are loose. */
 static bool code_families(coder *c)
 {
-    rows r = {0};
-    family f = {0};
-    for (uint32_t p = 0; p < c->block->patch_count; p++) {
-        c->grid = stp_square_grid_of(c->map, p);
-        f.patch = &c->block->patches[p];
-        f.steps = stp_square_map_steps(c->map, f.patch);
-        f.scale = stp_scale_of_patch(&c->tables->last.scale, f.patch);
-        for (unsigned j = 0; j < f.patch->counts[c->level + 1]; j++) {
-            find_family(c, p, j, &f);
-            begin_family(c, &f);
-            for (unsigned k = 0; k < f.count; k++) {
-                const table_row next = next_row(c, &r, k + 1 == f.count);
-                code_child(c, &f, k, &next);
-            }
+    walk w = {0};
+    while (next_family(c, &w)) {
+        if (w.parent == 1) {
+            w.f.steps = stp_square_map_steps(c->map, w.f.patch);
+            w.f.scale = stp_scale_of_patch(&c->tables->last.scale, w.f.patch);
+        }
+        begin_family(c, &w.f);
+        for (unsigned k = 0; k < w.f.count; k++) {
+            const table_row next = next_row(c, &w.next, k + 1 == w.f.count);
+            code_child(c, &w.f, k, &next);
         }
     }
-    return f.loose < f.tied;
+    return w.f.loose < w.f.tied;
 }
 
 /* ---- normals and radii, when all heights of the level are known ---- */
@@ -390,27 +410,21 @@ static void code_by_slopes(const coder *c, const stp_square_normals *normals, ui
 
 static void code_normals(coder *c, unsigned reach)
 {
-    rows r = {0};
+    walk w = {0};
     const bool by_parents = reach == STP_SQUARE_REACH_PARENTS;
     const stp_square_normals normals =
         stp_square_normals_begin(c->map, c->level, by_parents ? 0 : reach);
     if (by_parents)
         set_parents_normals(c);
-    for (uint32_t p = 0; p < c->block->patch_count; p++) {
-        const stp_patch *patch = &c->block->patches[p];
-        family f = {.patch = patch};
-        c->grid = stp_square_grid_of(c->map, p);
-        for (unsigned j = 0; j < patch->counts[c->level + 1]; j++) {
-            find_family(c, p, j, &f);
+    while (next_family(c, &w)) {
+        if (by_parents)
+            begin_family(c, &w.f);
+        for (unsigned k = 0; k < w.f.count; k++) {
+            const table_row next = next_row(c, &w.next, k + 1 == w.f.count);
             if (by_parents)
-                begin_family(c, &f);
-            for (unsigned k = 0; k < f.count; k++) {
-                const table_row next = next_row(c, &r, k + 1 == f.count);
-                if (by_parents)
-                    code_turned(c, &f, k, &next);
-                else
-                    code_by_slopes(c, &normals, f.first + k, &next);
-            }
+                code_turned(c, &w.f, k, &next);
+            else
+                code_by_slopes(c, &normals, w.f.first + k, &next);
         }
     }
 }
@@ -418,22 +432,15 @@ static void code_normals(coder *c, unsigned reach)
 /* When all normals are known. */
 static void code_radii(coder *c)
 {
-    rows r = {0};
+    walk w = {0};
     int32_t last[KIND_COUNT];
     for (unsigned k = 0; k < KIND_COUNT; k++)
         last[k] = c->block->patches[0].radius[c->level];
-    for (uint32_t p = 0; p < c->block->patch_count; p++) {
-        const stp_patch *patch = &c->block->patches[p];
-        family f = {.patch = patch};
-        c->grid = stp_square_grid_of(c->map, p);
-        for (unsigned j = 0; j < patch->counts[c->level + 1]; j++) {
-            find_family(c, p, j, &f);
-            for (unsigned k = 0; k < f.count; k++) {
-                const table_row next = next_row(c, &r, k + 1 == f.count);
-                code_radius(c, &next, patch, f.first + k, last);
-            }
+    while (next_family(c, &w))
+        for (unsigned k = 0; k < w.f.count; k++) {
+            const table_row next = next_row(c, &w.next, k + 1 == w.f.count);
+            code_radius(c, &next, w.f.patch, w.f.first + k, last);
         }
-    }
 }
 
 /* ---- levels ---- */

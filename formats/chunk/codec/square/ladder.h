@@ -2,11 +2,11 @@
  * camera that measures in steps. Cells of heights then count its rungs.
  *
  * formats/SPEC.md, "Ladders", has the arithmetic. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_LADDER_H
-#define STP_FORMATS_CHUNK_CODEC_LADDER_H
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_LADDER_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_LADDER_H
 
 #include "formats/chunk/codec/inline.h"
-#include "formats/chunk/codec/square_map.h"
+#include "formats/chunk/codec/square/square_map.h"
 #include "formats/chunk/codec/table.h"
 
 #define STP_LADDER_RUNGS_MOST 65536u

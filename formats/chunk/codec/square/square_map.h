@@ -5,11 +5,11 @@
  * neighbours and their values follow slopes, and from these what to expect of children and normals.
  * formats/SPEC.md, "Squares", has the arithmetic: doubles, each step rounded by itself, the same on
  * every machine. Threads: any, one map each. */
-#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_MAP_H
-#define STP_FORMATS_CHUNK_CODEC_SQUARE_MAP_H
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_MAP_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_MAP_H
 
 #include "formats/chunk/codec/inline.h"
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 
 /* Numbers of a cell in sums. */
 #define STP_SQUARE_SUMS 5

@@ -1,5 +1,5 @@
 /* Finds, encodes and decodes squares of grids. */
-#include "formats/chunk/codec/square.h"
+#include "formats/chunk/codec/square/square.h"
 
 #include "base/memory.h"
 #include "formats/chunk/layout.h"
@@ -168,15 +168,8 @@ bool stp_squares_find(const stp_chunk *block, stp_square *out)
 
 stp_status stp_squares_table(uint32_t rows, bool tilted, stp_table *table, stp_error *err)
 {
-    const unsigned columns = tilted ? TILTED_COLUMNS : LEVEL_COLUMNS;
-    *table = (stp_table){.stride = rows,
-                         .column_count = columns,
-                         .row_count = rows,
-                         .beside = square_beside,
-                         .by_odds = true,
-                         .tight_first = square_first};
-    return stp_alloc(&table->values, (size_t)columns * rows, sizeof *table->values,
-                     "a payload's table", err);
+    *table = (stp_table){.beside = square_beside, .by_odds = true, .tight_first = square_first};
+    return stp_table_create(table, tilted ? TILTED_COLUMNS : LEVEL_COLUMNS, rows, err);
 }
 
 /* 255 less byte k of a mask, as a number from -128 to 127. */

@@ -5,8 +5,8 @@
  * The grid of a survey is level: one raster, whose columns and rows go along x and y. Others are
  * tilted, several in a block: elevation maps, and pieces of a grid that another coordinate system
  * bends. formats/SPEC.md, "Squares", has the layout. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_H
-#define STP_FORMATS_CHUNK_CODEC_SQUARE_H
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_H
 
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/table.h"

@@ -1,6 +1,6 @@
 /* What the writer of a level of squares chooses: the bytes before its tables. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_CHOICE_H
-#define STP_FORMATS_CHUNK_CODEC_SQUARE_CHOICE_H
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_CHOICE_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_CHOICE_H
 
 #include "formats/chunk/codec/column.h"
 

@@ -1,5 +1,5 @@
 /* Finds normals from heights. */
-#include "formats/chunk/codec/square_normal.h"
+#include "formats/chunk/codec/square/square_normal.h"
 
 #include "base/wide.h"
 #include "formats/chunk/codec/plane_fit.h"
