@@ -184,7 +184,7 @@ static uint8_t flags_of(const stp_patch *patch, unsigned shapes)
     return (uint8_t)(patch->flags & (shapes | ~(unsigned)STP_PATCH_SHAPES));
 }
 
-/* The finest level of which a chunk has a patch's samples (stp_chunk_keep). */
+/* The finest level of which a chunk has a patch's samples (stp_patch_levels_keep). */
 static uint8_t finest_of(const stp_chunk *chunk, uint32_t patch)
 {
     int level = chunk->finest_level;

@@ -9,8 +9,6 @@
 #include "formats/chunk/codec/square/square_map.h"
 #include "formats/chunk/codec/table.h"
 
-#define STP_LADDER_RUNGS_MOST 65536u
-
 /* Free `rungs`. */
 typedef struct stp_ladder {
     int32_t *rungs; /* growing heights, in steps of the finest lattice from the chunk's origin */
