@@ -6,6 +6,7 @@
 #include "formats/chunk/codec/predict.h"
 #include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/square/square_level.h"
+#include "formats/chunk/codec/table_code.h"
 #include "formats/chunk/codec/tight.h"
 #include "formats/chunk/codec/zstd_segment.h"
 #include "formats/chunk/layout.h"
