@@ -327,7 +327,7 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
     if (depths->leaf_count > 0) {
         job->stats->images = (uint32_t)depths->pixels.count;
         for (size_t i = 0; i < depths->pixels.count; i++)
-            job->stats->images_turned += depths->rays[i].turned ? 1u : 0u;
+            job->stats->images_turned += depths->cameras[i].turned ? 1u : 0u;
         job->tree.sources.depths = depths;
         limit_normal_bits(job);
     }

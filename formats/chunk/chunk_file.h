@@ -145,7 +145,8 @@ typedef struct stp_chunk_entry {
 typedef struct stp_raster {
     bool level;    /* of a survey: columns go along x, rows along y, and normals are upwards */
     unsigned axis; /* 0 x, 1 y, 2 z */
-    uint32_t side; /* encoding looks for samples of fewer columns and rows; 0: of any */
+    /* Encoding looks for samples of so many columns and rows, from the first ones on; 0: of any. */
+    uint32_t first[2], side;
     double across[2][6]; /* unless it is level, all but [k][0] are floats: a block stores them so */
 } stp_raster;
 

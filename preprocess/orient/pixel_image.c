@@ -68,8 +68,10 @@ stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
         const uint64_t record = cloud->points[i].source;
         const stp_pixel_image *m = image_of(&images, record);
-        if (m && record - m->first < stp_pixel_count(m))
+        if (m && record - m->first < stp_pixel_count(m)) {
             m->points[record - m->first] = i;
+            images.point_count++;
+        }
     }
     *out = images;
     images = (stp_pixel_images){0};
