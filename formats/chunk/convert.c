@@ -110,7 +110,9 @@ static stp_codec new_codec(const conversion *c, const piece *p)
 {
     const stp_codec kept = (stp_codec)p->entry.codec;
     const stp_codec codec = stp_codec_of_part(c->params->keep_codec ? kept : c->params->codec);
-    return c->blocks ? stp_codec_in_blocks(codec) : codec;
+    if (c->blocks)
+        return stp_codec_in_blocks(codec);
+    return codec == STP_CODEC_PAPER ? STP_CODEC_DRACO : codec; /* squares are of blocks alone */
 }
 
 /* Cuts a decoded chunk into blocks at the patches of its parent. The root is one block. */

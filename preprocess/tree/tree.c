@@ -176,6 +176,13 @@ static stp_status add_surrounding(void *context, uint32_t index, stp_surrounding
     return other.chunk ? stp_surroundings_add(out, &other, err) : STP_OK;
 }
 
+static stp_codec codec_of(const tree *t, const stp_chunk *chunk)
+{
+    const stp_map_leaves *leaves = t->params->sources.maps;
+    const bool is_map = leaves && chunk->raster_count > 0;
+    return is_map && leaves->maps->paper ? STP_CODEC_PAPER : t->params->codec;
+}
+
 /* Measures and encodes a chunk of the wave. */
 static stp_status finish_one(void *context, size_t index, unsigned worker, stp_error *err)
 {
@@ -189,10 +196,11 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
     (void)worker;
     STP_TRY(stp_surroundings_find(&around, &middle, self, &others, err));
     STP_TRY(stp_built_chunk_measure(&out->chunk, &around, err));
-    if (stp_codec_has_blocks(t->params->codec) && t->tier_count > 1) /* the root has no parent */
+    const stp_codec codec = codec_of(t, out->chunk.chunk);
+    if (stp_codec_has_blocks(codec) && t->tier_count > 1) /* the root has no parent */
         STP_TRY(stp_chunk_cut(out->chunk.chunk, out->chunk.run_ends, out->chunk.run_count,
-                              stp_block_samples_least(t->params->codec), err));
-    STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
+                              stp_block_samples_least(codec), err));
+    STP_TRY(stp_chunk_encode(out->chunk.chunk, codec, &out->payload, &out->entry, err));
     STP_TRY(stp_block_records_of(out->chunk.chunk, out->payload, &out->entry, &out->records, err));
     out->entry.origin = out->chunk.origin;
     STP_TRY(advance(t, err));

@@ -286,6 +286,8 @@ static int check_maps(prep_options *o)
                                     "give one of them");
     if (strcmp(o->orient, "none") == 0)
         return cli_usage(&cli_prep, "--maps needs normals that agree: leave out --orient none");
+    if (o->maps.params.paper && o->format == 0)
+        return cli_usage(&cli_prep, "--map-codec paper needs blocks: leave out --format 1");
     return CLI_CONTINUE;
 }
 
