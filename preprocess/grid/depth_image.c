@@ -369,6 +369,28 @@ done:
     return status;
 }
 
+stp_status stp_depth_images_fit(bool *out, size_t *images, const stp_cloud *part,
+                                const struct stp_prep_source *source, stp_ranks *ranks,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_depth_images made = {.cloud = part};
+    uint64_t points = 0;
+    STP_TRY(stp_pixel_images_create(&made.pixels, part, source, err));
+    STP_TRY(stp_alloc(&made.rays, made.pixels.count, sizeof *made.rays, "images", err));
+    uint64_t sums[2] = {0, 0}; /* images on rays; points that are not */
+    for (size_t i = 0; i < made.pixels.count; i++)
+        if (made.pixels.list[i].has_points)
+            sums[0] += find_rays(&made, (uint32_t)i, &points);
+    sums[1] = part->count - points;
+    STP_TRY(stp_ranks_sum(ranks, sums, 2, err));
+    *images = made.pixels.count;
+    *out = sums[0] == made.pixels.count && sums[1] == 0;
+done:
+    stp_depth_images_clear(&made);
+    return status;
+}
+
 void stp_depth_images_clear(stp_depth_images *images)
 {
     if (images->cloud)
