@@ -44,16 +44,6 @@
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
     "read", "sort", "layers", "outliers", "surface", "orientation", "closed", "maps", "patches"};
 
-/* Counts the stored points again after some were removed. */
-static void recount(const stp_cloud *cloud, stp_prep_stats *stats)
-{
-    stats->points_out = cloud->count;
-    stats->points_unstationed = 0;
-    stats->intensity_max = 0;
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        stp_prep_count(stats, &cloud->points[i]);
-}
-
 uint32_t stp_prep_given(const stp_prep_source *source)
 {
     uint32_t out = source->attributes & STP_POINT_HAS_COLOUR ? STP_HAS_COLOUR : 0u;
@@ -103,32 +93,6 @@ stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err)
         return STP_OK;
     return stp_progress_update(job->progress, stp_prep_stage_names[next], 0, stats->points_out,
                                err);
-}
-
-/* Marks outliers, or drops them and tells the source. */
-static stp_status treat_outliers(stp_prep_job *job, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_cloud *cloud = &job->cloud;
-    const stp_prep_source *source = job->source;
-    stp_prep_stats *stats = job->stats;
-    uint32_t count = 0, *sources = NULL;
-    if (stats->outliers == STP_OUTLIERS_KEEP)
-        return STP_OK;
-    STP_TRY(stp_outliers_find(cloud, job->k, stats->outlier_distance, job->pool, job->progress,
-                              &count, err));
-    stats->outlier_count = count;
-    if (stats->outliers == STP_OUTLIERS_DROP && count > 0) {
-        STP_TRY(stp_outliers_drop(cloud, count, job->pool, &sources, err));
-        stats->rejected[STP_REJECT_OUTLIER] = count;
-        for (uint32_t i = 0; source->rejected && i < count; i++)
-            STP_TRY(source->rejected(source->context, sources[i], STP_REJECT_OUTLIER, err));
-        recount(cloud, stats);
-    }
-    STP_TRY(stp_prep_end_stage(job, STP_STAGE_OUTLIERS, err));
-done:
-    stp_spill_free(cloud->spill, sources);
-    return status;
 }
 
 void stp_prep_choose_stations(stp_prep_job *job)
@@ -236,7 +200,7 @@ static stp_status find_surface(stp_prep_job *job, stp_error *err)
                                  &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)
         stats->station_count = 0; /* no normal was turned */
-    if (stats->normals_seen > 0)
+    if (stats->normals_seen > 0 && !cloud->blocks)
         STP_TRY(stp_pixel_sheets_join(cloud, job->source, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_ORIENTATION, err));
 done:
@@ -320,7 +284,8 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
     const stp_point_item_params items = {.lambda = job->tree.lambda,
                                          .resolution = job->tree.resolution,
                                          .vertex_least = INT_MIN / 2};
-    if (job->stats->makes_maps)
+    if (job->stats->makes_maps ||
+        job->cloud.blocks) /* ranks that share points know there are none */
         return STP_OK;
     const stp_status status = stp_depth_images_create(depths, &job->cloud, job->source,
                                                       job->stats->normals_seen > 0, &items, err);
@@ -367,8 +332,9 @@ static stp_status agree(const stp_prep_job *job, const char *what, stp_error *er
 {
     const stp_prep_stats *stats = job->stats;
     const stp_cloud *c = &job->cloud;
-    const size_t numbers =
-        job->numbers ? stats->points_in * stp_attribute_list_bytes(job->source->kept) : 0;
+    const size_t numbers = job->numbers && !job->in_parts
+                               ? stats->points_in * stp_attribute_list_bytes(job->source->kept)
+                               : 0;
     if (!job->params->ranks)
         return STP_OK;
     const size_t here = c->blocks ? 0 : c->count;
@@ -391,8 +357,7 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     if (cell > 0.0) /* grids that become points, since their cells differ or they are treated */
         choose_height_precision(job, 0.0, cell / POINTS_CELL_PARTS);
     if (job->in_parts) {
-        const bool whole = stats->join_layers || stats->outliers != STP_OUTLIERS_KEEP;
-        STP_TRY(stp_cloud_sort_parts(&job->cloud, job->params->ranks, whole, job->pool, err));
+        STP_TRY(stp_prep_sort_parts(job, err));
     } else {
         STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
         STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
@@ -404,7 +369,7 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
             stp_layers_join(&stats->joined, &job->cloud, &surface, job->pool, job->progress, err));
         STP_TRY(stp_prep_end_stage(job, STP_STAGE_LAYERS, err));
     }
-    STP_TRY(treat_outliers(job, err));
+    STP_TRY(stp_prep_treat_outliers(job, err));
     stp_prep_choose_stations(job);
     STP_TRY(find_surface(job, err));
     STP_TRY(find_closed(job, err));
@@ -513,7 +478,7 @@ static void decide_intensity(stp_tree_params *tree, stp_prep_stats *stats)
 static void decide_attributes(stp_prep_job *job)
 {
     const bool has_shapes = job->tree.sources.lines || job->tree.sources.triangles;
-    if (!job->numbers)
+    if (!job->source->kept || job->source->kept->count == 0)
         return;
     job->kept = *job->source->kept;
     for (uint32_t i = 0; i < job->kept.count; i++) {
@@ -525,7 +490,7 @@ static void decide_attributes(stp_prep_job *job)
             a->derived = a->derived && a->coarse_scale < 1.0 + 1e-9 && !has_shapes;
         }
     }
-    job->tree.numbers = (stp_point_numbers){&job->kept, job->numbers};
+    job->tree.numbers = (stp_point_numbers){&job->kept, job->numbers, job->begins};
 }
 
 stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_error *err)
@@ -590,6 +555,8 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     stp_outside_clear(&job.outside);
     stp_prep_clear_shapes(&job.shapes);
     stp_spill_free(job.spill, job.numbers);
+    free(job.begins);
+    free(job.rejects.data);
     stp_maps_clear(&job.maps);
     stp_cloud_clear(&job.cloud);
     stp_height_grid_clear(&job.grid);

@@ -31,12 +31,17 @@ typedef struct stp_prep_job {
     stp_orient_params orient;
 
     stp_spill *spill;
-    stp_cloud cloud;         /* empty if the scan is a grid of heights */
-    bool in_parts;           /* until they are sorted, each rank has a part of the points */
-    stp_height_grid grid;    /* else without columns */
-    stp_grid_part part;      /* the file at hand, if several files make the grid */
-    stp_maps maps;           /* none unless they are wanted */
-    uint8_t *numbers;        /* attributes by source, packed, in the spill; NULL: none are kept */
+    stp_cloud cloud;       /* empty if the scan is a grid of heights */
+    bool in_parts;         /* until they are sorted, each rank has a part of the points */
+    stp_height_grid grid;  /* else without columns */
+    stp_grid_part part;    /* the file at hand, if several files make the grid */
+    stp_maps maps;         /* none unless they are wanted */
+    uint8_t *numbers;      /* attributes of `records`, packed, in the spill; NULL: none are kept */
+    uint32_t *begins;      /* by rank: its first record, then where the last one's end; NULL: none
+                              reads a part */
+    stp_rank_part records; /* that this process reads */
+    bool lists_rejects;    /* rank 0 lists rejected records */
+    stp_bytes rejects;     /* those of this rank's part, until rank 0 has them */
     stp_attribute_list kept; /* the source's, with what is known when all points are read */
     uint64_t unlike;         /* bit a: attribute a is not what the points' fields say */
     stp_prep_shapes shapes;
@@ -64,6 +69,9 @@ void stp_prep_job_begin(stp_prep_job *job);
 stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_error *err);
 /* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
 stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err);
+/* Marks outliers, or drops them and tells the source. Errors: those of stp_outliers_find and
+ * stp_outliers_drop, and of the source. */
+stp_status stp_prep_treat_outliers(stp_prep_job *job, stp_error *err);
 /* Chooses the stations that normals will be turned to, if any. */
 void stp_prep_choose_stations(stp_prep_job *job);
 /* The scanner positions to be noted in the metadata: the one given, or the source's. */
@@ -90,10 +98,22 @@ void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
  * of the source, EMPTY, CORRUPT (more points than the source counts), CANCELLED, OUT_OF_MEMORY, IO.
  */
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err);
-/* Decides whether each rank reads a part of the inputs alone: not if their order matters (lists of
- * rejects, attributes, grids, stations and images that are checked). All ranks decide alike.
+/* Decides whether each rank reads a part of the inputs alone: not of grids of heights, and of what
+ * becomes elevation maps. All ranks decide alike.
  * Errors: CANCELLED, IO. */
 stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err);
+/* Tells the source of a rejected record, at once or when all parts are read. Errors: those of the
+ * source, OUT_OF_MEMORY. */
+stp_status stp_prep_reject(stp_prep_job *job, uint64_t place, stp_reject reason, stp_error *err);
+/* Tells the source, on rank 0, of the rejected records that ranks have kept, in ascending order.
+ * Errors: likewise, IO, CANCELLED. */
+stp_status stp_prep_give_rejects(stp_prep_job *job, stp_error *err);
+/* Makes room for records [begin, end) and their attributes. Errors: OUT_OF_MEMORY, IO. */
+stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, stp_error *err);
+/* Sorts the parts that ranks read, once the claims of their files are checked. Ranks share the
+ * points, unless layers are joined or pixels need those around them: of depth images that stay
+ * images or whose sheets are joined. Errors: those of stp_claims_check and stp_cloud_sort_parts. */
+stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err);
 /* Lets `read` read this rank's part, and adds up what all ranks read. If any rank fails, each reads
  * everything, which says why or leaves a file out. Errors: those of read. */
 stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job *, stp_error *),

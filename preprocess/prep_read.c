@@ -58,7 +58,7 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
         add_sample(job, point, place, &reject);
     if (reject != STP_REJECT_NONE) {
         stats->rejected[reject]++;
-        return source->rejected ? source->rejected(source->context, place, reject, err) : STP_OK;
+        return stp_prep_reject(job, place, reject, err);
     }
     stp_dbox_add(&stats->box, point->position);
     if (stats->keeps_grid)
@@ -112,13 +112,14 @@ static void compare_coarse(stp_prep_job *job, const stp_point *points, const uin
 static void keep_numbers(stp_prep_job *job, const stp_point *points, uint64_t place, size_t count)
 {
     const stp_prep_source *source = job->source;
-    const uint64_t left = place < source->point_count ? source->point_count - place : 0;
+    const uint64_t left = place < job->records.end ? job->records.end - place : 0;
     const size_t stride = job->numbers ? stp_attribute_list_bytes(source->kept) : 0;
     const uint8_t *packed = job->numbers ? source->numbers(source->context) : NULL;
     if (packed)
         compare_coarse(job, points, packed, count);
     if (packed)
-        memcpy(job->numbers + place * stride, packed, stride * (count < left ? count : left));
+        memcpy(job->numbers + (place - job->records.begin) * stride, packed,
+               stride * (count < left ? count : left));
 }
 
 /* The state to return to if a file breaks off. */
@@ -195,6 +196,20 @@ done:
     return status;
 }
 
+stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_attribute_list *kept = job->source->kept;
+    const bool grid = job->stats->keeps_grid;
+    job->records = (stp_rank_part){(uint32_t)begin, (uint32_t)end};
+    STP_TRY(stp_cloud_create(&job->cloud, grid ? 0 : (uint32_t)(end - begin), job->spill, err));
+    if (kept && kept->count > 0)
+        STP_TRY(stp_spill_alloc(job->spill, &job->numbers, end - begin,
+                                stp_attribute_list_bytes(kept), "attributes", err));
+done:
+    return status;
+}
+
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -207,15 +222,11 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
     if (has_parts(job))
         for (uint64_t i = 0; i < (uint64_t)source->raster.columns * source->raster.rows; i++)
             stp_height_grid_leave_out(&job->grid, i);
-    if (source->kept && source->kept->count > 0)
-        STP_TRY(stp_spill_alloc(job->spill, &job->numbers, source->point_count,
-                                stp_attribute_list_bytes(source->kept), "attributes", err));
     STP_TRY(stp_prep_choose_parts(job, err));
     if (job->in_parts) {
         STP_TRY(stp_prep_read_part(job, read_records, err));
     } else {
-        STP_TRY(stp_cloud_create(cloud, stats->keeps_grid ? 0 : (uint32_t)source->point_count,
-                                 job->spill, err));
+        STP_TRY(stp_prep_make_room(job, 0, source->point_count, err));
         STP_TRY(read_records(job, err));
     }
     if (!(source->attributes & STP_POINT_HAS_COLOUR))

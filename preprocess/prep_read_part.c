@@ -1,9 +1,21 @@
 /* Reads the points of a source by several ranks, a part each. */
 #include "preprocess/prep_job.h"
 
+#include "base/memory.h"
+#include "preprocess/cloud/cloud_parts.h"
+#include "preprocess/viewpoint/claims.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A rejected record. */
+typedef struct rejected {
+    uint32_t record, reason;
+} rejected;
+
 /* What a rank read. */
 typedef struct part_counts {
-    uint64_t in, stored, unstationed, rejected[STP_REJECT_COUNT];
+    uint64_t in, stored, unstationed, rejected[STP_REJECT_COUNT], unlike;
     stp_dbox box;
     uint32_t intensity_max;
     uint32_t failed; /* 1: its part could not be read */
@@ -13,21 +25,62 @@ stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
 {
     const stp_prep_source *source = job->source;
     stp_ranks *ranks = job->params->ranks;
+    job->lists_rejects = source->rejected;
     job->in_parts = stp_ranks_count(ranks) > 1 && source->part_begin && !job->stats->keeps_grid &&
-                    !(source->kept && source->kept->count > 0) && !job->params->maps;
-    for (size_t f = 0; f < source->file_count; f++)
-        job->in_parts = job->in_parts && source->files[f].station_count != 1 &&
-                        source->files[f].grid.columns == 0;
-    /* only rank 0 writes a list of rejects */
-    return stp_ranks_broadcast(ranks, 0, &job->in_parts, sizeof job->in_parts, err);
+                    !job->params->maps;
+    return stp_ranks_broadcast(ranks, 0, &job->lists_rejects, sizeof job->lists_rejects, err);
+}
+
+stp_status stp_prep_reject(stp_prep_job *job, uint64_t place, stp_reject reason, stp_error *err)
+{
+    const stp_prep_source *source = job->source;
+    const rejected found = {(uint32_t)place, reason};
+    if (job->in_parts && job->lists_rejects)
+        return stp_bytes_append(&job->rejects, &found, sizeof found, err);
+    return source->rejected ? source->rejected(source->context, place, reason, err) : STP_OK;
+}
+
+static int compare_rejected(const void *a, const void *b)
+{
+    const uint32_t x = ((const rejected *)a)->record, y = ((const rejected *)b)->record;
+    return (x > y) - (x < y);
+}
+
+stp_status stp_prep_give_rejects(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_prep_source *source = job->source;
+    stp_ranks *ranks = job->params->ranks;
+    stp_bytes all = job->rejects, other = {0};
+    rejected *list = NULL;
+    job->rejects = (stp_bytes){0};
+    for (unsigned rank = 1; rank < ranks->count && job->lists_rejects; rank++) {
+        STP_TRY(stp_ranks_send_bytes(ranks, rank, rank == ranks->self ? &all : &other, err));
+        if (ranks->self == 0)
+            STP_TRY(stp_bytes_append(&all, other.data, other.size, err));
+    }
+    if (ranks->self > 0 || all.size == 0)
+        goto done;
+    const size_t count = all.size / sizeof *list;
+    STP_TRY(stp_alloc(&list, count, sizeof *list, "rejects", err));
+    memcpy(list, all.data, all.size);
+    qsort(list, count, sizeof *list, compare_rejected);
+    for (size_t i = 0; i < count; i++)
+        STP_TRY(source->rejected(source->context, list[i].record, (stp_reject)list[i].reason, err));
+done:
+    free(list);
+    free(all.data);
+    free(other.data);
+    return status;
 }
 
 /* Where the part of a rank begins. */
-static uint64_t begin_of(const stp_prep_source *source, const stp_ranks *ranks, unsigned rank)
+static uint32_t begin_of(const stp_prep_source *source, const stp_ranks *ranks, unsigned rank)
 {
     const uint64_t count = source->point_count;
-    return rank == ranks->count ? count
-                                : source->part_begin(source->context, count * rank / ranks->count);
+    return (uint32_t)(rank == ranks->count
+                          ? count
+                          : source->part_begin(source->context, count * rank / ranks->count));
 }
 
 /* Puts what all ranks read into the statistics. *failed: one of them could not read its part. */
@@ -49,6 +102,7 @@ static stp_status add_up(stp_prep_job *job, const part_counts *own, bool *failed
         stp_dbox_join(&stats->box, &part.box);
         if (part.intensity_max > stats->intensity_max)
             stats->intensity_max = (uint16_t)part.intensity_max;
+        job->unlike |= part.unlike;
         *failed = *failed || part.failed;
     }
 done:
@@ -64,10 +118,12 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
     stp_prep_stats *stats = job->stats;
     const stp_prep_source *source = job->source;
     const stp_ranks *ranks = job->params->ranks;
-    const uint64_t begin = begin_of(source, ranks, ranks->self);
-    const uint64_t end = begin_of(source, ranks, ranks->self + 1);
     const stp_prep_stats before = *stats;
-    STP_TRY(stp_cloud_create(&job->cloud, (uint32_t)(end - begin), job->spill, err));
+    STP_TRY(stp_alloc(&job->begins, (size_t)ranks->count + 1, sizeof *job->begins, "ranks", err));
+    for (unsigned rank = 0; rank <= ranks->count; rank++)
+        job->begins[rank] = begin_of(source, ranks, rank);
+    const uint32_t begin = job->begins[ranks->self], end = job->begins[ranks->self + 1];
+    STP_TRY(stp_prep_make_room(job, begin, end, err));
     stats->points_in = begin; /* numbers the records */
     status = source->read_part(source->context, begin, end, &why);
     if (status == STP_OK)
@@ -79,18 +135,69 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
                        .unstationed = stats->points_unstationed,
                        .box = stats->box,
                        .intensity_max = stats->intensity_max,
+                       .unlike = job->unlike,
                        .failed = status != STP_OK || stats->points_in != end};
     for (int i = 0; i < STP_REJECT_COUNT; i++)
         own.rejected[i] = stats->rejected[i];
     STP_TRY(add_up(job, &own, &failed, err));
     if (!failed)
-        return STP_OK;
+        return stp_prep_give_rejects(job, err);
     *stats = before;
     stp_cloud_clear(&job->cloud);
+    stp_spill_free(job->spill, job->numbers);
+    free(job->begins);
+    job->rejects.size = 0;
+    job->numbers = NULL;
+    job->begins = NULL;
+    job->unlike = 0;
     job->in_parts = false;
-    STP_TRY(stp_cloud_create(&job->cloud, (uint32_t)source->point_count, job->spill, err));
+    STP_TRY(stp_prep_make_room(job, 0, source->point_count, err));
     STP_TRY(source->read_part(source->context, 0, UINT64_MAX, err));
     STP_TRY(read(job, err));
+done:
+    return status;
+}
+
+/* Checks the claims of the files that this rank read, and adds up what all ranks found. */
+static stp_status check_claims(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_prep_stats *stats = job->stats;
+    stp_ranks *ranks = job->params->ranks;
+    const stp_prep_stats before = *stats;
+    stp_first_camera first = {0};
+    STP_TRY(stp_claims_check(&first, &job->cloud, job->source, job->pool, stats, err));
+    uint64_t found[] = {stats->points_unstationed - before.points_unstationed, stats->stations_off,
+                        stats->stations_refused, stats->normals_seen};
+    STP_TRY(stp_ranks_sum(ranks, found, sizeof found / sizeof *found, err));
+    stats->points_unstationed = before.points_unstationed + found[0];
+    stats->stations_off = (uint32_t)found[1];
+    stats->stations_refused = (uint32_t)found[2];
+    stats->normals_seen = found[3];
+    for (unsigned rank = 0; rank < ranks->count; rank++) {
+        stp_first_camera other = first;
+        STP_TRY(stp_ranks_broadcast(ranks, rank, &other, sizeof other, err));
+        if (stats->first.why == STP_FIRST_WHOLE)
+            stats->first = other;
+    }
+done:
+    return status;
+}
+
+stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool fit = false;
+    size_t images = 0;
+    const stp_prep_stats *stats = job->stats;
+    stp_ranks *ranks = job->params->ranks;
+    STP_TRY(check_claims(job, err));
+    STP_TRY(stp_depth_images_fit(&fit, &images, &job->cloud, job->source, ranks, err));
+    /* without outliers, images may fit that do not now */
+    const bool drops = stats->outliers == STP_OUTLIERS_DROP;
+    const bool whole =
+        stats->join_layers || fit || (images > 0 && (stats->normals_seen > 0 || drops));
+    STP_TRY(stp_cloud_sort_parts(&job->cloud, ranks, whole, job->pool, err));
 done:
     return status;
 }

@@ -2,6 +2,8 @@
 #include "preprocess/cloud/outliers.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/cloud/cloud_parts.h"
 #include "preprocess/cloud/unit.h"
 
 #include <stdatomic.h>
@@ -16,13 +18,21 @@
 /* Bits: what is known about a point. Neither bit: joined with few, or a repeated position. */
 #define JOINED 1u /* with more than k positions: kept */
 #define TOLD 2u   /* near a kept point: kept, too */
+/* A byte has the bits of so many points. */
+#define BYTE_POINTS 4u
+
+/* Which neighbours q of a point p are within D times a spacing, bit by bit in the order of the
+ * list: min(local(p), local(q)), s(p), local(q). */
+typedef struct reach {
+    uint64_t step, own, others;
+} reach;
 
 /* Neighbour lists of the points in doubt. Duplicates have one row, that of the first. */
 typedef struct table {
     uint32_t count;
     uint32_t *points; /* ascending */
     uint32_t *lists;  /* k each */
-    float *spacings;  /* their own */
+    reach *reaches;
 } table;
 
 typedef struct finder {
@@ -30,31 +40,37 @@ typedef struct finder {
     unsigned k;
     double distance; /* in spacings */
     const stp_progress *progress;
-    float *spacings;          /* local spacings by point; a duplicate's is that of the first */
-    _Atomic(uint8_t) *states; /* by point */
-    table *tables;            /* by cell */
-    table doubtful;           /* the tables of all cells */
+    _Atomic(uint8_t) *states; /* of all points, BYTE_POINTS to a byte */
+    size_t state_bytes;
+    uint8_t *joined;  /* states, of this rank and those before */
+    bool *cells_done; /* by cell */
+    table *tables;    /* by cell */
+    table doubtful;   /* the tables of all cells, on every rank */
     atomic_uint_fast64_t done_count;
     atomic_bool any_joined;
 } finder;
 
-static uint8_t state_of(const finder *f, uint32_t point)
+static unsigned state_of(const finder *f, uint32_t point)
 {
-    return atomic_load_explicit(&f->states[point], memory_order_relaxed);
+    const unsigned byte =
+        atomic_load_explicit(&f->states[point / BYTE_POINTS], memory_order_relaxed);
+    return byte >> 2 * (point % BYTE_POINTS) & (JOINED | TOLD);
 }
 
-static void add_state(const finder *f, uint32_t point, uint8_t bit)
+static void add_state(const finder *f, uint32_t point, unsigned bit)
 {
     if (!(state_of(f, point) & bit)) /* a read is cheaper */
-        atomic_fetch_or_explicit(&f->states[point], bit, memory_order_relaxed);
+        atomic_fetch_or_explicit(&f->states[point / BYTE_POINTS],
+                                 (uint8_t)(bit << 2 * (point % BYTE_POINTS)), memory_order_relaxed);
 }
 
-/* Whether two points are within `distance` times this spacing. */
-static bool within(const finder *f, const stp_cloud *cloud, uint32_t a, uint32_t b, float spacing)
+/* Whether two points of a unit are within `distance` times this spacing. */
+static bool within(const finder *f, const stp_unit *unit, uint32_t a, uint32_t b, float spacing)
 {
-    stp_dvec3 d = stp_dvec3_sub(cloud->points[a].position, cloud->points[b].position);
-    double reach = f->distance * (double)spacing;
-    return stp_dvec3_dot(d, d) <= reach * reach;
+    const stp_cloud_point *points = unit->cloud.points;
+    stp_dvec3 d = stp_dvec3_sub(points[a].position, points[b].position);
+    double most = f->distance * (double)spacing;
+    return stp_dvec3_dot(d, d) <= most * most;
 }
 
 /* ---- tables ---- */
@@ -66,7 +82,7 @@ static stp_status table_create(table *t, const finder *f, uint32_t capacity, stp
     STP_TRY(stp_spill_alloc(spill, &t->points, capacity, sizeof *t->points, "outliers", err));
     STP_TRY(stp_spill_alloc(spill, &t->lists, (size_t)capacity * f->k, sizeof *t->lists, "outliers",
                             err));
-    STP_TRY(stp_spill_alloc(spill, &t->spacings, capacity, sizeof *t->spacings, "outliers", err));
+    STP_TRY(stp_spill_alloc(spill, &t->reaches, capacity, sizeof *t->reaches, "outliers", err));
 done:
     return status;
 }
@@ -75,7 +91,7 @@ static void table_clear(table *t, const finder *f)
 {
     stp_spill_free(f->cloud->spill, t->points);
     stp_spill_free(f->cloud->spill, t->lists);
-    stp_spill_free(f->cloud->spill, t->spacings);
+    stp_spill_free(f->cloud->spill, t->reaches);
     *t = (table){0};
 }
 
@@ -93,27 +109,87 @@ static uint32_t row_of(const table *t, uint32_t point)
     return low;
 }
 
-/* Joins the cells' tables. */
-static stp_status gather_tables(finder *f, stp_error *err)
+/* Gives rows [begin, end) of a rank to all. */
+static stp_status share_rows(const finder *f, unsigned rank, size_t begin, size_t end,
+                             stp_error *err)
 {
     stp_status status = STP_OK;
-    table *all = &f->doubtful;
-    uint32_t count = 0;
-    for (uint32_t c = 0; c < f->cloud->cell_count; c++)
-        count += f->tables[c].count;
-    STP_TRY(table_create(all, f, count, err));
+    const table *t = &f->doubtful;
+    stp_ranks *ranks = f->cloud->blocks->ranks;
+    const size_t rows = end - begin;
+    STP_TRY(stp_ranks_broadcast(ranks, rank, t->points + begin, rows * sizeof *t->points, err));
+    STP_TRY(stp_ranks_broadcast(ranks, rank, t->lists + begin * f->k,
+                                rows * f->k * sizeof *t->lists, err));
+    STP_TRY(stp_ranks_broadcast(ranks, rank, t->reaches + begin, rows * sizeof *t->reaches, err));
+done:
+    return status;
+}
+
+/* Joins the tables of this rank's cells, from a row on. */
+static void join_tables(finder *f, size_t row)
+{
+    const table *all = &f->doubtful;
     for (uint32_t c = 0; c < f->cloud->cell_count; c++) {
         const table *t = &f->tables[c];
         stp_spill_relieve(f->cloud->spill);
         if (t->count > 0) {
-            memcpy(all->points + all->count, t->points, t->count * sizeof *t->points);
-            memcpy(all->spacings + all->count, t->spacings, t->count * sizeof *t->spacings);
-            memcpy(all->lists + (size_t)all->count * f->k, t->lists,
-                   (size_t)t->count * f->k * sizeof *t->lists);
-            all->count += t->count;
+            memcpy(all->points + row, t->points, t->count * sizeof *t->points);
+            memcpy(all->reaches + row, t->reaches, t->count * sizeof *t->reaches);
+            memcpy(all->lists + row * f->k, t->lists, (size_t)t->count * f->k * sizeof *t->lists);
+            row += t->count;
         }
         table_clear(&f->tables[c], f);
     }
+}
+
+/* Joins the tables of all cells of all ranks. */
+static stp_status gather_tables(finder *f, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = f->cloud->blocks ? f->cloud->blocks->ranks : NULL;
+    const unsigned rank_count = stp_ranks_count(ranks);
+    uint64_t own = 0, sum = 0, *counts = NULL;
+    STP_TRY(stp_alloc(&counts, rank_count, sizeof *counts, "ranks", err));
+    for (uint32_t c = 0; c < f->cloud->cell_count; c++)
+        own += f->tables[c].count;
+    STP_TRY(stp_ranks_gather(ranks, &own, sizeof own, counts, err));
+    for (unsigned rank = 0; rank < rank_count; rank++)
+        sum += counts[rank];
+    STP_TRY(table_create(&f->doubtful, f, (uint32_t)sum, err));
+    f->doubtful.count = (uint32_t)sum;
+    sum = 0;
+    for (unsigned rank = 0; rank < rank_count; sum += counts[rank++]) {
+        if (!ranks || rank == ranks->self)
+            join_tables(f, sum);
+        if (ranks)
+            STP_TRY(share_rows(f, rank, sum, sum + counts[rank], err));
+    }
+done:
+    free(counts);
+    return status;
+}
+
+static void add_own_states(void *context)
+{
+    const finder *f = context;
+    for (size_t i = 0; i < f->state_bytes; i++)
+        f->joined[i] |= atomic_load_explicit(&f->states[i], memory_order_relaxed);
+}
+
+/* Gives what the ranks know about points to all. */
+static stp_status share_states(finder *f, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = f->cloud;
+    uint64_t any = atomic_load(&f->any_joined);
+    if (!cloud->blocks)
+        return STP_OK;
+    STP_TRY(stp_cloud_sum(cloud, &any, 1, err));
+    atomic_store(&f->any_joined, any > 0);
+    STP_TRY(stp_spill_alloc(cloud->spill, &f->joined, f->state_bytes, 1, "outliers", err));
+    STP_TRY(stp_cloud_in_turn(cloud, add_own_states, f, f->joined, f->state_bytes, err));
+    for (size_t i = 0; i < f->state_bytes; i++)
+        atomic_store_explicit(&f->states[i], f->joined[i], memory_order_relaxed);
 done:
     return status;
 }
@@ -154,7 +230,7 @@ static bool joined_with_all(const finder *f, const stp_unit *unit, const float *
     const uint32_t *list = unit->neighbours.indices + (size_t)self * f->k;
     for (unsigned n = 0; n < f->k; n++)
         if (list[n] == STP_NEIGHBOUR_NONE ||
-            !within(f, &unit->cloud, self, list[n], fminf(spacings[self], spacings[list[n]])))
+            !within(f, unit, self, list[n], fminf(spacings[self], spacings[list[n]])))
             return false;
     return true;
 }
@@ -162,6 +238,20 @@ static bool joined_with_all(const finder *f, const stp_unit *unit, const float *
 static uint32_t place_of(const stp_unit *unit, uint32_t number)
 {
     return number == STP_NEIGHBOUR_NONE ? STP_NEIGHBOUR_NONE : unit->places[number];
+}
+
+static reach reach_of(const finder *f, const stp_unit *unit, const float *spacings, uint32_t self)
+{
+    reach out = {0};
+    const uint32_t *list = unit->neighbours.indices + (size_t)self * f->k;
+    for (unsigned n = 0; n < f->k && list[n] != STP_NEIGHBOUR_NONE; n++) {
+        const float own = spacings[self], other = spacings[list[n]];
+        const uint64_t bit = UINT64_C(1) << n;
+        out.step |= within(f, unit, self, list[n], fminf(own, other)) ? bit : 0;
+        out.own |= within(f, unit, self, list[n], unit->cloud.points[self].spacing) ? bit : 0;
+        out.others |= within(f, unit, self, list[n], other) ? bit : 0;
+    }
+    return out;
 }
 
 /* Splits the cell's points into joined and doubtful ones. The neighbours of joined points are kept,
@@ -173,7 +263,6 @@ static stp_status sort_out(finder *f, const stp_unit *unit, const float *spacing
     uint32_t first = unit->places[0], count = 0;
     for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
         const uint32_t *list = unit->neighbours.indices + (size_t)i * f->k;
-        f->spacings[first + i] = spacings[i];
         if (stp_cloud_repeats(f->cloud, first + i))
             continue;
         if (!joined_with_all(f, unit, spacings, i)) {
@@ -191,7 +280,7 @@ static stp_status sort_out(finder *f, const stp_unit *unit, const float *spacing
             continue;
         uint32_t row = doubtful->count++;
         doubtful->points[row] = first + i;
-        doubtful->spacings[row] = unit->cloud.points[i].spacing;
+        doubtful->reaches[row] = reach_of(f, unit, spacings, i);
         for (unsigned n = 0; n < f->k; n++)
             doubtful->lists[(size_t)row * f->k + n] =
                 place_of(unit, unit->neighbours.indices[(size_t)i * f->k + n]);
@@ -200,25 +289,56 @@ done:
     return status;
 }
 
+static uint32_t own_count(const finder *f)
+{
+    const stp_rank_part own = stp_cloud_own(f->cloud);
+    return own.end - own.begin;
+}
+
 static stp_status find_cell(void *context, size_t index, unsigned worker, stp_error *err)
 {
     stp_status status = STP_OK;
     finder *f = context;
     stp_unit unit = {0};
     float *spacings = NULL;
+    bool missed = false;
+    stp_cloud seen = *f->cloud;
+    seen.missed = &missed;
     (void)worker;
-    STP_TRY(
-        stp_unit_create(&unit, f->cloud, (uint32_t)index, (uint32_t)index + 1, f->k, RINGS, err));
+    if (f->cells_done[index])
+        return STP_OK;
+    STP_TRY(stp_unit_create(&unit, &seen, (uint32_t)index, (uint32_t)index + 1, f->k, RINGS, err));
+    if (missed) /* other ranks have points around the cell: they come before the next try */
+        goto done;
     uint32_t inner = stp_unit_inner(&unit, 1);
     STP_TRY(stp_alloc(&spacings, inner, sizeof *spacings, "outliers", err));
     for (uint32_t i = 0; i < inner; i++)
         spacings[i] = local_spacing(&unit, i);
     STP_TRY(sort_out(f, &unit, spacings, &f->tables[index], err));
+    f->cells_done[index] = true;
     uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
-    status = stp_progress_update(f->progress, "outliers", done, f->cloud->count, err);
+    status = stp_progress_update(f->progress, "outliers", done, own_count(f), err);
 done:
     free(spacings);
     stp_unit_clear(&unit);
+    return status;
+}
+
+/* Runs the cells, those again that missed points of other ranks. */
+static stp_status find_cells(finder *f, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_rank_part own = stp_cloud_own_cells(f->cloud);
+    for (uint64_t left = 1; left > 0;) {
+        STP_TRY(stp_cloud_run_own(f->cloud, pool, find_cell, f, err));
+        left = 0;
+        for (uint32_t c = own.begin; c < own.end; c++)
+            left += !f->cells_done[c];
+        STP_TRY(stp_cloud_sum(f->cloud, &left, 1, err));
+        STP_TRY(stp_cloud_fetch(f->cloud, err));
+    }
+    stp_cloud_let_go(f->cloud);
+done:
     return status;
 }
 
@@ -239,12 +359,11 @@ static bool joined_with_many(const finder *f, uint32_t row)
     uint32_t reached[STP_NEIGHBOURS_LIMIT + 1] = {t->points[row]};
     unsigned count = 1;
     for (unsigned at = 0; at < count; at++) {
-        uint32_t from = reached[at];
-        const uint32_t *list = t->lists + (size_t)(at > 0 ? row_of(t, from) : row) * f->k;
+        const uint32_t from = at > 0 ? row_of(t, reached[at]) : row;
+        const uint32_t *list = t->lists + (size_t)from * f->k;
         for (unsigned n = 0; n < f->k && list[n] != STP_NEIGHBOUR_NONE; n++) {
             uint32_t to = list[n];
-            if (!within(f, f->cloud, from, to, fminf(f->spacings[from], f->spacings[to])) ||
-                among(reached, count, to))
+            if (!(t->reaches[from].step >> n & 1) || among(reached, count, to))
                 continue;
             if (count == f->k || state_of(f, to) & JOINED)
                 return true;
@@ -266,7 +385,7 @@ static stp_status join_block(void *context, size_t block, unsigned worker, stp_e
         add_state(f, f->doubtful.points[row], JOINED);
         atomic_store_explicit(&f->any_joined, true, memory_order_relaxed);
     }
-    return stp_progress_update(f->progress, "outliers", f->cloud->count, f->cloud->count, err);
+    return stp_progress_update(f->progress, "outliers", own_count(f), own_count(f), err);
 }
 
 /* Keeps the neighbours of a kept point within `distance` of its own spacings. */
@@ -275,7 +394,7 @@ static void tell_neighbours(const finder *f, uint32_t row)
     const table *t = &f->doubtful;
     const uint32_t *list = t->lists + (size_t)row * f->k;
     for (unsigned n = 0; n < f->k && list[n] != STP_NEIGHBOUR_NONE; n++)
-        if (within(f, f->cloud, t->points[row], list[n], t->spacings[row]))
+        if (t->reaches[row].own >> n & 1)
             add_state(f, list[n], TOLD);
 }
 
@@ -284,8 +403,7 @@ static bool near_kept(const finder *f, uint32_t row)
     const table *t = &f->doubtful;
     const uint32_t *list = t->lists + (size_t)row * f->k;
     for (unsigned n = 0; n < f->k && list[n] != STP_NEIGHBOUR_NONE; n++)
-        if (state_of(f, list[n]) != 0 &&
-            within(f, f->cloud, t->points[row], list[n], f->spacings[list[n]]))
+        if (state_of(f, list[n]) != 0 && t->reaches[row].others >> n & 1)
             return true;
     return false;
 }
@@ -317,12 +435,15 @@ static stp_status decide(finder *f, stp_error *err)
     return status;
 }
 
-static uint32_t mark(const finder *f)
+/* Marks this rank's outliers. Equal positions are on one rank. */
+static uint64_t mark(const finder *f)
 {
-    uint32_t count = 0;
+    uint64_t count = 0;
     bool outlier = false;
-    for (uint32_t i = 0; i < f->cloud->count; i++, stp_cloud_step(f->cloud->spill, i)) {
-        outlier = stp_cloud_repeats(f->cloud, i) ? outlier : state_of(f, i) == 0;
+    const stp_rank_part own = stp_cloud_own(f->cloud);
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(f->cloud->spill, i)) {
+        const bool repeats = i > own.begin && stp_cloud_repeats(f->cloud, i);
+        outlier = repeats ? outlier : state_of(f, i) == 0;
         f->cloud->marks[i] |= outlier ? STP_MARK_OUTLIER : 0;
         count += outlier;
     }
@@ -333,28 +454,35 @@ stp_status stp_outliers_find(stp_cloud *cloud, unsigned k, double distance, stp_
                              const stp_progress *progress, uint32_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
-    finder f = {.cloud = cloud, .k = k, .distance = distance, .progress = progress};
-    STP_TRY(stp_spill_alloc(cloud->spill, &f.spacings, cloud->count, sizeof *f.spacings, "outliers",
-                            err));
-    STP_TRY(
-        stp_spill_alloc(cloud->spill, &f.states, cloud->count, sizeof *f.states, "outliers", err));
+    finder f = {.cloud = cloud,
+                .k = k,
+                .distance = distance,
+                .progress = progress,
+                .state_bytes = cloud->count / BYTE_POINTS + 1};
+    uint64_t found = 0;
+    STP_TRY(stp_spill_alloc(cloud->spill, &f.states, f.state_bytes, 1, "outliers", err));
+    STP_TRY(stp_alloc(&f.cells_done, cloud->cell_count, sizeof *f.cells_done, "outliers", err));
     STP_TRY(stp_alloc(&f.tables, cloud->cell_count, sizeof *f.tables, "outliers", err));
-    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, find_cell, &f, err));
+    STP_TRY(find_cells(&f, pool, err));
     STP_TRY(gather_tables(&f, err));
+    STP_TRY(share_states(&f, err));
+
     size_t block_count = ((size_t)f.doubtful.count + BLOCK_ROWS - 1) / BLOCK_ROWS;
     STP_TRY(stp_cloud_run(cloud, pool, block_count, join_block, &f, err));
-    *count = 0;
     if (f.any_joined) {
         STP_TRY(decide(&f, err));
-        *count = mark(&f);
+        found = mark(&f);
     }
+    STP_TRY(stp_cloud_sum(cloud, &found, 1, err));
+    *count = (uint32_t)found;
 done:
     for (uint32_t c = 0; f.tables && c < cloud->cell_count; c++)
         table_clear(&f.tables[c], &f);
     table_clear(&f.doubtful, &f);
     free(f.tables);
+    free(f.cells_done);
     stp_spill_free(cloud->spill, (void *)f.states);
-    stp_spill_free(cloud->spill, f.spacings);
+    stp_spill_free(cloud->spill, f.joined);
     return status;
 }
 
@@ -366,23 +494,47 @@ static int compare_sources(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* Leaves this rank's outliers out, and sorts the rest with that of the other ranks. */
+static stp_status keep_others(stp_cloud *cloud, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud part = {0};
+    stp_ranks *ranks = cloud->blocks->ranks;
+    const stp_rank_part own = stp_cloud_own(cloud);
+    STP_TRY(stp_cloud_create(&part, own.end - own.begin, cloud->spill, err));
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+        if (!(cloud->marks[i] & STP_MARK_OUTLIER))
+            part.points[part.count++] = cloud->points[i];
+    stp_cloud_clear(cloud);
+    *cloud = part;
+    STP_TRY(stp_cloud_sort_parts(cloud, ranks, false, pool, err));
+done:
+    return status;
+}
+
 stp_status stp_outliers_drop(stp_cloud *cloud, uint32_t count, stp_pool *pool, uint32_t **sources,
-                             stp_error *err)
+                             uint32_t *source_count, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t *taken = NULL, taken_count = 0, kept = 0;
+    const stp_rank_part own = stp_cloud_own(cloud);
     STP_TRY(stp_spill_alloc(cloud->spill, &taken, count, sizeof *taken, "outliers", err));
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         if (cloud->marks[i] & STP_MARK_OUTLIER)
             taken[taken_count++] = cloud->points[i].source;
-        else
+        else if (!cloud->blocks)
             cloud->points[kept++] = cloud->points[i];
     }
     qsort(taken, taken_count, sizeof *taken, compare_sources);
-    cloud->count = kept;
-    stp_cloud_unsort(cloud);
-    STP_TRY(stp_cloud_sort(cloud, pool, err));
+    if (cloud->blocks) {
+        STP_TRY(keep_others(cloud, pool, err));
+    } else {
+        cloud->count = kept;
+        stp_cloud_unsort(cloud);
+        STP_TRY(stp_cloud_sort(cloud, pool, err));
+    }
     *sources = taken;
+    *source_count = taken_count;
     taken = NULL;
 done:
     stp_spill_free(cloud->spill, taken);

@@ -39,9 +39,10 @@ typedef enum stp_outlier_mode {
 stp_status stp_outliers_find(stp_cloud *cloud, unsigned k, double distance, stp_pool *pool,
                              const stp_progress *progress, uint32_t *count, stp_error *err);
 /* Removes the marked points from the cloud and sorts the cloud as if they had never been there.
- * count: what stp_outliers_find found; not all points. *sources: the sources of the removed points,
- * ascending; free with stp_spill_free of the cloud's spill. Errors: those of the sort. */
+ * count: what stp_outliers_find found; not all points. *sources: the sources of the removed points
+ * that this process owned, ascending, *source_count of them; free with stp_spill_free of the
+ * cloud's spill. Errors: those of the sort. */
 stp_status stp_outliers_drop(stp_cloud *cloud, uint32_t count, stp_pool *pool, uint32_t **sources,
-                             stp_error *err);
+                             uint32_t *source_count, stp_error *err);
 
 #endif

@@ -208,6 +208,18 @@ done:
     return status;
 }
 
+/* Finds the rays of an image. *found: whether it has points, and these lie on rays. */
+static stp_status add_camera(stp_depth_images *made, size_t i, bool *found, stp_error *err)
+{
+    const stp_pixel_image *image = &made->pixels.list[i];
+    stp_depth_camera *camera = &made->cameras[i];
+    camera->first_square = made->pieces.square_count;
+    *found = image->has_points;
+    return *found ? stp_depth_pieces_add(&made->pieces, made->cloud, image, found, &camera->turned,
+                                         err)
+                  : STP_OK;
+}
+
 stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, bool noisy,
                                    const stp_point_item_params *params, stp_error *err)
@@ -219,18 +231,39 @@ stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud
     found = made.pixels.point_count == cloud->count;
     STP_TRY(stp_alloc(&made.cameras, made.pixels.count, sizeof *made.cameras, "images", err));
     for (size_t i = 0; found && i < made.pixels.count; i++) {
-        const stp_pixel_image *image = &made.pixels.list[i];
-        stp_depth_camera *camera = &made.cameras[i];
-        camera->first_square = made.pieces.square_count;
-        STP_TRY(stp_depth_pieces_add(&made.pieces, cloud, image, &found, &camera->turned, err));
+        STP_TRY(add_camera(&made, i, &found, err));
         if (found && noisy)
-            STP_TRY(stp_pixel_step_most(&camera->step_most, cloud, image, err));
+            STP_TRY(
+                stp_pixel_step_most(&made.cameras[i].step_most, cloud, &made.pixels.list[i], err));
     }
     if (found) {
         STP_TRY(cut_leaves(&made, params, err));
         *out = made;
         made = (stp_depth_images){.cloud = cloud};
     }
+done:
+    stp_depth_images_clear(&made);
+    return status;
+}
+
+stp_status stp_depth_images_fit(bool *out, size_t *images, const stp_cloud *part,
+                                const struct stp_prep_source *source, stp_ranks *ranks,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_depth_images made = {.cloud = part};
+    uint64_t sums[2] = {0, 0}; /* images on rays; points of no image */
+    STP_TRY(stp_pixel_images_create(&made.pixels, part, source, err));
+    STP_TRY(stp_alloc(&made.cameras, made.pixels.count, sizeof *made.cameras, "images", err));
+    for (size_t i = 0; i < made.pixels.count; i++) {
+        bool found = false;
+        STP_TRY(add_camera(&made, i, &found, err));
+        sums[0] += found;
+    }
+    sums[1] = part->count - made.pixels.point_count;
+    STP_TRY(stp_ranks_sum(ranks, sums, 2, err));
+    *images = made.pixels.count;
+    *out = sums[0] == made.pixels.count && sums[1] == 0;
 done:
     stp_depth_images_clear(&made);
     return status;

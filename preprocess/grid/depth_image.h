@@ -13,6 +13,7 @@
 
 #include "formats/chunk/codec/square/square.h"
 #include "preprocess/grid/depth_rays.h"
+#include "preprocess/ranks/ranks.h"
 #include "preprocess/tree/chunk_build.h"
 #include "preprocess/tree/leaf_cut.h"
 
@@ -45,6 +46,12 @@ typedef struct stp_depth_images {
 stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, bool noisy,
                                    const stp_point_item_params *params, stp_error *err);
+/* Whether the images of a cloud that is not sorted yet will be cut into leaves; each rank has a
+ * part of the points, and whole images. *images: how many images there are. Errors: OUT_OF_MEMORY,
+ * IO, CANCELLED. */
+stp_status stp_depth_images_fit(bool *out, size_t *images, const stp_cloud *part,
+                                const struct stp_prep_source *source, stp_ranks *ranks,
+                                stp_error *err);
 /* Builds one leaf, without tangential errors. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
                                 const stp_point_item_params *params, stp_built_chunk *out,

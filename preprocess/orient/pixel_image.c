@@ -15,10 +15,9 @@
 #define PAIRS 65536u
 #define PAIR_PIXELS 16u
 
-/* Returns the number of pixels of all images. */
-static uint64_t list_images(stp_pixel_images *images, const stp_prep_source *source)
+static void list_images(stp_pixel_images *images, const stp_prep_source *source)
 {
-    uint64_t first = 0, pixels = 0;
+    uint64_t first = 0;
     for (size_t f = 0; f < source->file_count; f++) {
         const stp_prep_file *file = &source->files[f];
         const stp_scan_grid *grid = &file->grid;
@@ -30,25 +29,41 @@ static uint64_t list_images(stp_pixel_images *images, const stp_prep_source *sou
                                   .first = first,
                                   .columns = grid->columns,
                                   .rows = grid->rows};
-            pixels += own;
         }
         first += file->point_count;
     }
-    return pixels;
 }
 
-/* The image that a record may belong to: the last one that begins no later. */
-static const stp_pixel_image *image_of(const stp_pixel_images *images, uint64_t record)
+/* The image that a point belongs to, or NULL: the last one that begins no later than its record. */
+static stp_pixel_image *image_of(const stp_pixel_images *images, const stp_cloud_point *point)
 {
     size_t low = 0, high = images->count;
     while (low < high) {
         const size_t middle = low + (high - low) / 2;
-        if (images->list[middle].first <= record)
+        if (images->list[middle].first <= point->source)
             low = middle + 1;
         else
             high = middle;
     }
-    return low > 0 ? &images->list[low - 1] : NULL;
+    stp_pixel_image *m = low > 0 ? &images->list[low - 1] : NULL;
+    return m && point->source - m->first < stp_pixel_count(m) ? m : NULL;
+}
+
+/* Leaves no pixels to images that have no points. Returns how many the others have. */
+static uint64_t empty_images(const stp_pixel_images *images, const stp_cloud *cloud)
+{
+    uint64_t pixels = 0;
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+        stp_pixel_image *m = image_of(images, &cloud->points[i]);
+        if (m)
+            m->has_points = true;
+    }
+    for (size_t i = 0; i < images->count; i++) {
+        stp_pixel_image *m = &images->list[i];
+        m->columns = m->has_points ? m->columns : 0;
+        pixels += stp_pixel_count(m);
+    }
+    return pixels;
 }
 
 stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud,
@@ -57,7 +72,8 @@ stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud
     stp_status status = STP_OK;
     stp_pixel_images images = {0};
     STP_TRY(stp_alloc(&images.list, source->file_count, sizeof *images.list, "images", err));
-    const uint64_t pixels = list_images(&images, source);
+    list_images(&images, source);
+    const uint64_t pixels = empty_images(&images, cloud);
     STP_TRY(stp_spill_alloc(cloud->spill, &images.points, pixels, sizeof *images.points, "pixels",
                             err));
     uint32_t *next = images.points;
@@ -66,12 +82,11 @@ stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud
     for (uint64_t i = 0; i < pixels; i++)
         images.points[i] = STP_PIXEL_NONE;
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        const uint64_t record = cloud->points[i].source;
-        const stp_pixel_image *m = image_of(&images, record);
-        if (m && record - m->first < stp_pixel_count(m)) {
-            m->points[record - m->first] = i;
-            images.point_count++;
-        }
+        const stp_pixel_image *m = image_of(&images, &cloud->points[i]);
+        if (!m)
+            continue;
+        m->points[cloud->points[i].source - m->first] = i;
+        images.point_count++;
     }
     *out = images;
     images = (stp_pixel_images){0};

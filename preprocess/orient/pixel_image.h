@@ -14,8 +14,9 @@ struct stp_prep_source;
 
 typedef struct stp_pixel_image {
     stp_dvec3 station;
-    uint64_t first; /* record of its first pixel */
-    uint32_t columns, rows;
+    uint64_t first;         /* record of its first pixel */
+    uint32_t columns, rows; /* columns is 0 if no point of the cloud is in the image */
+    bool has_points;
     uint32_t *points; /* by pixel, row by row: the point, or STP_PIXEL_NONE */
 } stp_pixel_image;
 
@@ -28,7 +29,7 @@ typedef struct stp_pixel_images {
 } stp_pixel_images;
 
 /* Lists the images that one station saw and whose pixels are their files' records, and finds the
- * points of a sorted cloud in them. Errors: OUT_OF_MEMORY, IO. Free with stp_pixel_images_clear. */
+ * points of a cloud in them. Errors: OUT_OF_MEMORY, IO. Free with stp_pixel_images_clear. */
 stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, stp_error *err);
 void stp_pixel_images_clear(stp_pixel_images *images, const stp_cloud *cloud);

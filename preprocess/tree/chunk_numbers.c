@@ -24,7 +24,7 @@ static void put_missing(const stp_attribute_list *list, uint8_t *packed)
 
 static stp_status gather(gathered *out, const stp_built_chunk *built,
                          const stp_attribute_order *order, const stp_point_numbers *numbers,
-                         stp_error *err)
+                         const uint8_t *rows, stp_error *err)
 {
     stp_status status = STP_OK;
     const size_t stride = stp_attribute_list_bytes(numbers->list);
@@ -34,13 +34,14 @@ static stp_status gather(gathered *out, const stp_built_chunk *built,
     STP_TRY(stp_alloc(&out->holders, count, sizeof *out->holders, "attributes", err));
     for (int part = 0; part < STP_LEVEL_COUNT; part++)
         for (; i < order->ends[part]; i++) {
-            const uint32_t source =
-                built->sources ? built->sources[order->places[i]] : STP_SOURCE_NONE;
+            const uint32_t place = order->places[i];
+            const uint32_t source = built->sources ? built->sources[place] : STP_SOURCE_NONE;
             uint8_t *to = out->packed + i * stride;
             if (source == STP_SOURCE_NONE)
                 put_missing(numbers->list, to);
             else
-                memcpy(to, numbers->packed + source * stride, stride);
+                memcpy(to, rows ? rows + place * stride : numbers->packed + source * stride,
+                       stride);
             out->holders[i] = built->chunk->samples[STP_LEVEL_COUNT - 1 - part][order->holders[i]];
         }
 done:
@@ -56,17 +57,15 @@ static void lend_to_vertices(stp_built_chunk *built, const stp_attribute_order *
 }
 
 stp_status stp_chunk_numbers_make(stp_chunk_numbers *out, stp_built_chunk *built,
-                                  const stp_point_numbers *numbers, stp_spill *spill,
-                                  stp_error *err)
+                                  const stp_point_numbers *numbers, const uint8_t *rows,
+                                  stp_spill *spill, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_attribute_order order = {0};
     gathered g = {0};
     stp_bytes bytes = {0};
-    if (!numbers->list)
-        return STP_OK;
     STP_TRY(stp_attribute_order_make(&order, built->chunk, err));
-    STP_TRY(gather(&g, built, &order, numbers, err));
+    STP_TRY(gather(&g, built, &order, numbers, rows, err));
     lend_to_vertices(built, &order);
     STP_TRY(stp_alloc(&out->rows, numbers->list->count, sizeof *out->rows, "attributes", err));
     const stp_attribute_numbers of_chunk = {g.packed, order.ends, g.holders};

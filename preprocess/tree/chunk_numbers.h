@@ -13,11 +13,12 @@ typedef struct stp_chunk_numbers {
     stp_attribute_row *rows; /* by attribute */
 } stp_chunk_numbers;
 
-/* Encodes the chunk's attributes and gives its vertices the sources that they borrow. Nothing if
- * there are no attributes. Clear *out also after a failure. Errors: OUT_OF_MEMORY, IO, INTERNAL. */
+/* Encodes the chunk's attributes and gives its vertices the sources that they borrow. rows: the
+ * numbers by level-0 sample; NULL: those of `numbers` by source. Clear *out also after a failure.
+ * Errors: OUT_OF_MEMORY, IO, INTERNAL. */
 stp_status stp_chunk_numbers_make(stp_chunk_numbers *out, stp_built_chunk *built,
-                                  const stp_point_numbers *numbers, stp_spill *spill,
-                                  stp_error *err);
+                                  const stp_point_numbers *numbers, const uint8_t *rows,
+                                  stp_spill *spill, stp_error *err);
 void stp_chunk_numbers_clear(stp_chunk_numbers *numbers, stp_spill *spill);
 
 #endif

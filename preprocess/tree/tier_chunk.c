@@ -19,6 +19,12 @@ void stp_tier_chunk_clear(stp_tier_chunk *c, stp_spill *spill)
     stp_chunk_numbers_clear(&c->numbers, spill);
 }
 
+void stp_tier_chunk_forget_sources(stp_tier_chunk *c)
+{
+    free(c->chunk.sources);
+    c->chunk.sources = NULL;
+}
+
 stp_status stp_tier_chunk_pack(stp_bytes *out, const stp_tier_chunk *c, stp_error *err)
 {
     stp_status status = STP_OK;

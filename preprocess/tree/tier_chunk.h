@@ -17,6 +17,8 @@ typedef struct stp_tier_chunk {
 } stp_tier_chunk;
 
 void stp_tier_chunk_clear(stp_tier_chunk *c, stp_spill *spill);
+/* Frees the sources of the samples: 4 bytes each, needed no longer, while the tier waits long. */
+void stp_tier_chunk_forget_sources(stp_tier_chunk *c);
 
 /* Appends what every rank needs of a chunk: its entry, its vertices and what is summed up. Errors:
  * OUT_OF_MEMORY. */

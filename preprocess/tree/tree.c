@@ -9,7 +9,7 @@
 #include "preprocess/patch/world_lattice.h"
 #include "preprocess/tree/cell_cut.h"
 #include "preprocess/tree/leaf_order.h"
-#include "preprocess/tree/tier_chunk.h"
+#include "preprocess/tree/tier_numbers.h"
 
 #include <limits.h>
 #include <stdatomic.h>
@@ -149,14 +149,12 @@ static stp_status build_one(void *context, size_t place, unsigned worker, stp_er
 {
     stp_status status = STP_OK;
     tree *t = context;
-    const uint32_t index = t->own.begin + (uint32_t)place;
+    const uint32_t index = t->wave_begin + (uint32_t)place;
     built *out = &t->tier[index];
     (void)worker;
     STP_TRY(build_any(t, index, out, err));
-    STP_TRY(stp_chunk_numbers_make(&out->numbers, &out->chunk, &t->params->numbers, t->cloud->spill,
-                                   err));
-    free(out->chunk.sources); /* 4 bytes a sample: needed no longer, and the tier waits long */
-    out->chunk.sources = NULL;
+    if (!t->params->numbers.list)
+        stp_tier_chunk_forget_sources(out);
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     t->reaches.boxes[index] = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
@@ -323,6 +321,28 @@ static void ask_for(const tree *t, uint32_t index)
             (void)stp_cloud_has(t->cloud, i);
 }
 
+/* Builds this rank's chunks of the tier; in waves if they have attributes, which takes all ranks.
+ */
+static stp_status build_own(tree *t, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t count = t->own.end - t->own.begin;
+    const bool numbered = t->params->numbers.list;
+    const uint32_t wave = numbered ? WAVE_CHUNKS : count;
+    const uint32_t most = numbered ? t->tier_count / stp_ranks_count(t->params->ranks) + 1 : count;
+    for (uint32_t at = 0; at < most; at += wave) {
+        const uint32_t begin = at < count ? at : count;
+        const uint32_t here = count - begin < wave ? count - begin : wave;
+        t->wave_begin = t->own.begin + begin;
+        STP_TRY(stp_cloud_run(t->cloud, t->pool, here, build_one, t, err));
+        if (numbered)
+            STP_TRY(stp_tier_numbers_make(t->tier + t->wave_begin, here, t->params, t->cloud,
+                                          t->pool, err));
+    }
+done:
+    return status;
+}
+
 /* Builds this rank's chunks of the tier, and gets those around them. */
 static stp_status build_tier(tree *t, stp_error *err)
 {
@@ -332,7 +352,7 @@ static stp_status build_tier(tree *t, stp_error *err)
     for (uint32_t i = t->own.begin; i < t->own.end; i++)
         ask_for(t, i);
     STP_TRY(stp_cloud_fetch(t->cloud, err));
-    STP_TRY(stp_cloud_run(t->cloud, t->pool, t->own.end - t->own.begin, build_one, t, err));
+    STP_TRY(build_own(t, err));
     stp_cloud_let_go(t->cloud);
     for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
         const stp_rank_part part = stp_ranks_part(ranks, rank, t->tier_count);

@@ -40,6 +40,42 @@ awk 'BEGIN {
     for (i = 0; i < 20000; i++) print i == 19000 ? "x" : rand(), rand(), 5
 }' >"$FOLDER/broken/b.ply"
 cp "$FOLDER/mixed/a.las" "$FOLDER/mixed/c.xyz" "$FOLDER/broken"
+# A plane, points and small groups far from it, and a pile of outliers at one position.
+awk 'BEGIN { srand(7)
+    for (i = 0; i < 60000; i++) print rand() * 9, rand() * 9, rand() / 500
+    for (i = 0; i < 500; i++) print rand() * 9, rand() * 9, rand() * 4
+    for (i = 0; i < 300; i++) print int(i / 6) % 7 + i % 6 / 300, int(i / 42), 2 + i % 2 / 300
+    for (i = 0; i < 9; i++) print 4, 4, 9 }' | sort -k3 >"$FOLDER/stray.xyz"
+
+# Files of one station: two scanners in a box; a depth camera's images with noise; a false claim, since
+# the points lie behind each other.
+mkdir "$FOLDER/scans" "$FOLDER/depths" "$FOLDER/stations"
+scanner() { # x of the scanner
+    awk -v x="$1" 'BEGIN { pi = 3.14159265; srand(x)
+        print 240 "\n" 100 "\n" x, "2 1\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0"; print x, "2 1 1"
+        for (c = 0; c < 240; c++) for (r = 0; r < 100; r++) {
+            p = 2 * pi * (c + 0.5) / 240; q = (r - 49.5) * pi / 120
+            u = cos(q) * cos(p); v = cos(q) * sin(p); w = sin(q)
+            t = u > 0 ? (8 - x) / u : -x / u
+            s = v > 0 ? 2 / v : -2 / v; t = s < t ? s : t
+            s = w > 0 ? 1.5 / w : -1 / w; t = s < t ? s : t
+            t += rand() / 500
+            if (c % 17) print u * t, v * t, w * t, 0.5; else print "0 0 0 0.5" } }'
+}
+image() { # seed, wrong: the points are no image from the viewpoint
+    awk -v seed="$1" -v wrong="$2" 'BEGIN { srand(seed)
+        print "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 160\nHEIGHT 120"
+        print "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 19200\nDATA ascii"
+        for (r = 0; r < 120; r++) for (c = 0; c < 160; c++) {
+            z = 1 / int(400 / (2 + c / 160 + (r > 60)) + rand()) * 400
+            if (wrong) print rand(), rand(), 1 + rand(); else print (c - 80) * z / 140, (r - 60) * z / 140, z } }'
+}
+scanner 2 >"$FOLDER/scans/a.ptx"
+scanner 6 >"$FOLDER/scans/b.ptx"
+image 3 0 >"$FOLDER/depths/a.pcd"
+image 4 0 >"$FOLDER/depths/b.pcd"
+image 5 1 >"$FOLDER/stations/c.pcd"
+cp "$FOLDER/depths/b.pcd" "$FOLDER/scans/a.ptx" "$FOLDER/stations"
 
 facts() { sed '/"seconds"/,$d' "$FOLDER/$1"; } # of --stats, without times and memory
 
@@ -63,13 +99,19 @@ check_bytes() { # numbers of ranks, words of prep
     done
 }
 
+# The last run's ranks must have sorted parts, and kept them. A point has 56 bytes: all points for the
+# other ranks would be more.
+expect_shared() { # points, ranks
+    local sorted
+    sorted=$(sed -n '/stage_sent_bytes/,/}/s/.*"sort":[^0-9]*\([0-9]*\).*/\1/p' "$FOLDER/stats.json")
+    [ "${sorted:-0}" -gt "$1" ] || fail "$command: ranks did not sort parts: sent ${sorted:-nothing}"
+    [ "${sorted:-0}" -lt $((56 * $1 * ($2 - 1))) ] || fail "$command: ranks do not share the points: sent $sorted bytes"
+}
+
 all=2
 if is_long; then all="1 2 3 4 8"; fi
 check_bytes "$all 3" "$FOLDER/statue.ply"
-sorted=$(sed -n '/stage_sent_bytes/,/}/s/.*"sort":[^0-9]*\([0-9]*\).*/\1/p' "$FOLDER/stats.json")
-[ "${sorted:-0}" -gt 100000 ] || fail "ranks did not sort parts: sent ${sorted:-nothing}"
-# A point has 56 bytes: all points for the two other ranks would be more.
-[ "${sorted:-0}" -lt 11200000 ] || fail "ranks do not share the points: sent $sorted bytes"
+expect_shared 100000 3
 check_bytes "$all 3" "$FOLDER/mixed" --orient none
 check_bytes "$all" "$FOLDER/pile.xyz"
 check_bytes "$all" "$FOLDER/twice"
@@ -77,7 +119,24 @@ check_bytes "$all" "$FOLDER/noisy.xyz" --columns x,y,z,nx,ny,nz
 wanted=1
 check_bytes "$all" "$FOLDER/broken" # its file breaks off in the middle: it is left out, on all ranks
 wanted=0
-check_bytes "$all" "$FOLDER/mixed" --attributes all --memory 150M --outliers mark
+check_bytes "$all 3" "$FOLDER/mixed" --attributes all --memory 150M --outliers mark
+expect_shared 125000 3
+check_bytes "$all" "$FOLDER/stray.xyz" --outliers mark
+grep -Eq '"outliers_marked":[[:space:]]*[1-9]' "$FOLDER/one.json" || fail "no outliers were found"
+check_bytes "$all 3" "$FOLDER/stray.xyz" "$FOLDER/scans" --outliers drop
+expect_shared 105000 3
+"$STIPPLE" prep "$FOLDER/stray.xyz" "$FOLDER/scans" --outliers drop --rejects "$FOLDER/one.csv" -o "$FOLDER/one.stipple" \
+    --quiet --force || fail "no list of rejects"
+run "${launch[@]}" -n 3 "$STIPPLE" prep "$FOLDER/stray.xyz" "$FOLDER/scans" --outliers drop --rejects "$FOLDER/m.csv" \
+    -o "$model" --threads 1 --quiet --force --stats "$FOLDER/stats.json"
+cmp -s "$FOLDER/m.csv" "$FOLDER/one.csv" || fail "3 ranks: another list of rejects"
+expect_shared 105000 3
+check_bytes "$all 3" "$FOLDER/scans"
+expect_shared 45000 3
+check_bytes "$all" "$FOLDER/depths"
+check_bytes "$all 3" "$FOLDER/stations" --outliers drop
+run "${launch[@]}" -n 3 "$STIPPLE" prep "$FOLDER/stations" -o "$model" --threads 1 --force
+expect_text err "19200 points name no scanner"
 check_bytes "$all" "$FOLDER/statue.ply" --layers joined --codec zstd --precision 0.001
 check_bytes "$all" "$FOLDER/mixed/b.ply" --maps
 # A rank with less memory must find the same closed surfaces.

@@ -64,10 +64,10 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
         goto done;
     }
     in->params.pool = pool;
-    if (o->rejects) {
+    if (o->rejects)
         STP_TRY(prep_inputs_begin_rejects(in, o->rejects, o->force, err));
-        source.part_begin = NULL; /* the list is in the order of all records */
-    }
+    else
+        source.rejected = NULL;
     status = o->append ? stp_append_run(o->output, &source, params, pool, progress, &stats,
                                         &appended, err)
                        : stp_prep_run(o->output, &source, params, pool, progress, &stats, err);
