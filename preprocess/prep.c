@@ -127,6 +127,7 @@ static stp_status write_tree(stp_prep_job *job, stp_error *err)
     stp_prep_stats *stats = job->stats;
     stp_chunk_writer *writer = NULL;
     stp_chunk_writer_params out = {.force = params->force,
+                                   .shared = stp_ranks_count(params->ranks) > 1,
                                    .codec = tree->codec,
                                    .attributes = attributes_of(source, stats),
                                    .orientation = stats->orientation,
