@@ -40,16 +40,16 @@ static stp_status write_failed(const char *path, stp_error *err)
     return stp_error_set(err, STP_IO, "%s: writing failed: %s", path, strerror(reason));
 }
 
-static stp_status write_all(stp_output *output, const void *data, size_t size, uint64_t offset,
-                            stp_error *err)
+stp_status stp_file_write_at(int descriptor, const char *path, uint64_t offset, const void *data,
+                             size_t size, stp_error *err)
 {
     const unsigned char *bytes = data;
     while (size > 0) {
-        ssize_t written = pwrite(output->descriptor, bytes, size, (off_t)offset);
+        ssize_t written = pwrite(descriptor, bytes, size, (off_t)offset);
         if (written < 0 && errno == EINTR)
             continue;
         if (written <= 0)
-            return write_failed(output->path, err);
+            return write_failed(path, err);
         bytes += written;
         offset += (uint64_t)written;
         size -= (size_t)written;
@@ -60,7 +60,8 @@ static stp_status write_all(stp_output *output, const void *data, size_t size, u
 static stp_status flush(stp_output *output, stp_error *err)
 {
     stp_status status =
-        write_all(output, output->buffer, output->buffered, output->size - output->buffered, err);
+        stp_file_write_at(output->descriptor, output->path, output->size - output->buffered,
+                          output->buffer, output->buffered, err);
     if (status == STP_OK)
         output->buffered = 0;
     return status;
@@ -121,7 +122,8 @@ static bool open_named(stp_output *output)
     return false;
 }
 
-stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err)
+static stp_status create(stp_output **out, const char *path, bool force, bool shared,
+                         stp_error *err)
 {
     stp_status status = STP_OK;
     stp_output *output = NULL;
@@ -138,7 +140,7 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
     STP_TRY(stp_text_copy(&output->path, path, "a path", err));
     STP_TRY(stp_alloc(&output->temporary, bytes, 1, "a path", err));
     (void)stp_output_sweep(path, NULL);
-    if (!open_nameless(output, bytes) && !open_named(output)) {
+    if ((shared || !open_nameless(output, bytes)) && !open_named(output)) {
         status = stp_error_set(err, STP_IO, "%s: cannot be created: %s", path, strerror(errno));
         goto done;
     }
@@ -147,6 +149,16 @@ stp_status stp_output_create(stp_output **out, const char *path, bool force, stp
 done:
     stp_output_destroy(&output);
     return status;
+}
+
+stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err)
+{
+    return create(out, path, force, false, err);
+}
+
+stp_status stp_output_create_shared(stp_output **out, const char *path, bool force, stp_error *err)
+{
+    return create(out, path, force, true, err);
 }
 
 /* ---- files that are changed in place ---- */
@@ -268,11 +280,20 @@ stp_status stp_output_write(stp_output *output, const void *data, size_t size, s
     return STP_OK;
 }
 
+stp_status stp_output_skip(stp_output *output, uint64_t size, stp_error *err)
+{
+    const stp_status status = flush(output, err);
+    output->size += status == STP_OK ? size : 0;
+    return status;
+}
+
 stp_status stp_output_write_at(stp_output *output, uint64_t offset, const void *data, size_t size,
                                stp_error *err)
 {
     stp_status status = flush(output, err);
-    return status == STP_OK ? write_all(output, data, size, offset, err) : status;
+    return status == STP_OK
+               ? stp_file_write_at(output->descriptor, output->path, offset, data, size, err)
+               : status;
 }
 
 uint64_t stp_output_size(const stp_output *output)
@@ -393,6 +414,24 @@ stp_status stp_file_open(const char *path, int *descriptor, uint64_t *size, stp_
     *descriptor = opened;
     *size = (uint64_t)info.st_size;
     return STP_OK;
+}
+
+stp_status stp_file_join(const char *path, int *descriptor, stp_error *err)
+{
+    const int opened = open(path, O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
+    if (opened < 0)
+        return stp_error_set(err, STP_IO, "%s: cannot be opened for writing: %s", path,
+                             strerror(errno));
+    *descriptor = opened;
+    return STP_OK;
+}
+
+stp_status stp_file_close(int descriptor, const char *path, stp_error *err)
+{
+    stp_status status = fsync(descriptor) == 0 ? STP_OK : write_failed(path, err);
+    if (close(descriptor) != 0 && status == STP_OK)
+        status = write_failed(path, err);
+    return status;
 }
 
 stp_status stp_file_load(const char *path, uint8_t **out, size_t *size, stp_error *err)

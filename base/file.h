@@ -21,6 +21,8 @@ uint64_t stp_output_sweep(const char *path, uint64_t *bytes);
 /* Creates an output, after a sweep. Errors: EXISTS (path exists and force is false), IO (the folder
  * is missing or read-only), OUT_OF_MEMORY. */
 stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err);
+/* The same with a temporary name, by which other processes may open the file and write to it. */
+stp_status stp_output_create_shared(stp_output **out, const char *path, bool force, stp_error *err);
 /* Opens a file to change it in place, and locks it: no other run can reopen it until the output is
  * destroyed. Programs may read it meanwhile. What is written is appended; stp_output_sync makes it
  * stay. Not for commit. Errors: NOT_FOUND, IO (no permission, write-protected, locked, no regular
@@ -38,6 +40,8 @@ stp_status stp_output_check_input(const char *path, const char *input, stp_error
 stp_status stp_output_check_other(const stp_output *output, const char *path, stp_error *err);
 /* Appends size bytes. Errors: IO (the message says if the disk is full). */
 stp_status stp_output_write(stp_output *output, const void *data, size_t size, stp_error *err);
+/* Leaves size bytes to other processes: appending goes on behind them. Errors: likewise. */
+stp_status stp_output_skip(stp_output *output, uint64_t size, stp_error *err);
 /* Overwrites bytes that were written before. The append position does not move. Errors: IO. */
 stp_status stp_output_write_at(stp_output *output, uint64_t offset, const void *data, size_t size,
                                stp_error *err);
@@ -53,6 +57,13 @@ stp_status stp_output_commit(stp_output **output, stp_error *err);
 /* Removes the temporary file if not committed. Sets *output to NULL. */
 void stp_output_destroy(stp_output **output);
 
+/* Opens a file that another process created, to write to it. Errors: IO. */
+stp_status stp_file_join(const char *path, int *descriptor, stp_error *err);
+/* Writes size bytes at offset. Errors: IO (the message says if the disk is full). */
+stp_status stp_file_write_at(int descriptor, const char *path, uint64_t offset, const void *data,
+                             size_t size, stp_error *err);
+/* Syncs and closes the file. Errors: likewise. */
+stp_status stp_file_close(int descriptor, const char *path, stp_error *err);
 /* Reads exactly size bytes at offset. Errors: IO; CORRUPT when the file ends early. */
 stp_status stp_file_read_at(int descriptor, const char *path, uint64_t offset, void *data,
                             size_t size, stp_error *err);

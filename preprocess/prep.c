@@ -125,6 +125,7 @@ static stp_status write_tree(stp_prep_job *job, stp_error *err)
     stp_prep_stats *stats = job->stats;
     stp_chunk_writer *writer = NULL;
     stp_chunk_writer_params out = {.force = params->force,
+                                   .shared = stp_ranks_count(params->ranks) > 1,
                                    .codec = tree->codec,
                                    .attributes = attributes_of(source, stats),
                                    .orientation = stats->orientation,
@@ -505,7 +506,8 @@ static stp_status run(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_prep_stats *stats = job->stats;
-    const stp_prep_size size = stp_prep_size_of(job->source, job->params);
+    STP_TRY(stp_prep_choose_parts(job, err));
+    const stp_prep_size size = stp_prep_job_size(job);
     STP_TRY(stp_prep_plan_room(job, &size, err));
     if (job->params->planned)
         job->params->planned(&job->plan);
@@ -527,6 +529,15 @@ done:
     return status;
 }
 
+stp_status stp_prep_check_count(const stp_prep_source *source, stp_error *err)
+{
+    if (source->point_count >= UINT32_MAX - 1)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: more than %u points: split the input into several models",
+                             source->files[0].name, UINT32_MAX - 1);
+    return STP_OK;
+}
+
 stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         const stp_prep_params *params, stp_pool *pool, const stp_progress *progress,
                         stp_prep_stats *stats, stp_error *err)
@@ -540,11 +551,10 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         .stats = stats,
                         .since = start};
     stp_prep_job_begin(&job);
-    if (source->point_count >= UINT32_MAX - 1)
-        return stp_error_set(err, STP_LIMIT,
-                             "%s: more than %u points: split the input into several models",
-                             source->files[0].name, UINT32_MAX - 1);
-    const stp_status status = run(&job, err);
+    stp_status status = stp_prep_check_count(source, err);
+    if (status != STP_OK)
+        return status;
+    status = run(&job, err);
     stats->seconds = job.since - start;
     stp_outside_clear(&job.outside);
     stp_prep_clear_shapes(&job.shapes);

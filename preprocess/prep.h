@@ -90,6 +90,8 @@ typedef struct stp_prep_size {
     bool bent;             /* and its raster was moved */
     bool maps;             /* stp_prep_params.maps */
     bool fills;            /* stp_maps_params.fill */
+    bool shared;           /* by stp_prep_params.ranks: each has a share of the points */
+    uint64_t read;         /* then: those that this rank reads */
 } stp_prep_size;
 
 /* What a run will need, known before it begins. */
@@ -182,6 +184,8 @@ static inline double stp_prep_maps_mean(const stp_maps_counts *maps, const stp_t
 /* Names of the stages, in order. */
 extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];
 
+/* Errors: LIMIT (more points than a run can take). */
+stp_status stp_prep_check_count(const stp_prep_source *source, stp_error *err);
 /* How much a run over this source with these parameters has to prepare. */
 stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params);
 /* Plans a run. Errors: IO (no such folder, not enough space in it), LIMIT (too little memory for

@@ -102,6 +102,8 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err);
  * becomes elevation maps. All ranks decide alike.
  * Errors: CANCELLED, IO. */
 stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err);
+/* How much a run has to prepare, once parts are chosen. */
+stp_prep_size stp_prep_job_size(const stp_prep_job *job);
 /* Tells the source of a rejected record, at once or when all parts are read. Errors: those of the
  * source, OUT_OF_MEMORY. */
 stp_status stp_prep_reject(stp_prep_job *job, uint64_t place, stp_reject reason, stp_error *err);

@@ -16,6 +16,8 @@
 /* Per point, while the pieces of a surface are joined: edges at cells' borders, and the neighbours
  * of points on crumbs. The statue takes 3 bytes, an airborne survey with trees 17. */
 #define SURFACE_BYTES 20u
+/* Per point on every rank: boxes, pieces of surface, patch vertices (docs/mpi.md). */
+#define RANK_BYTES 7u
 /* Per point if each point is a crumb, without its neighbours: 8 edges (64), its place (4), the
  * pieces' trees, sizes, numbers and sums (30). */
 #define CRUMBS_BYTES 98u
@@ -42,6 +44,26 @@ static uint64_t step_bytes(uint64_t point_count)
     while (2 * point_count >> (7 * bytes))
         bytes++;
     return bytes;
+}
+
+/* What a rank needs of the points, as long as their surface is unknown. While it sorts, it also has
+ * the part that it read; later, blocks along its borders, which may be as many as its own. */
+static uint64_t point_bytes(const stp_prep_size *size, unsigned ranks)
+{
+    const uint64_t own = size->points / ranks * POINT_BYTES;
+    const uint64_t read = size->read * sizeof(stp_cloud_point);
+    return ranks > 1 ? own + (read > own ? read : own) + size->points * RANK_BYTES
+                     : size->points * POINT_BYTES;
+}
+
+/* Attributes, and once more: no worse than that encoded, by the rank that has the chunk and by rank
+ * 0, which writes them. */
+static uint64_t number_bytes(const stp_prep_size *size, const stp_ranks *ranks, unsigned count)
+{
+    if (count == 1)
+        return size->points * 2 * size->number_bytes;
+    const uint64_t encoded = stp_ranks_is_first(ranks) ? size->points : size->points / count;
+    return (size->read + encoded) * size->number_bytes;
 }
 
 static uint64_t machine_bytes(void)
@@ -85,16 +107,17 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
     unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
     uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
     const uint64_t points = size->points; /* below 2^32 */
-    /* attributes, and once more: no worse than that encoded */
-    const uint64_t numbers = points * 2 * size->number_bytes;
+    const unsigned ranks = size->shared ? stp_ranks_count(params->ranks) : 1;
+    const uint64_t numbers = number_bytes(size, params->ranks, ranks);
     const uint64_t maps = points * (size->maps ? MAPS_BYTES : 0);
     const uint64_t fill = points * (size->fills ? FILL_BYTES : 0);
     const uint64_t sample = GRID_BYTES + (size->bent ? BENT_BYTES : 0);
+    const uint64_t here = point_bytes(size, ranks), share = points / ranks;
     uint64_t surface =
-        points * (size->grid ? sample : POINT_BYTES + SURFACE_BYTES) + numbers + maps;
+        (size->grid ? points * sample : here + share * SURFACE_BYTES) + numbers + maps;
     uint64_t most = size->grid
                         ? surface
-                        : points * (POINT_BYTES + CRUMBS_BYTES + k * step_bytes(points)) + numbers +
+                        : here + points * CRUMBS_BYTES + share * k * step_bytes(points) + numbers +
                               maps + VIEW_BYTES + (uint64_t)thread_count * THREAD_VIEW_BYTES;
     stp_prep_plan plan = {.memory_bytes =
                               params->memory_bytes ? params->memory_bytes : machine_bytes() / 2};

@@ -222,7 +222,6 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
     if (has_parts(job))
         for (uint64_t i = 0; i < (uint64_t)source->raster.columns * source->raster.rows; i++)
             stp_height_grid_leave_out(&job->grid, i);
-    STP_TRY(stp_prep_choose_parts(job, err));
     if (job->in_parts) {
         STP_TRY(stp_prep_read_part(job, read_records, err));
     } else {

@@ -21,14 +21,45 @@ typedef struct part_counts {
     uint32_t failed; /* 1: its part could not be read */
 } part_counts;
 
+/* Where the part of a rank begins. */
+static uint32_t begin_of(const stp_prep_source *source, const stp_ranks *ranks, unsigned rank)
+{
+    const uint64_t count = source->point_count;
+    return (uint32_t)(rank == ranks->count
+                          ? count
+                          : source->part_begin(source->context, count * rank / ranks->count));
+}
+
 stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
 {
     const stp_prep_source *source = job->source;
+    stp_status status = STP_OK;
     stp_ranks *ranks = job->params->ranks;
     job->lists_rejects = source->rejected;
     job->in_parts = stp_ranks_count(ranks) > 1 && source->part_begin && !job->stats->keeps_grid &&
                     !job->params->maps;
-    return stp_ranks_broadcast(ranks, 0, &job->lists_rejects, sizeof job->lists_rejects, err);
+    STP_TRY(stp_ranks_broadcast(ranks, 0, &job->lists_rejects, sizeof job->lists_rejects, err));
+    if (!job->in_parts)
+        return STP_OK;
+    STP_TRY(stp_alloc(&job->begins, (size_t)ranks->count + 1, sizeof *job->begins, "ranks", err));
+    for (unsigned rank = 0; rank <= ranks->count; rank++)
+        job->begins[rank] = begin_of(source, ranks, rank);
+done:
+    return status;
+}
+
+stp_prep_size stp_prep_job_size(const stp_prep_job *job)
+{
+    const stp_prep_source *source = job->source;
+    stp_prep_size size = stp_prep_size_of(source, job->params);
+    size.shared = job->in_parts && !job->stats->join_layers;
+    for (size_t f = 0; f < source->file_count; f++) /* images may need all points on every rank */
+        size.shared = size.shared && source->files[f].grid.columns == 0;
+    if (job->in_parts) {
+        const uint32_t *own = job->begins + job->params->ranks->self;
+        size.read = own[1] - own[0];
+    }
+    return size;
 }
 
 stp_status stp_prep_reject(stp_prep_job *job, uint64_t place, stp_reject reason, stp_error *err)
@@ -74,15 +105,6 @@ done:
     return status;
 }
 
-/* Where the part of a rank begins. */
-static uint32_t begin_of(const stp_prep_source *source, const stp_ranks *ranks, unsigned rank)
-{
-    const uint64_t count = source->point_count;
-    return (uint32_t)(rank == ranks->count
-                          ? count
-                          : source->part_begin(source->context, count * rank / ranks->count));
-}
-
 /* Puts what all ranks read into the statistics. *failed: one of them could not read its part. */
 static stp_status add_up(stp_prep_job *job, const part_counts *own, bool *failed, stp_error *err)
 {
@@ -119,9 +141,6 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
     const stp_prep_source *source = job->source;
     const stp_ranks *ranks = job->params->ranks;
     const stp_prep_stats before = *stats;
-    STP_TRY(stp_alloc(&job->begins, (size_t)ranks->count + 1, sizeof *job->begins, "ranks", err));
-    for (unsigned rank = 0; rank <= ranks->count; rank++)
-        job->begins[rank] = begin_of(source, ranks, rank);
     const uint32_t begin = job->begins[ranks->self], end = job->begins[ranks->self + 1];
     STP_TRY(stp_prep_make_room(job, begin, end, err));
     stats->points_in = begin; /* numbers the records */
@@ -151,6 +170,9 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
     job->begins = NULL;
     job->unlike = 0;
     job->in_parts = false;
+    stp_spill_destroy(&job->spill);
+    const stp_prep_size size = stp_prep_job_size(job);
+    STP_TRY(stp_prep_plan_room(job, &size, err));
     STP_TRY(stp_prep_make_room(job, 0, source->point_count, err));
     STP_TRY(source->read_part(source->context, 0, UINT64_MAX, err));
     STP_TRY(read(job, err));

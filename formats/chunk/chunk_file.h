@@ -291,6 +291,7 @@ typedef struct stp_chunk_writer stp_chunk_writer;
 
 typedef struct stp_chunk_writer_params {
     bool force;      /* replace an existing file */
+    bool shared;     /* other processes write some of the payloads */
     stp_codec codec; /* of the payloads */
     uint32_t attributes;
     stp_orientation orientation;
@@ -334,11 +335,14 @@ stp_status stp_chunk_encode(const stp_chunk *chunk, stp_codec codec, void **payl
 stp_status stp_chunk_writer_append(stp_chunk_writer *writer, const void *payload,
                                    const stp_chunk_entry *entry, uint32_t *handle, stp_error *err);
 struct stp_bytes;
-/* The same with the records of its blocks, which stp_block_records_of makes on any thread. */
+/* The same with the records of its blocks, which stp_block_records_of makes on any thread. payload
+ * NULL: another process writes it. */
 stp_status stp_chunk_writer_append_made(stp_chunk_writer *writer, const void *payload,
                                         const struct stp_bytes *records,
                                         const stp_chunk_entry *entry, uint32_t *handle,
                                         stp_error *err);
+/* Where the next payload goes: byte *offset of the returned path, until finish. */
+const char *stp_chunk_writer_next(const stp_chunk_writer *writer, uint64_t *offset);
 
 /* Appends the numbers of all attributes of a chunk, when all payloads are written. list: the same
  * each time, borrowed until finish. rows: list->count, whose offsets count from the begin of bytes;

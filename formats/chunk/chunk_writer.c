@@ -50,7 +50,8 @@ stp_status stp_chunk_writer_create(stp_chunk_writer **out, const char *path,
     static const uint8_t blank[2 * STP_HEADER_BYTES_2] = {0};
     STP_TRY(stp_alloc(&writer, 1, sizeof *writer, "chunk writer", err));
     writer->params = *params;
-    STP_TRY(stp_output_create(&writer->output, path, params->force, err));
+    STP_TRY(params->shared ? stp_output_create_shared(&writer->output, path, params->force, err)
+                           : stp_output_create(&writer->output, path, params->force, err));
     STP_TRY(stp_output_write(writer->output, blank,
                              has_blocks(writer) ? sizeof blank : STP_HEADER_BYTES, err));
     *out = writer;
@@ -180,11 +181,18 @@ stp_status stp_chunk_writer_append_made(stp_chunk_writer *writer, const void *pa
     STP_TRY(next_entry(writer, entry, &kept, err));
     kept->offset = stp_output_size(writer->output);
     STP_TRY(keep_blocks(writer, records, kept, err));
-    STP_TRY(
-        stp_output_write(writer->output, payload, entry->segment_end[STP_SEGMENT_COUNT - 1], err));
+    const uint64_t size = entry->segment_end[STP_SEGMENT_COUNT - 1];
+    STP_TRY(payload ? stp_output_write(writer->output, payload, size, err)
+                    : stp_output_skip(writer->output, size, err));
     *handle = (uint32_t)writer->entry_count++;
 done:
     return status;
+}
+
+const char *stp_chunk_writer_next(const stp_chunk_writer *writer, uint64_t *offset)
+{
+    *offset = stp_output_size(writer->output);
+    return stp_output_temporary_path(writer->output);
 }
 
 stp_status stp_chunk_writer_keep(stp_chunk_writer *writer, uint32_t id, uint32_t *handle,

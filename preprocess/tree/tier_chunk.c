@@ -25,7 +25,8 @@ void stp_tier_chunk_forget_sources(stp_tier_chunk *c)
     c->chunk.sources = NULL;
 }
 
-stp_status stp_tier_chunk_pack(stp_bytes *out, const stp_tier_chunk *c, stp_error *err)
+/* Appends what every rank needs of a chunk: its entry, its vertices and what is summed up. */
+static stp_status pack(stp_bytes *out, const stp_tier_chunk *c, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_built_chunk *b = &c->chunk;
@@ -40,8 +41,8 @@ done:
     return status;
 }
 
-stp_status stp_tier_chunk_take(stp_tier_chunk *out, stp_cursor from, stp_spill *spill,
-                               stp_error *err)
+/* Sets these in place of what was there. */
+static stp_status take(stp_tier_chunk *out, stp_cursor from, stp_spill *spill, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t counts[2];
@@ -140,16 +141,15 @@ done:
     return status;
 }
 
-stp_status stp_tier_chunk_pack_file(stp_bytes *out, const stp_tier_chunk *c,
-                                    uint32_t attribute_count, stp_error *err)
+/* Appends what only the file needs beside the payload: records and attributes. */
+static stp_status pack_file(stp_bytes *out, const stp_tier_chunk *c, uint32_t attribute_count,
+                            stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_chunk_numbers *n = &c->numbers;
-    const uint64_t sizes[] = {c->entry.segment_end[STP_SEGMENT_COUNT - 1], c->records.size,
-                              n->size};
+    const uint64_t sizes[] = {c->records.size, n->size};
     STP_TRY(stp_bytes_append(out, sizes, sizeof sizes, err));
-    STP_TRY(stp_bytes_append(out, c->payload, sizes[0], err));
-    STP_TRY(stp_bytes_append(out, c->records.data, sizes[1], err));
+    STP_TRY(stp_bytes_append(out, c->records.data, sizes[0], err));
     if (attribute_count > 0) {
         STP_TRY(stp_bytes_append(out, n->bytes, n->size, err));
         STP_TRY(stp_bytes_append(out, n->rows, attribute_count * sizeof *n->rows, err));
@@ -158,21 +158,44 @@ done:
     return status;
 }
 
-stp_status stp_tier_chunk_take_file(stp_tier_chunk *out, stp_cursor from, uint32_t attribute_count,
-                                    stp_error *err)
+static stp_status take_file(stp_tier_chunk *out, stp_cursor from, uint32_t attribute_count,
+                            stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk_numbers *n = &out->numbers;
-    uint64_t sizes[3];
+    uint64_t sizes[2];
     STP_TRY(stp_packet_take(&from, sizes, sizeof sizes, err));
-    STP_TRY(stp_packet_take_array(&from, &out->payload, sizes[0], 1, err));
-    STP_TRY(stp_packet_take_array(&from, &out->records.data, sizes[1], 1, err));
-    out->records.size = sizes[1];
+    STP_TRY(stp_packet_take_array(&from, &out->records.data, sizes[0], 1, err));
+    out->records.size = sizes[0];
     if (attribute_count > 0) {
-        n->size = sizes[2];
+        n->size = sizes[1];
         STP_TRY(stp_packet_take_array(&from, &n->bytes, n->size, 1, err));
         STP_TRY(stp_packet_take_array(&from, &n->rows, attribute_count, sizeof *n->rows, err));
     }
+done:
+    return status;
+}
+
+stp_status stp_tier_chunk_share(stp_tier_chunk *c, unsigned owner, stp_ranks *ranks,
+                                const stp_attribute_list *list, stp_bytes *packet, stp_spill *spill,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t attributes = list ? list->count : 0;
+    packet->size = 0;
+    if (ranks->self == owner)
+        STP_TRY(pack(packet, c, err));
+    STP_TRY(stp_ranks_broadcast_bytes(ranks, owner, packet, err));
+    if (ranks->self != owner)
+        STP_TRY(take(c, (stp_cursor){packet->data, packet->size}, spill, err));
+    if (owner == 0)
+        goto done;
+    packet->size = 0;
+    if (ranks->self == owner)
+        STP_TRY(pack_file(packet, c, attributes, err));
+    STP_TRY(stp_ranks_send_bytes(ranks, owner, packet, err));
+    if (ranks->self == 0)
+        STP_TRY(take_file(c, (stp_cursor){packet->data, packet->size}, attributes, err));
 done:
     return status;
 }

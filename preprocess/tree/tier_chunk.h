@@ -20,12 +20,6 @@ void stp_tier_chunk_clear(stp_tier_chunk *c, stp_spill *spill);
 /* Frees the sources of the samples: 4 bytes each, needed no longer, while the tier waits long. */
 void stp_tier_chunk_forget_sources(stp_tier_chunk *c);
 
-/* Appends what every rank needs of a chunk: its entry, its vertices and what is summed up. Errors:
- * OUT_OF_MEMORY. */
-stp_status stp_tier_chunk_pack(stp_bytes *out, const stp_tier_chunk *c, stp_error *err);
-/* Sets these in place of what was there. Errors: OUT_OF_MEMORY, IO, INTERNAL. */
-stp_status stp_tier_chunk_take(stp_tier_chunk *out, stp_cursor from, stp_spill *spill,
-                               stp_error *err);
 /* Appends, of chunk `index` of a tier, what chunks [part.begin, part.end) are measured against: the
  * patches that reach into their boxes, with samples of level 0. Errors: OUT_OF_MEMORY. */
 stp_status stp_tier_chunk_pack_around(stp_bytes *out, const stp_tier_chunk *c, uint32_t index,
@@ -35,12 +29,11 @@ stp_status stp_tier_chunk_pack_around(stp_bytes *out, const stp_tier_chunk *c, u
  * INTERNAL. */
 stp_status stp_tier_chunk_take_around(stp_tier_chunk *tier, stp_cursor *from, stp_spill *spill,
                                       stp_error *err);
-/* stp_tier_chunk_pack and _take of what only the file needs: payload, records and attributes,
- * attribute_count of them.
- */
-stp_status stp_tier_chunk_pack_file(stp_bytes *out, const stp_tier_chunk *c,
-                                    uint32_t attribute_count, stp_error *err);
-stp_status stp_tier_chunk_take_file(stp_tier_chunk *out, stp_cursor from, uint32_t attribute_count,
-                                    stp_error *err);
+/* Gives a finished chunk of rank `owner` to those ranks that need it: its entry, vertices and what
+ * is summed up to all, its records and attributes (of the list, NULL: none) to rank 0. All ranks
+ * call it; packet is room. Errors: OUT_OF_MEMORY, IO, INTERNAL, CANCELLED. */
+stp_status stp_tier_chunk_share(stp_tier_chunk *c, unsigned owner, stp_ranks *ranks,
+                                const stp_attribute_list *list, stp_bytes *packet, stp_spill *spill,
+                                stp_error *err);
 
 #endif

@@ -9,6 +9,7 @@
 #include "preprocess/patch/world_lattice.h"
 #include "preprocess/tree/cell_cut.h"
 #include "preprocess/tree/leaf_order.h"
+#include "preprocess/tree/tier_file.h"
 #include "preprocess/tree/tier_numbers.h"
 
 #include <limits.h>
@@ -43,6 +44,7 @@ typedef stp_tier_chunk built;
 
 typedef struct tree {
     stp_chunk_writer *writer; /* of rank 0; else NULL */
+    stp_tier_file file;       /* of several ranks */
     stp_cloud *cloud;
     const stp_tree_params *params;
     stp_point_item_params items;
@@ -364,52 +366,26 @@ done:
     return status;
 }
 
-/* Puts a payload aside until rank 0 takes it. */
+/* Puts a payload aside until it is known where it goes. */
 static stp_status stow_payload(const tree *t, built *b, stp_error *err)
 {
     return stp_spill_move(t->cloud->spill, &b->payload, b->entry.segment_end[STP_SEGMENT_COUNT - 1],
                           1, "chunks", err);
 }
 
-/* Gives a chunk to those ranks that need it: all, or of payloads rank 0. */
-static stp_status share_one(const tree *t, uint32_t index, unsigned owner, stp_bytes *packet,
-                            stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_ranks *ranks = t->params->ranks;
-    built *b = &t->tier[index];
-    const stp_attribute_list *list = t->params->numbers.list;
-    const uint32_t attributes = list ? list->count : 0;
-    packet->size = 0;
-    if (ranks->self == owner)
-        STP_TRY(stp_tier_chunk_pack(packet, b, err));
-    STP_TRY(stp_ranks_broadcast_bytes(ranks, owner, packet, err));
-    if (ranks->self != owner)
-        STP_TRY(
-            stp_tier_chunk_take(b, (stp_cursor){packet->data, packet->size}, t->cloud->spill, err));
-    if (owner == 0)
-        goto done;
-    packet->size = 0;
-    if (ranks->self == owner)
-        STP_TRY(stp_tier_chunk_pack_file(packet, b, attributes, err));
-    STP_TRY(stp_ranks_send_bytes(ranks, owner, packet, err));
-    if (ranks->self == 0)
-        STP_TRY(
-            stp_tier_chunk_take_file(b, (stp_cursor){packet->data, packet->size}, attributes, err));
-done:
-    return status;
-}
-
-/* Exchanges the finished chunks of all ranks, and writes them in order. */
+/* Writes the payloads of this rank, and gives what else is known of finished chunks to all. */
 static stp_status write_shared(tree *t, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_bytes packet = {0};
+    const stp_attribute_list *list = t->params->numbers.list;
+    STP_TRY(stp_tier_file_write(&t->file, t->tier, t->tier_count, t->cloud->spill, err));
     for (unsigned owner = 0; owner < t->params->ranks->count; owner++) {
         const stp_rank_part part = stp_ranks_part(t->params->ranks, owner, t->tier_count);
         for (uint32_t i = part.begin; i < part.end; i++) {
             stp_spill_relieve(t->cloud->spill);
-            STP_TRY(share_one(t, i, owner, &packet, err));
+            STP_TRY(stp_tier_chunk_share(&t->tier[i], owner, t->params->ranks, list, &packet,
+                                         t->cloud->spill, err));
             STP_TRY(write_one(t, i, err));
         }
     }
@@ -581,8 +557,12 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     STP_TRY(stp_leaf_order(cloud, &params->sources, &t->leaves, &t->leaf_count, err));
     t->own = stp_ranks_own(params->ranks, t->leaf_count);
     t->progress_total = 2 * (uint64_t)(t->own.end - t->own.begin);
+    if (stp_ranks_count(params->ranks) > 1)
+        STP_TRY(stp_tier_file_open(&t->file, t->writer, params->ranks, err));
     STP_TRY(build_tiers(t, &root, err));
     STP_TRY(write_numbers(t, err));
+    if (t->file.path)
+        STP_TRY(stp_tier_file_sync(&t->file, err));
     json = metadata(context, &t->stats);
     if (!json) {
         status = stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for the metadata");
@@ -600,6 +580,7 @@ done:
         stp_chunk_numbers_clear(&t->numbers[i], cloud->spill);
     }
     if (t) {
+        stp_tier_file_close(&t->file);
         free(t->numbers);
         free(t->children);
         free(t->child_counts);

@@ -80,6 +80,41 @@ static void test_output_commit(void **state)
     assert_int_equal(count_files(*state), 1);
 }
 
+/* Another process writes a part of the file, also behind what this one has written so far. */
+static void test_output_shared(void **state)
+{
+    char path[256];
+    int other = -1;
+    stp_error err = {0};
+    stp_output *output = NULL;
+    snprintf(path, sizeof path, "%s/shared", (char *)*state);
+    assert_int_equal(stp_output_create_shared(&output, path, false, &err), STP_OK);
+    assert_int_equal(stp_output_write(output, "hello ", 6, &err), STP_OK);
+    assert_int_equal(stp_file_join(stp_output_temporary_path(output), &other, &err), STP_OK);
+    assert_int_equal(stp_file_write_at(other, path, 12, "too", 3, &err), STP_OK);
+    assert_int_equal(stp_output_skip(output, 5, &err), STP_OK);
+    assert_int_equal(stp_output_write(output, " ", 1, &err), STP_OK);
+    assert_int_equal(stp_output_skip(output, 3, &err), STP_OK);
+    assert_true(stp_output_size(output) == 15);
+    assert_int_equal(stp_file_write_at(other, path, 6, "World", 5, &err), STP_OK);
+    assert_int_equal(stp_file_close(other, path, &err), STP_OK);
+    assert_int_equal(access(path, F_OK), -1);
+    assert_int_equal(stp_output_sweep(path, NULL), 0); /* it is in use */
+    assert_int_equal(stp_output_commit(&output, &err), STP_OK);
+    assert_content(path, "hello World too");
+    assert_int_equal(stp_output_create_shared(&output, path, true, &err), STP_OK);
+    assert_int_equal(count_files(*state), 2);
+    stp_output_destroy(&output);
+    assert_int_equal(count_files(*state), 1);
+    assert_int_equal(stp_file_join("/dev/full", &other, &err), STP_OK);
+    assert_int_equal(stp_file_write_at(other, path, 0, "x", 1, &err), STP_IO);
+    assert_non_null(strstr(err.message, "/shared: the disk is full"));
+    close(other);
+    snprintf(path, sizeof path, "%s/none", (char *)*state);
+    assert_int_equal(stp_file_join(path, &other, &err), STP_IO);
+    assert_non_null(strstr(err.message, "/none: cannot be opened for writing"));
+}
+
 static void test_output_abort(void **state)
 {
     char path[256];
@@ -338,6 +373,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_output_commit, make_folder, remove_folder),
+        cmocka_unit_test_setup_teardown(test_output_shared, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_abort, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_existing, make_folder, remove_folder),
         cmocka_unit_test_setup_teardown(test_output_appeared_meanwhile, make_folder, remove_folder),

@@ -33,6 +33,34 @@ expect_code 0
 [ "$(grep -o 'about [0-9.]* GB, at most [0-9.]* GB' "$FOLDER/err")" = "$(sed -n 's/^temp.*\(about.*GB\) a rank\(.*GB\) if.*/\1\2/p' "$FOLDER/plan")" ] ||
     fail "other temporary files: $(head -1 "$FOLDER/err") $(head -3 "$FOLDER/plan")"
 
+# More points than 32 bits count: said before anything is read, by the plan too. The files have holes.
+pad() { # file, bytes of a record, records
+    truncate -s $(($(stat -c %s "$1") + $2 * $3)) "$1" || skip_test "no room for a file of holes"
+}
+refuse() { # inputs
+    run timeout 60 "$STIPPLE" prep "$@" -o "$FOLDER/models/big.stipple" --threads 1
+    expect_failure "more than 4294967294 points: split the input"
+    run timeout 60 "$STIPPLE" prep "$@" -o "$FOLDER/models/big.stipple" --threads 1 --plan
+    expect_failure "more than 4294967294 points: split the input"
+}
+mkdir "$FOLDER/big" "$FOLDER/halves"
+cp "$FOLDER/b.las" "$FOLDER/big/b.las"
+# LAS 1.4: its number of points at byte 247, and again as that of the first returns.
+for at in 247 255; do
+    printf '\000\362\005\052\001\000\000\000' | dd of="$FOLDER/big/b.las" bs=1 seek=$at conv=notrunc status=none
+done
+pad "$FOLDER/big/b.las" 36 5000000000
+refuse "$FOLDER/big/b.las"
+printf 'Pf\n70000 70000\n-1.0\n' >"$FOLDER/big/c.pfm"
+pad "$FOLDER/big/c.pfm" 4 4900000000
+refuse "$FOLDER/big/c.pfm" --spacing 1,1
+for file in d e; do
+    printf '%s\n' ply "format binary_little_endian 1.0" "element vertex 2500000000" "property float x" \
+        "property float y" "property float z" end_header >"$FOLDER/halves/$file.ply"
+    pad "$FOLDER/halves/$file.ply" 12 2500000000
+done
+refuse "$FOLDER/halves"
+
 run "$STIPPLE" "${words[@]}" --force --plan --append
 expect_usage "--plan plans a new model"
 run "$STIPPLE" prep "$FOLDER/none.ply" -o "$FOLDER/models/n.stipple" --plan

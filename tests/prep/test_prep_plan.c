@@ -1,0 +1,62 @@
+/* Tests what a rank plans for: its own share of the points, what it reads, and little of all. */
+#include "preprocess/prep.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#define POINTS UINT64_C(40000000)
+#define MEMORY (UINT64_C(1) << 28)
+
+/* Temporary files of rank `self` of `count` with a little memory. */
+static uint64_t temporary(unsigned self, unsigned count, stp_prep_size size)
+{
+    stp_ranks ranks = {.self = self, .count = count};
+    const stp_prep_params params = {.memory_bytes = MEMORY, .ranks = count > 1 ? &ranks : NULL};
+    stp_prep_plan plan = {0};
+    stp_error err = {0};
+    size.points = POINTS;
+    assert_int_equal(stp_prep_plan_make(&plan, "m.stipple", &size, &params, 1, &err), STP_OK);
+    assert_true(plan.most_temporary_bytes >= plan.temporary_bytes || plan.temporary_bytes == 0);
+    const uint64_t bytes = plan.temporary_bytes;
+    stp_prep_plan_clear(&plan);
+    return bytes;
+}
+
+static void test_share(void **state)
+{
+    (void)state;
+    const uint64_t alone = temporary(0, 1, (stp_prep_size){0});
+    assert_true(alone > 60 * POINTS);
+    assert_int_equal(temporary(1, 4, (stp_prep_size){.read = POINTS / 4}), alone); /* all points */
+    for (unsigned count = 4; count <= 64; count *= 4) {
+        const stp_prep_size even = {.shared = true, .read = POINTS / count};
+        const stp_prep_size file = {.shared = true, .read = POINTS}; /* that one rank reads */
+        const uint64_t share = temporary(1, count, even);
+        assert_true(share < 2 * alone / count + 10 * POINTS);
+        assert_true(share > alone / count);
+        assert_int_equal(temporary(0, count, even), share);
+        assert_true(temporary(1, count, file) > share + 30 * POINTS);
+    }
+}
+
+/* Rank 0 writes the attributes of all. */
+static void test_attributes(void **state)
+{
+    (void)state;
+    stp_prep_size size = {.shared = true, .read = POINTS / 8};
+    const uint64_t without = temporary(1, 8, size);
+    size.number_bytes = 40;
+    assert_int_equal(temporary(1, 8, size), without + 2 * 40 * POINTS / 8);
+    assert_int_equal(temporary(0, 8, size), without + 40 * POINTS / 8 + 40 * POINTS);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_share),
+                                       cmocka_unit_test(test_attributes)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
