@@ -13,6 +13,8 @@
 #define STEP_WIDTHS 2.0
 /* A disc is at most as wide as that of a pixel this many times as large. */
 #define WIDEST_PIXEL 4.0
+/* Images whose patches have fewer pixels in the mean, as they lie apart, become points. */
+#define PATCH_LEAST 8u
 /* Discs have sizes of so many steps an octave, lest noise makes each a size of its own. */
 #define SIZE_STEPS 4.0
 
@@ -236,8 +238,9 @@ stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud
             STP_TRY(
                 stp_pixel_step_most(&made.cameras[i].step_most, cloud, &made.pixels.list[i], err));
     }
-    if (found) {
+    if (found)
         STP_TRY(cut_leaves(&made, params, err));
+    if (found && made.square_count <= cloud->count / PATCH_LEAST) {
         *out = made;
         made = (stp_depth_images){.cloud = cloud};
     }

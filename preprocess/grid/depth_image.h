@@ -41,8 +41,8 @@ typedef struct stp_depth_images {
 } stp_depth_images;
 
 /* Cuts the images of a cloud, whose normals are known, into leaves. No leaves: some point belongs
- * to no image, or is on no ray. noisy: normals come from images. params: what samples will be
- * stored with. Errors: OUT_OF_MEMORY, IO. Free with stp_depth_images_clear. */
+ * to no image, or is on no ray, or pixels lie apart. noisy: normals come from images. params: what
+ * samples will be stored with. Errors: OUT_OF_MEMORY, IO. Free with stp_depth_images_clear. */
 stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, bool noisy,
                                    const stp_point_item_params *params, stp_error *err);

@@ -18,6 +18,7 @@ static const stp_dvec3 ball = {0.3, -0.1, 3.0};
 /* What a test makes its image of. */
 typedef struct recipe {
     int facing;       /* which way the camera looks: 0 to FACINGS - 1 */
+    bool apart;       /* most pixels are missing: the others lie apart */
     bool holes;       /* some pixels are missing, and so is a rectangle */
     bool steps;       /* depths come in steps, as those of disparities */
     double distorted; /* how far rays at the left and right are off, in pixels */
@@ -52,6 +53,8 @@ static double depth_of(double x, double y, bool *hits)
 
 static bool is_missing(const recipe *r, int column, int row)
 {
+    if (r->apart)
+        return column % 13 != 0 || row % 11 != 0;
     return r->holes && ((column * 7 + row * 13) % 31 == 0 ||
                         (column > 60 && column < 75 && row > 30 && row < 52));
 }
@@ -366,6 +369,19 @@ static void other_points_beside_an_image(void **state)
     }
 }
 
+static void pixels_apart_become_points(void **state)
+{
+    stp_prep_stats stats;
+    images m = make_images(&(recipe){.apart = true}, 1);
+    (void)state;
+    run(&m, 2, NULL, &stats);
+    found *f = read_back(&m);
+    assert_int_equal(f->square_leaves, 0);
+    assert_in_range(f->patches, 1, f->leaves * 10);
+    free(f);
+    clear_images(&m);
+}
+
 static void same_bytes(void **state)
 {
     const recipe r = {.holes = true, .steps = true};
@@ -397,6 +413,7 @@ int main(void)
         cmocka_unit_test(lenses),
         cmocka_unit_test(other_points_beside_an_image),
         cmocka_unit_test(same_bytes),
+        cmocka_unit_test(pixels_apart_become_points),
     };
     return cmocka_run_group_tests_name("depth images", tests, NULL, NULL);
 }

@@ -444,6 +444,42 @@ test_tiny() {
     done
 }
 
+# The halves are those of two pictures, but for the two columns of the divider.
+test_beside() {
+    local y at
+    local view=(--size 60x40)
+    beside_one() { # name, model, options
+        run "$STIPPLE" render "$2" -o "$FOLDER/$1.ppm" --force "${view[@]}" "${@:3}"
+        expect_code 0
+    }
+    beside_one left "$model" --colour elevation
+    beside_one right "$model" --colour elevation --shade normal
+    beside_one both "$model" --colour elevation --beside "--shade normal"
+    for y in 0 17 20 39; do
+        at=$((13 + 180 * y)) # the header, and bytes of a row
+        cmp -s -i $at -n $((3 * 29)) "$FOLDER/both.ppm" "$FOLDER/left.ppm" || fail "row $y: the left half is another"
+        cmp -s -i $((at + 3 * 31)) -n $((3 * 29)) "$FOLDER/both.ppm" "$FOLDER/right.ppm" ||
+            fail "row $y: the right half is another"
+        [ "$(od -An -tu1 -j $((at + 3 * 29)) -N 6 "$FOLDER/both.ppm" | tr -s ' ')" = " 0 0 0 255 255 255" ] ||
+            fail "row $y: no divider"
+    done
+    cmp -s "$FOLDER/left.ppm" "$FOLDER/right.ppm" && fail "--shade normal changes nothing"
+    "$STIPPLE" gen plane -n 20000 -o "$FOLDER/plane.ply" --quiet
+    "$STIPPLE" prep "$FOLDER/plane.ply" -o "$FOLDER/plane.stipple" --quiet
+    view+=(--eye 1,-3,2 --look 0,0,0 --up 0,0,1)
+    beside_one left "$model"
+    beside_one right "$FOLDER/plane.stipple" --threshold 2
+    beside_one both "$model" --beside "$FOLDER/plane.stipple --threshold 2"
+    at=$((13 + 180 * 20))
+    cmp -s -i $((at + 3 * 31)) -n $((3 * 29)) "$FOLDER/both.ppm" "$FOLDER/right.ppm" || fail "the second model is not at the right"
+    render "$model" --beside "--shade normal" --stats "$FOLDER/stats.json"
+    expect_usage "--beside is for one picture"
+    render "$model" --beside "--size 3x3"
+    expect_usage "--size"
+    render "$model" --beside "$FOLDER/none.stipple"
+    expect_failure "none.stipple"
+}
+
 test_no_gl() {
     rm -f "$picture"
     run env __EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent "$STIPPLE" render "$model" -o "$picture"
@@ -468,5 +504,6 @@ test_depths_are_a_scan
 test_contours
 test_light
 test_tiny
+test_beside
 test_no_gl
 end_test

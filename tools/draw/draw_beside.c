@@ -1,18 +1,21 @@
-/* Parses --beside. */
+/* Parses --beside, and joins two sides. */
 #include "tools/draw/draw_beside.h"
 
 #include "base/memory.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define WORDS_LIMIT 64
 
-static const cli_command command = {
-    .name = "view --beside",
-    .summary = "show a second model, or the same with other options, beside the first",
-    .usage = "stipple view M.stipple --beside \"[N.stipple] [options]\"",
-};
+#define SUMMARY "show a second model, or the same with other options, beside the first"
+#define REST " M.stipple --beside \"[N.stipple] [options]\""
+
+static const cli_command of_render = {
+    .name = "render --beside", .summary = SUMMARY, .usage = "stipple render" REST};
+static const cli_command of_view = {
+    .name = "view --beside", .summary = SUMMARY, .usage = "stipple view" REST};
 
 /* Where the options begin. */
 static char *options_of(char *text)
@@ -44,7 +47,7 @@ static int split(char *text, char *words[WORDS_LIMIT])
     return count;
 }
 
-static int parse_options(draw_options *o, char *text)
+static int parse_options(draw_options *o, char *text, const cli_command *command)
 {
     char *words[WORDS_LIMIT + 1] = {NULL};
     const char *none[1];
@@ -54,35 +57,36 @@ static int parse_options(draw_options *o, char *text)
     const double exaggerate = o->exaggerate;
     const int count = split(text, words + 1);
     if (count < 0)
-        return cli_usage(&command, "a quote is not closed");
+        return cli_usage(command, "a quote is not closed");
     if (count == WORDS_LIMIT)
-        return cli_usage(&command, "more than %d words", WORDS_LIMIT - 1);
+        return cli_usage(command, "more than %d words", WORDS_LIMIT - 1);
     draw_options_fill(o, list);
-    int code = cli_parse(&command, list + DRAW_LOOK_OPTION, DRAW_LOOK_OPTION_COUNT, 1 + count,
-                         words, none, 0, 0, &none_count, &common);
+    int code = cli_parse(command, list + DRAW_LOOK_OPTION, DRAW_LOOK_OPTION_COUNT, 1 + count, words,
+                         none, 0, 0, &none_count, &common);
     if (code != CLI_CONTINUE)
         return code;
     if (o->exaggerate != exaggerate)
-        return cli_usage(&command, "--exaggerate is for both sides, as the camera is");
-    if (draw_aa_times(o->aa) > 1)
-        return cli_usage(&command, "--aa is none or edges here");
+        return cli_usage(command, "--exaggerate is for both sides, as the camera is");
+    if (command == &of_view && draw_aa_times(o->aa) > 1)
+        return cli_usage(command, "--aa is none or edges here");
     o->attribute = NULL; /* that of the first side's --colour */
-    return draw_options_check(o, &command);
+    return draw_options_check(o, command);
 }
 
-int draw_beside_parse(draw_beside *out, const char *text, const draw_options *first)
+int draw_beside_parse(draw_beside *out, const char *text, const draw_options *first, bool in_view)
 {
+    const cli_command *command = in_view ? &of_view : &of_render;
     draw_beside b = {.options = *first};
     stp_error err = {0};
     if (stp_text_copy(&b.text, text, "--beside", &err) != STP_OK)
-        return cli_fail(&command, &err);
+        return cli_fail(command, &err);
     char *options = options_of(b.text), *end = options;
     while (end > b.text && end[-1] == ' ')
         end--;
     b.path = end > b.text ? b.text : NULL;
     if (*options == ' ')
         options++;
-    const int code = parse_options(&b.options, options);
+    const int code = parse_options(&b.options, options, command);
     if (b.path != NULL)
         *end = '\0';
     if (code != CLI_CONTINUE)
@@ -95,4 +99,30 @@ void draw_beside_clear(draw_beside *beside)
 {
     free(beside->text);
     *beside = (draw_beside){0};
+}
+
+void draw_beside_join_ranges(stp_draw_params *first, const draw_options *first_options,
+                             stp_draw_params *second, const draw_options *second_options,
+                             uint32_t attributes)
+{
+    double *range = first->colour_range;
+    if (first->colour != second->colour || first_options->attribute || second_options->attribute ||
+        first_options->colour_range || second_options->colour_range ||
+        (first->colour == STP_COLOUR_INTENSITY && !(attributes & STP_HAS_INTENSITY)))
+        return;
+    range[0] = fmin(range[0], second->colour_range[0]);
+    range[1] = fmax(range[1], second->colour_range[1]);
+    memcpy(second->colour_range, range, sizeof second->colour_range);
+}
+
+void draw_beside_put(uint8_t *rgba, const uint8_t *right, int width, int height)
+{
+    static const uint8_t divider[8] = {0, 0, 0, 255, 255, 255, 255, 255};
+    const size_t w = (size_t)width, middle = w / 2;
+    for (size_t y = 0; y < (size_t)height; y++) {
+        uint8_t *row = rgba + 4 * w * y;
+        memcpy(row + 4 * middle, right + 4 * (w * y + middle), 4 * (w - middle));
+        if (middle > 0)
+            memcpy(row + 4 * (middle - 1), divider, sizeof divider);
+    }
 }

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/image/image.h"
 #include "runtime/camera/camera_json.h"
+#include "tools/draw/draw_beside.h"
 #include "tools/draw/draw_fine.h"
 
 #include <math.h>
@@ -53,6 +54,8 @@ stp_status draw_picture_read(const draw_picture *picture, stp_renderer *renderer
     else
         STP_TRY(stp_renderer_read(renderer, rgba, err));
     STP_TRY(flip(rgba, (size_t)view->width * 4, view->height, err));
+    if (picture->right != NULL)
+        draw_beside_put(rgba, picture->right, view->width, view->height);
 done:
     return status;
 }

@@ -14,6 +14,7 @@ typedef struct draw_outputs {
 typedef struct draw_picture {
     int aa;
     uint8_t *fine;
+    uint8_t *right; /* another picture, of which the right half is shown (draw_beside_put); NULL */
 } draw_picture;
 
 /* Draws a view. whole: the renderer's own last picture must be the whole view, too. Errors: those

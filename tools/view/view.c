@@ -490,7 +490,7 @@ static int run(int argc, char **argv)
     if (own->beside) {
         o->gpu_memory = half(o->gpu_memory);
         o->cpu_memory = half(o->cpu_memory);
-        code = draw_beside_parse(&s.beside, own->beside, o);
+        code = draw_beside_parse(&s.beside, own->beside, o, true);
     }
     if (code != CLI_CONTINUE)
         return code;

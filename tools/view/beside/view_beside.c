@@ -1,10 +1,10 @@
 /* Exchanges the two sides; says which is where. */
 #include "tools/view/beside/view_beside.h"
 
+#include "tools/draw/draw_beside.h"
 #include "tools/view/view_app.h"
 
 #include <math.h>
-#include <string.h>
 
 /* The divider can be taken within so many unscaled pixels; a key moves it by this share. */
 #define REACH_PX 6.0
@@ -61,17 +61,9 @@ int view_beside_use(viewer *v, int side)
 void view_beside_join_ranges(viewer *v)
 {
     view_beside *b = &v->beside;
-    const stp_colour colour = v->control.params.colour;
-    const uint32_t attributes = v->scene.attributes & b->other.scene.attributes;
-    double *range = v->control.params.colour_range;
-    if (!has_other(v) || colour != b->params.colour || v->options->attribute ||
-        b->other.options->attribute || v->options->colour_range || b->other.options->colour_range)
-        return;
-    if (colour == STP_COLOUR_INTENSITY && !(attributes & STP_HAS_INTENSITY))
-        return; /* one of both has none */
-    range[0] = fmin(range[0], b->params.colour_range[0]);
-    range[1] = fmax(range[1], b->params.colour_range[1]);
-    memcpy(b->params.colour_range, range, sizeof b->params.colour_range);
+    if (has_other(v))
+        draw_beside_join_ranges(&v->control.params, v->options, &b->params, b->other.options,
+                                v->scene.attributes & b->other.scene.attributes);
 }
 
 /* ---- the divider ---- */
