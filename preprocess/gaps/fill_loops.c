@@ -1,17 +1,24 @@
 /* Closes small loops of wanted edges. */
 #include "preprocess/gaps/fill_loops.h"
 
+#include "base/memory.h"
+
 #include <stdlib.h>
 
-#define MOST STP_FILL_LOOP_EDGES
+#define MOST STP_FILL_NARROW_EDGES
 /* A triangle whose normal is this far off a corner's counts as larger. */
 #define ALIKE 0.2
 #define UNLIKE_COST 10.0
+/* A slit has less area than this part of its length squared. */
+#define SLIT 0.035
+/* A narrow loop is less wide, on average, in sizes of its first vertex. */
+#define NARROW 1.0
 
 typedef struct loop {
     uint32_t vertices[MOST], count;
     double cost[MOST][MOST];   /* of the triangles between two corners; INFINITY: there are none */
     uint32_t apex[MOST][MOST]; /* if the cost is finite */
+    bool may_turn;             /* triangles may look against the corners' normals */
 } loop;
 
 static stp_dvec3 position(const stp_fill_front *f, uint32_t v)
@@ -66,10 +73,33 @@ static size_t edge_after(const stp_fill_front *f, size_t count, size_t edge)
     return best;
 }
 
-/* What the triangle of three of the loop's corners, in its order, adds to the cost. is_all: the
- * loop has no others. Then it is no border of a map, which would be shut from behind: the triangle
- * may turn against the corners' normals, in a fold. */
-static double cost_of(const stp_fill_front *f, const uint32_t corners[3], bool is_all)
+/* Whether a loop may be closed. Finds whether its triangles may turn against the normals of its
+ * corners: only if it is no border around a map, which would be shut from behind. Such a border has
+ * four edges or more, of one map or around more than a slit. */
+static bool may_close(const stp_fill_front *f, loop *l)
+{
+    const stp_map_vertex *vertices = f->fill->border.vertices, *first = &vertices[l->vertices[0]];
+    const stp_dvec3 origin = position(f, l->vertices[0]);
+    stp_dvec3 twice = {0.0, 0.0, 0.0}, up = {0.0, 0.0, 0.0}; /* the area; the sum of normals */
+    double length = 0.0;
+    bool alone = true;
+    for (uint32_t i = 0; i < l->count; i++) {
+        const uint32_t at = l->vertices[i], next = l->vertices[(i + 1) % l->count];
+        const stp_dvec3 a = stp_dvec3_sub(position(f, at), origin);
+        const stp_dvec3 b = stp_dvec3_sub(position(f, next), origin);
+        twice = stp_dvec3_add(twice, stp_dvec3_cross(a, b));
+        up = stp_dvec3_add(up, stp_dvec3_from_float(f->fill->border.mesh.normals[at]));
+        length += stp_dvec3_length(stp_dvec3_sub(b, a));
+        alone = alone && vertices[at].map == first->map;
+    }
+    const double area = 0.5 * stp_dvec3_length(twice);
+    l->may_turn = l->count == 3 || (!alone && area < SLIT * length * length);
+    return l->count <= STP_FILL_LOOP_EDGES ||
+           (stp_dvec3_dot(twice, up) > 0.0 && 2.0 * area < NARROW * first->size * length);
+}
+
+/* What the triangle of three of the loop's corners, in its order, adds to the cost. */
+static double cost_of(const stp_fill_front *f, const uint32_t corners[3], bool may_turn)
 {
     const stp_dvec3 a = position(f, corners[0]), b = position(f, corners[1]);
     const stp_dvec3 n =
@@ -84,7 +114,7 @@ static double cost_of(const stp_fill_front *f, const uint32_t corners[3], bool i
         alike = alike && stp_dvec3_dot(n, own) >= 2.0 * area * ALIKE;
         sum = stp_dvec3_add(sum, own);
     }
-    if (stp_dvec3_dot(n, sum) < 0.0 && !is_all)
+    if (stp_dvec3_dot(n, sum) < 0.0 && !may_turn)
         return INFINITY;
     return alike ? area : UNLIKE_COST * area;
 }
@@ -112,7 +142,7 @@ static void triangulate(const stp_fill_front *f, loop *l)
                 const double below = l->cost[i][k] + l->cost[k][j];
                 const uint32_t corners[3] = {l->vertices[i], l->vertices[k], l->vertices[j]};
                 const double cost =
-                    below < l->cost[i][j] ? below + cost_of(f, corners, l->count == 3) : INFINITY;
+                    below < l->cost[i][j] ? below + cost_of(f, corners, l->may_turn) : INFINITY;
                 if (cost < l->cost[i][j]) {
                     l->cost[i][j] = cost;
                     l->apex[i][j] = k;
@@ -150,28 +180,30 @@ stp_status stp_fill_loops_close(stp_fill_front *front, stp_error *err)
     stp_status status = STP_OK;
     const size_t count = front->queued;
     size_t kept = 0;
-    loop l = {0};
+    loop *l = NULL;
+    STP_TRY(stp_alloc(&l, 1, sizeof *l, "borders", err));
     if (count > 0)
         qsort(front->queue, count, sizeof *front->queue, compare_edges);
     for (size_t first = 0; first < count; first++) {
         size_t at = first;
-        l.count = 0;
+        l->count = 0;
         if (!stp_fill_wants(front, front->queue[first].from, front->queue[first].to))
             continue;
         do {
-            l.vertices[l.count++] = front->queue[at].from;
+            l->vertices[l->count++] = front->queue[at].from;
             at = edge_after(front, count, at);
-        } while (at != first && at != count && l.count < MOST);
-        if (at != first || l.count < 3)
+        } while (at != first && at != count && l->count < MOST);
+        if (at != first || l->count < 3 || !may_close(front, l))
             continue;
-        triangulate(front, &l);
-        if (isfinite(l.cost[0][l.count - 1]))
-            STP_TRY(add_between(front, &l, err));
+        triangulate(front, l);
+        if (isfinite(l->cost[0][l->count - 1]))
+            STP_TRY(add_between(front, l, err));
     }
     for (size_t i = 0; i < front->queued; i++)
         if (stp_fill_wants(front, front->queue[i].from, front->queue[i].to))
             front->queue[kept++] = front->queue[i];
     front->queued = kept;
 done:
+    free(l);
     return status;
 }
