@@ -55,6 +55,7 @@ typedef struct cut_view {
     stp_dvec3 eye;
     const stp_occlusion *occlusion; /* may be NULL */
     const stp_cut *chosen;          /* NULL while the cut is being chosen */
+    bool streams;                   /* the picture shows what is there */
 } cut_view;
 
 /* For frames that wait for the cut: every block that is not damaged will be resident. */
@@ -79,13 +80,18 @@ static const stp_resident *resident_now(const void *context, uint32_t block)
                : stp_block_cache_get(cache, stp_block_cache_slot(cache, block));
 }
 
-/* Whether a block below is drawn. While the cut is being chosen: whether it can be, since then the
- * patches that ask for it are resident. */
-static bool comes(const void *context, uint32_t block)
+/* As stp_need_below.level. While the cut is being chosen, a block below is drawn if it can be,
+ * since then the patches that ask for it are resident. */
+static int level_above(const void *context, uint32_t block)
 {
     const cut_view *v = context;
-    return v->chosen != NULL ? v->chosen->blocks[block].state != STP_CUT_LEFT
-                             : !stp_block_cache_damaged(v->renderer->cache, block);
+    const stp_block_cache *cache = v->renderer->cache;
+    if (v->chosen != NULL ? v->chosen->blocks[block].state == STP_CUT_LEFT
+                          : stp_block_cache_damaged(cache, block))
+        return 0;
+    return v->streams && stp_block_cache_finest(cache, block) == STP_NOT_RESIDENT
+               ? STP_NEED_MEANWHILE
+               : STP_NEED_HEADERS;
 }
 
 /* Patches that are resident tell exactly what they need. Those of other blocks are read first. */
@@ -101,7 +107,7 @@ static int needed_now(const void *context, uint32_t block, int estimate, bool *l
     if (resident == NULL)
         return estimate > STP_NEED_HEADERS ? estimate : STP_NEED_HEADERS;
     return stp_block_need(&v->renderer->scene, v->frame, v->eye, v->occlusion, resident, estimate,
-                          &(stp_need_below){comes, v}, lacks);
+                          &(stp_need_below){level_above, v}, lacks);
 }
 
 static bool was_drawn(const void *context, uint32_t block)
@@ -129,7 +135,7 @@ static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut
 
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err)
 {
-    const cut_view view = {r, &r->frame, r->eye, r->occluding.used, NULL};
+    const cut_view view = {r, &r->frame, r->eye, r->occluding.used, NULL, d->params->stream};
     stp_status status = select_for(r, d, &r->cut, &view, d->params->stream, err);
     return status == STP_OK ? stp_sight_begin(&r->sight, &r->cut, err) : status;
 }
@@ -171,7 +177,8 @@ bool stp_frame_asks_headers(const stp_renderer *r)
 stp_status stp_frame_refine(stp_renderer *r, stp_draw *draws, size_t count, stp_error *err)
 {
     return stp_pool_run(r->pool, count, refine_one,
-                        &(needs){{r, &r->frame, r->eye, r->occluding.used, &r->cut}, draws}, err);
+                        &(needs){{r, &r->frame, r->eye, r->occluding.used, &r->cut, false}, draws},
+                        err);
 }
 
 /* Loads draws, as many as there is room for. */
@@ -257,7 +264,7 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete,
     int rounds = 0;
     do {
         size_t count = 0;
-        cut_view view = {r, &r->frame, r->eye, r->occluding.used, NULL};
+        cut_view view = {r, &r->frame, r->eye, r->occluding.used, NULL, false};
         STP_TRY(select_for(r, d, &r->cut, &view, true, err));
         if (stp_occlude_wants_guess(r)) {
             STP_TRY(guess(r, d, err));
@@ -295,7 +302,7 @@ stp_status stp_frame_want_missing(stp_renderer *r, const stp_drawing *d, const s
             hidden = *r->occluding.used;
             stp_occlusion_aim(&hidden, eye, hidden.margin_px);
         }
-        const cut_view view = {r, &frame, eye, &hidden, NULL};
+        const cut_view view = {r, &frame, eye, &hidden, NULL, false};
         STP_TRY(select_for(r, d, &r->ahead_cut, &view, true, err));
         STP_TRY(add_wants(r, &r->ahead_cut, AHEAD_LIMIT, &count, err));
     }

@@ -3,14 +3,17 @@
 
 #include "runtime/cut/culling.h"
 
-/* Whether a patch in sight is left to the block below, since even its level 0 is too coarse. */
-static bool is_left_below(const stp_gpu_frame *frame, const stp_resident *resident, uint32_t patch,
-                          const stp_rule_bound *bound, const stp_need_below *below)
+/* The finest level that a patch in sight may ask for. It is left to the block below if even its
+ * level 0 is too coarse. */
+static int finest_of(const stp_gpu_frame *frame, const stp_resident *resident, uint32_t patch,
+                     const stp_rule_bound *bound, const stp_need_below *below)
 {
     const uint32_t block = resident->mirror.briefs[patch].block;
     const stp_rule_sight sight = stp_rule_look(frame, bound);
-    return block != STP_BLOCK_NONE && below->comes(below->context, block) &&
-           !stp_finest_does(frame, &sight, &resident->mirror.patches[patch], 0);
+    if (block == STP_BLOCK_NONE ||
+        stp_finest_does(frame, &sight, &resident->mirror.patches[patch], 0))
+        return 0;
+    return below->level(below->context, block);
 }
 
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
@@ -30,10 +33,13 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
         const stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[i], &chunk);
         float centre[3];
         if (!stp_rule_visible(frame, &bound, centre) ||
-            stp_occlusion_hides(occlusion, bound.centre, bound.radius) ||
-            (linked && is_left_below(frame, resident, i, &bound, below)))
+            stp_occlusion_hides(occlusion, bound.centre, bound.radius))
             continue;
-        const int asked = stp_level_asked(frame, &chunk, patch, estimate);
+        const int finest = linked ? finest_of(frame, resident, i, &bound, below) : 0;
+        if (finest >= STP_NEED_HEADERS)
+            continue;
+        const int asked =
+            stp_level_asked(frame, &chunk, patch, finest > estimate ? finest : estimate);
         need = asked < need ? asked : need;
         *lacks |= asked < patch->finest;
     }

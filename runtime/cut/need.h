@@ -12,17 +12,22 @@
 /* A block is read to this level before its patches are known. */
 #define STP_NEED_HEADERS 2
 
-/* Whether a block below is or will be drawn. */
+/* While a block is on its way, the patches above that are left to it ask for this level: it costs
+ * little, so that first all of the picture gets finer. */
+#define STP_NEED_MEANWHILE 1
+
+/* The finest level that a patch above a block may ask for if it is left to that block: 0 if the
+ * block is not drawn and will not be, STP_NEED_HEADERS (which is there) if it is or will be. */
 typedef struct stp_need_below {
-    bool (*comes)(const void *context, uint32_t block);
+    int (*level)(const void *context, uint32_t block);
     const void *context;
 } stp_need_below;
 
 /* The finest level that a patch in sight of a resident block is drawn at. Patches that `occlusion`
- * hides are not in sight. In a linked chunk, patches that are too coarse even at level 0 ask for
- * nothing if the block below comes. estimate: the answer by the table, which is never coarser than
- * the patches ask for. *lacks: a patch asks for a level that is not resident of this patch, though
- * it may be of others. */
+ * hides are not in sight. In a linked chunk, patches that are too coarse even at level 0 are left
+ * to the block below, and ask for no more than `below` says. estimate: the answer by the table,
+ * which is never coarser than the patches ask for. *lacks: a patch asks for a level that is not
+ * resident of this patch, though it may be of others. */
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
                    const stp_occlusion *occlusion, const stp_resident *resident, int estimate,
                    const stp_need_below *below, bool *lacks);

@@ -420,11 +420,11 @@ static int finest_drawn(const made_scene *s, const stp_draw *draw)
     return finest;
 }
 
-/* context: a bool. */
-static bool comes(const void *context, uint32_t block)
+/* context: the level. */
+static int level_above(const void *context, uint32_t block)
 {
     (void)block;
-    return *(const bool *)context;
+    return *(const int *)context;
 }
 
 /* What a block needs. It lacks nothing if it is there; if only its headers are there of each patch,
@@ -450,21 +450,23 @@ static int need_of(made_scene *s, const stp_draw *draw, const stp_need_below *be
 
 /* All blocks are there, and patches say which blocks below they need. Each block is asked for no
  * coarser level than its patches are drawn at. Returns how many would be asked for a finer one if
- * the blocks below did not come. */
+ * the blocks below did not come. While those are on their way, a block is asked for just so much of
+ * that as patches may ask for meanwhile. */
 static size_t check_needs(made_scene *s)
 {
-    const bool yes = true, no = false;
-    const stp_need_below below[2] = {{comes, &yes}, {comes, &no}};
+    static const int levels[3] = {STP_NEED_HEADERS, 0, STP_NEED_MEANWHILE};
     size_t less = 0;
     if (s->frame.quality[0] <= 0.0f)
         return 0;
     select_by(s, resident);
     for (size_t i = 0; i < s->cut.draw_count; i++) {
         const stp_draw *draw = &s->cut.draws[i];
-        int need[2];
-        for (int k = 0; k < 2; k++)
-            need[k] = need_of(s, draw, &below[k]);
+        int need[3];
+        for (int k = 0; k < 3; k++)
+            need[k] = need_of(s, draw, &(stp_need_below){level_above, &levels[k]});
         assert_true(need[1] <= need[0] && need[0] <= finest_drawn(s, draw));
+        const int most = need[1] > STP_NEED_MEANWHILE ? need[1] : STP_NEED_MEANWHILE;
+        assert_int_equal(need[2], need[0] < most ? need[0] : most);
         less += need[1] < need[0];
     }
     return less;

@@ -1,9 +1,11 @@
 /* Tests a flight while chunks stream. At every frame each part of the surface is drawn exactly
  * once, and memory stays within its budgets. While the camera rests, covered pixels stay covered.
- * Every stop ends with the same bytes as a picture that waited. */
+ * Every stop ends with the same bytes as a picture that waited. What is coarse comes first. */
 #include "formats/chunk/convert.h"
 #include "formats/chunk/repair/repair.h"
 #include "preprocess/tree/rebuild.h"
+#include "runtime/cut/need.h"
+#include "runtime/stream/gather.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/model_layers.h"
@@ -11,6 +13,7 @@
 #include "tests/support/views.h"
 
 #include <fcntl.h>
+#include <stdatomic.h>
 #include <unistd.h>
 
 enum { SIZE = 256, PIXELS = SIZE * SIZE, FRAMES_LIMIT = 20000, STOPS = 5, STEPS = 6 };
@@ -337,6 +340,111 @@ static void scenes(void **state)
     stp_model_close(&other);
 }
 
+/* ---- order ---- */
+
+/* The linker puts these before the functions that read blocks and tell the time (CMakeLists.txt):
+ * if there is a model here, its leaves cannot be read. The clock goes ahead by leaps. */
+static _Atomic(const stp_model *) leaves_fail;
+static _Atomic double leaps_s;
+
+uint64_t __real_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
+                                uint8_t *buffer);
+uint64_t __wrap_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
+                                uint8_t *buffer);
+double __real_stp_clock_seconds(void);
+double __wrap_stp_clock_seconds(void);
+
+uint64_t __wrap_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
+                                uint8_t *buffer)
+{
+    const stp_model *model = leaves_fail;
+    uint64_t bytes = 0;
+    if (model == NULL)
+        return __real_stp_gather_read(file, items, count, buffer);
+    for (size_t i = 0; i < count; i++) {
+        if (model->entries[items[i].block->chunk].child_count > 0) {
+            bytes += __real_stp_gather_read(file, &items[i], 1, buffer);
+            continue;
+        }
+        items[i].got = items[i].begin;
+        items[i].status = stp_error_set(&items[i].error, STP_IO, "a leaf that the test keeps back");
+    }
+    return bytes;
+}
+
+double __wrap_stp_clock_seconds(void)
+{
+    return __real_stp_clock_seconds() + leaps_s;
+}
+
+/* Counts the patches drawn that are left to blocks below; *coarse counts those whose level
+ * STP_NEED_MEANWHILE is not there. */
+static size_t count_left(const flight *f, size_t *coarse)
+{
+    const stp_inspection look = stp_renderer_inspect(f->streaming);
+    size_t count = 0;
+    *coarse = 0;
+    for (size_t i = 0; i < look.cut->draw_count; i++) {
+        const stp_draw *draw = &look.cut->draws[i];
+        const stp_resident *r =
+            stp_block_cache_get(look.cache, stp_block_cache_slot(look.cache, draw->block));
+        const stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(look.looked.scene, draw, look.eye);
+        for (uint32_t p = 0; p < r->placement.patches.count; p++) {
+            const stp_rule_bound bound = stp_patch_bound(&r->mirror.briefs[p], &chunk);
+            const stp_rule_sight sight = stp_rule_look(look.frame, &bound);
+            if (r->mirror.briefs[p].block == STP_BLOCK_NONE ||
+                stp_finest_does(look.frame, &sight, &r->mirror.patches[p], 0) ||
+                !stp_patch_in_sight(look.sight, &look.looked, draw, r->mirror.briefs, p))
+                continue;
+            count++;
+            *coarse += r->mirror.patches[p].finest > STP_NEED_MEANWHILE;
+        }
+    }
+    return count;
+}
+
+static bool lacks_leaves_alone(const flight *f)
+{
+    const stp_cut *cut = stp_renderer_inspect(f->streaming).cut;
+    bool alone = true;
+    for (size_t i = 0; i < cut->miss_count; i++)
+        alone &= f->model->entries[f->model->blocks[cut->misses[i].block].chunk].child_count == 0;
+    return alone;
+}
+
+/* While leaves do not come, all of the picture gets finer: no inner patch waits with its headers
+ * alone. Once leaves come, the picture is that of a renderer that waited. */
+static void coarse_comes_first(void **state)
+{
+    flight f = {0};
+    const stp_draw_params params = {.threshold_px = 0.1, .stream = true},
+                          waiting = {.threshold_px = 0.1};
+    (void)state;
+    check_ok(stp_model_open(&f.model, "small_blocks.stipple", err));
+    if (f.model->info->depth < 3) { /* under the thread sanitizer */
+        stp_model_close(&f.model);
+        skip();
+    }
+    take_off(&f, 256 << 20, 256 << 20);
+    const stp_view view = view_at(&f, 0.0);
+    leaves_fail = f.model;
+    for (int frame = 0; frame == 0 || !lacks_leaves_alone(&f); frame++) {
+        assert_true(frame < FRAMES_LIMIT);
+        check_ok(stp_renderer_draw(f.streaming, &view, &params, NULL, err));
+        leaps_s = leaps_s + 0.1;
+        usleep(1000);
+    }
+    size_t coarse, left = count_left(&f, &coarse);
+    print_message("%zu patches are left to leaves\n", left);
+    assert_true(left > 100);
+    assert_int_equal(coarse, 0);
+    leaves_fail = NULL;
+    leaps_s = leaps_s + 100.0;
+    stop(&f, &view, &params, &waiting, false);
+    land(&f);
+    stp_model_close(&f.model);
+}
+
 /* Prepares the model, and cuts it into larger blocks. */
 static void build_model(void)
 {
@@ -358,10 +466,9 @@ int main(void)
     build_model();
     check_ok(stp_model_open(&model, path, err));
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_prestate(flights, model),
-        cmocka_unit_test_prestate(repaired, model),
-        cmocka_unit_test_prestate(refined, model),
-        cmocka_unit_test_prestate(scenes, model),
+        cmocka_unit_test_prestate(flights, model), cmocka_unit_test_prestate(repaired, model),
+        cmocka_unit_test_prestate(refined, model), cmocka_unit_test_prestate(scenes, model),
+        cmocka_unit_test(coarse_comes_first),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     stp_model_close(&model);
