@@ -17,7 +17,7 @@ static draw_beside parse(const char *text)
     first.threshold_px = 2.5;
     first.reconstruct = STP_RECONSTRUCT_BOX;
     first.colour_name = first.attribute = "gps_time";
-    assert_int_equal(draw_beside_parse(&b, text, &first), CLI_CONTINUE);
+    assert_int_equal(draw_beside_parse(&b, text, &first, true), CLI_CONTINUE);
     return b;
 }
 
@@ -59,7 +59,7 @@ static void other_texts_are_refused(void **state)
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         draw_beside b = {0};
-        const int code = draw_beside_parse(&b, texts[i], &first);
+        const int code = draw_beside_parse(&b, texts[i], &first, true);
         if (code != CLI_USAGE && code != CLI_FAILED)
             fail_msg("'%s' gives %d", texts[i], code);
         assert_null(b.text);
@@ -69,7 +69,7 @@ static void other_texts_are_refused(void **state)
     for (size_t i = 12; i < sizeof many - 1; i += 2)
         many[i] = 'a';
     draw_beside b = {0};
-    assert_int_equal(draw_beside_parse(&b, many, &first), CLI_USAGE);
+    assert_int_equal(draw_beside_parse(&b, many, &first, true), CLI_USAGE);
 }
 
 static void the_divider_stays_in_the_picture(void **state)
