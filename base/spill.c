@@ -37,6 +37,7 @@ typedef struct mapping {
     size_t bytes, used, forgotten;
     uint32_t array_count; /* arrays in use; the file is freed with the last one */
     int file;             /* of a sparse array, which begins all forgotten; else -1 */
+    size_t filled;        /* bytes from the start that have been written, and are read ahead */
 } mapping;
 
 struct stp_spill {
@@ -68,17 +69,35 @@ static uint64_t resident_bytes(void)
     return (uint64_t)resident * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
+/* If a slice is filled, lets the system read it ahead when it comes back from the disk. While a
+ * file is filled this is off (MADV_RANDOM): else the system takes large blocks of pages for it, and
+ * one touch of such a block counts as memory as a whole. */
+static void read_ahead(mapping *m, size_t offset, size_t bytes)
+{
+    const size_t page = (size_t)sysconf(_SC_PAGESIZE); /* 4096 or more */
+    unsigned char cached[SLICE_BYTES / 4096];
+    if (offset != m->filled || mincore((char *)m->memory + offset, bytes, cached) != 0)
+        return;
+    for (size_t i = 0; i * page < bytes; i++)
+        if (!(cached[i] & 1))
+            return;
+    (void)madvise((char *)m->memory + offset, bytes, MADV_NORMAL);
+    m->filled += bytes;
+}
+
 /* Drops the next slice of all mappings, in turn. Returns its size. Other threads may be using these
  * pages: their next touch brings the pages back. */
 static size_t let_go_slice(stp_spill *s)
 {
     if (s->turn >= s->count)
         s->turn = s->turn_offset = 0;
-    const mapping *m = &s->mappings[s->turn];
+    mapping *m = &s->mappings[s->turn];
     size_t left = s->turn_offset < m->bytes ? m->bytes - s->turn_offset : 0;
     size_t bytes = left < SLICE_BYTES ? left : SLICE_BYTES;
-    if (bytes > 0)
+    if (bytes > 0) {
         (void)madvise((char *)m->memory + s->turn_offset, bytes, MADV_DONTNEED);
+        read_ahead(m, s->turn_offset, bytes);
+    }
     s->turn_offset += bytes;
     if (s->turn_offset >= m->bytes) {
         s->turn++;
@@ -164,6 +183,8 @@ static stp_status map_file(stp_spill *s, size_t bytes, bool sparse, const char *
         memory = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
         code = memory == MAP_FAILED ? errno : 0;
     }
+    if (code == 0)
+        (void)madvise(memory, bytes, MADV_RANDOM);
     if (!sparse || code != 0)
         close(descriptor); /* the mapping keeps the file */
     if (code != 0)

@@ -10,8 +10,8 @@
 #define BLOCK 65536u
 #define CODE_BITS (3 * STP_MORTON_BITS)
 /* Points are parted in place by digits of 9 bits: 8 grid cells per axis. */
-#define PART_BITS 9
-#define PART_COUNT 512u
+#define PART_BITS 6
+#define PART_COUNT 64u
 /* Parts up to this size are sorted by keys outside the point array. */
 #define KEYED_POINTS 131072u
 /* Digits of the radix sort of keys. */

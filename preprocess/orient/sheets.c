@@ -111,7 +111,8 @@ static bool is_crumb(stp_sheets *s, uint32_t piece)
 static stp_status join_open(stp_sheets *s, uint32_t end, bool crumbs_only, stp_error *err)
 {
     const uint32_t cell_count = s->cloud->cell_count;
-    size_t *next = NULL; /* edge, by cell */
+    const bool again = end > STP_RANK_SURE; /* sure edges that are not narrow are joined already */
+    size_t *next = NULL;                    /* edge, by cell */
     stp_status status = stp_alloc(&next, cell_count, sizeof *next, "edges", err);
     if (status != STP_OK)
         return status;
@@ -123,6 +124,8 @@ static stp_status join_open(stp_sheets *s, uint32_t end, bool crumbs_only, stp_e
                 uint32_t own = s->piece_begin[c] + edge.own;
                 if (edge.rank != rank)
                     break;
+                if (again && rank < STP_RANK_SURE && !edge.narrow)
+                    continue;
                 if (crumbs_only ? is_crumb(s, own) || is_crumb(s, edge.other) : !edge.narrow)
                     stp_forest_join(&s->forest, own, edge.other, edge.turned);
             }
