@@ -192,3 +192,71 @@ stp_status stp_pool_run(stp_pool *pool, size_t count, stp_pool_task *task, void 
     pthread_mutex_unlock(&pool->mutex);
     return status;
 }
+
+typedef struct ordered {
+    stp_pool_task *task, *then;
+    void *context;
+    size_t count, ahead;
+    pthread_mutex_t mutex; /* guards everything below; no other lock is taken under it */
+    pthread_cond_t moved;  /* next or stopped has changed */
+    bool *ended;           /* by index: its task has ended */
+    size_t next;           /* index whose `then` is left */
+    bool taken, stopped;   /* a thread calls `then`; something failed */
+} ordered;
+
+/* Calls `then` for the tasks that have ended, in order. The mutex is held on entry and on return.
+ */
+static stp_status take_ended(ordered *o, unsigned number, stp_error *err)
+{
+    stp_status status = STP_OK;
+    o->taken = true;
+    while (status == STP_OK && !o->stopped && o->next < o->count && o->ended[o->next]) {
+        const size_t index = o->next;
+        pthread_mutex_unlock(&o->mutex);
+        status = o->then(o->context, index, number, err);
+        pthread_mutex_lock(&o->mutex);
+        o->next++;
+        pthread_cond_broadcast(&o->moved);
+    }
+    o->taken = false;
+    return status;
+}
+
+static stp_status run_ordered(void *context, size_t index, unsigned number, stp_error *err)
+{
+    stp_status status = STP_OK;
+    ordered *o = context;
+    pthread_mutex_lock(&o->mutex);
+    while (!o->stopped && index - o->next >= o->ahead)
+        pthread_cond_wait(&o->moved, &o->mutex);
+    if (index - o->next < o->ahead) { /* even if stopped: a greater index may have failed */
+        pthread_mutex_unlock(&o->mutex);
+        status = o->task(o->context, index, number, err);
+        pthread_mutex_lock(&o->mutex);
+        o->ended[index] = status == STP_OK;
+        if (status == STP_OK && !o->taken)
+            status = take_ended(o, number, err);
+    }
+    if (status != STP_OK) {
+        o->stopped = true;
+        pthread_cond_broadcast(&o->moved);
+    }
+    pthread_mutex_unlock(&o->mutex);
+    return status;
+}
+
+stp_status stp_pool_run_in_order(stp_pool *pool, size_t count, size_t ahead, stp_pool_task *task,
+                                 stp_pool_task *then, void *context, stp_error *err)
+{
+    ordered o = {.task = task, .then = then, .context = context, .count = count, .ahead = ahead};
+    stp_status status = stp_alloc(&o.ended, count, sizeof *o.ended, "tasks", err);
+    if (status != STP_OK)
+        return status;
+    pthread_mutex_init(&o.mutex, NULL);
+    pthread_cond_init(&o.moved, NULL);
+    status = stp_pool_run(pool, count, run_ordered, &o, err);
+    pthread_cond_destroy(&o.moved);
+    pthread_mutex_destroy(&o.mutex);
+    free(o.ended);
+    return status;
+}

@@ -26,4 +26,10 @@ unsigned stp_pool_thread_count(const stp_pool *pool);
 stp_status stp_pool_run(stp_pool *pool, size_t count, stp_pool_task *task, void *context,
                         stp_error *err);
 
+/* The same, but calls `then` for each index in order, one call at a time, once this task and those
+ * before have ended. Holds back tasks that are `ahead` (1 or more) or more beyond the first index
+ * whose `then` is left, so that few results wait. Errors: those of both tasks, OUT_OF_MEMORY. */
+stp_status stp_pool_run_in_order(stp_pool *pool, size_t count, size_t ahead, stp_pool_task *task,
+                                 stp_pool_task *then, void *context, stp_error *err);
+
 #endif

@@ -1,8 +1,9 @@
-/* Sorting numbers. Threads: any (pure). */
+/* Sorting numbers, and what lies in a file. Threads: any (pure). */
 #ifndef STP_BASE_SORT_H
 #define STP_BASE_SORT_H
 
 #include <stddef.h>
+#include <stdint.h>
 #include <stdlib.h>
 
 static inline int stp_compare_doubles(const void *a, const void *b)
@@ -16,6 +17,27 @@ static inline void stp_sort_doubles(double *values, size_t count)
 {
     if (count > 0)
         qsort(values, count, sizeof *values, stp_compare_doubles);
+}
+
+/* Something of a file: its number, and the byte where it lies. */
+typedef struct stp_placed {
+    uint64_t offset;
+    uint32_t id;
+} stp_placed;
+
+static inline int stp_compare_placed(const void *a, const void *b)
+{
+    const stp_placed *x = a, *y = b;
+    if (x->offset != y->offset)
+        return x->offset < y->offset ? -1 : 1;
+    return (x->id > y->id) - (x->id < y->id);
+}
+
+/* Sorts by place; what lies at one place, by number. */
+static inline void stp_sort_placed(stp_placed *list, size_t count)
+{
+    if (count > 0)
+        qsort(list, count, sizeof *list, stp_compare_placed);
 }
 
 #endif

@@ -38,8 +38,6 @@
 #define GRID_CELL_PARTS 2048.0  /* 8 x 8 cells fit the 16 bits of a patch */
 #define GRID_PLACE_PARTS 512.0  /* of a cell: samples of a bent grid are moved by no more */
 #define POINTS_CELL_PARTS 512.0 /* of grids that become points: each coordinate costs bits */
-/* Least units per thread, so that threads end at about the same time. */
-#define UNITS_BY_THREAD 16u
 
 const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT] = {
     "read", "sort", "layers", "outliers", "surface", "orientation", "closed", "maps", "patches"};
@@ -151,15 +149,11 @@ static stp_status write_tree(stp_prep_job *job, stp_error *err)
     return status;
 }
 
-/* Points of a unit: all units must fit in memory beside everything else, and each thread should
- * have enough units. */
+/* Points of a unit: those of all threads must fit in memory beside everything else. */
 static uint32_t unit_points(const stp_prep_job *job)
 {
     const unsigned threads = stp_pool_thread_count(job->pool);
-    uint64_t room = job->plan.memory_bytes / (UNIT_ROOM * UNIT_POINT_BYTES * threads);
-    const stp_rank_part own = stp_cloud_own(&job->cloud);
-    uint64_t share = (own.end - own.begin) / (UNITS_BY_THREAD * threads);
-    uint64_t points = room < share ? room : share;
+    const uint64_t points = job->plan.memory_bytes / (UNIT_ROOM * UNIT_POINT_BYTES * threads);
     return points < UNIT_POINTS_MAX ? (uint32_t)points : UNIT_POINTS_MAX;
 }
 
@@ -293,7 +287,7 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
     if (depths->leaf_count > 0) {
         job->stats->images = (uint32_t)depths->pixels.count;
         for (size_t i = 0; i < depths->pixels.count; i++)
-            job->stats->images_turned += depths->rays[i].turned ? 1u : 0u;
+            job->stats->images_turned += depths->cameras[i].turned ? 1u : 0u;
         job->tree.sources.depths = depths;
         limit_normal_bits(job);
     }

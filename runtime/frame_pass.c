@@ -42,9 +42,8 @@ stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
 /* Says where a block is in the Object Texture. */
 static void place_record(stp_gpu_chunk *record, const stp_resident *resident)
 {
-    record->patches = resident->placement.patches.begin;
-    for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        record->first[l] = l >= resident->finest ? resident->placement.level_begin[l] : UINT32_MAX;
+    memcpy(record->first, resident->placement.level_begin, sizeof record->first);
+    record->first[STP_LEVEL_COUNT - 1] -= resident->placement.patches.begin;
 }
 
 /* Uploads the records of the drawn blocks for the shaders. */

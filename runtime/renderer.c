@@ -321,7 +321,7 @@ done:
 }
 
 /* Draws the picture, between stp_gl_state_enter and leave. */
-static stp_status draw_picture(stp_renderer *r, stp_drawing *d, stp_error *err)
+static stp_status draw_one(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     const stp_draw_params *asked = d->params;
     stp_draw_params taken = *asked;
@@ -345,7 +345,7 @@ stp_status stp_renderer_draw(stp_renderer *r, const stp_view *view, const stp_dr
     stp_gl_state host;
     stp_gl_state_enter(&host);
     stp_drawing d = {.view = view, .params = params, .waits = true, .counts = host.counting == 0};
-    stp_status status = draw_picture(r, &d, err);
+    stp_status status = draw_one(r, &d, err);
     stp_gl_state_leave(&host);
     if (status == STP_OK && stats != NULL)
         *stats = d.stats;
@@ -367,7 +367,7 @@ stp_status stp_renderer_draw_into(stp_renderer *r, const stp_view *view,
     STP_TRY(stp_composite_view(&cut, &host, view, err));
     if (r->composite == 0)
         STP_TRY(stp_composite_create(&r->composite, r->shader_folder, err));
-    STP_TRY(draw_picture(r, &d, err));
+    STP_TRY(draw_one(r, &d, err));
     stp_composite_draw(r->composite, r->tiles.array, &r->pyramid, &host, view, target);
     STP_TRY(stp_gl_check("drawing into the host's framebuffer", err));
     if (stats != NULL)

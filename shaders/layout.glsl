@@ -102,8 +102,6 @@ layout(binding = 1) uniform usamplerBuffer patch_texture;
 // Four texels a resident block, by slot: see patch.glsl.
 layout(binding = 2) uniform usamplerBuffer chunk_texture;
 
-// The patch of each sample.
-layout(binding = 3) uniform usamplerBuffer patch_of_sample;
 // Eight texels a square that is drawn as triangles or as splats, STP_SQUARE_TEXELS: see square.glsl.
 layout(binding = 12) uniform usamplerBuffer square_texture;
 // What each code of the file stands for: error, radius, both in steps; cosine of a cone's angle.
@@ -115,6 +113,11 @@ layout(binding = 13) uniform samplerBuffer code_texture;
 #define STP_LEVELS 4
 #define STP_QUARTERS 4
 #define STP_NO_SAMPLE 0xffffffffu
+
+// The name of a sample, which pixels hold: its patch << 7 | its place in the patch. Level 3 has place 0;
+// levels 2, 1 and 0 begin at places 1, 5 and 21.
+#define STP_NAME_PATCH_SHIFT 7
+#define STP_NAME_FIRST_PLACES 21u // >> 2 * level
 
 // The highest bits of a pixel's name say what is nearest: the segment from this vertex to the next;
 // the triangle of this corner and the next two; with both bits the segment as a flat piece of a

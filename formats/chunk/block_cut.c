@@ -8,8 +8,11 @@
 /* The least level-0 samples of a block, by codec without blocks: about 8 patches of Draco, 130 of
  * zstd. A block costs some 100 bytes of Draco, half of them its record, and 1500 of zstd, most of
  * them tables of symbols. So most blocks of Draco are what one patch of the parent stands for, and
- * files of zstd grow by at most 4 %. */
-static const uint32_t samples_least[] = {3072, 350, 6800};
+ * files of zstd grow by at most 4 %. Maps have the same blocks in both their codecs. */
+static const uint32_t samples_least[STP_CODEC_COUNT] = {[STP_CODEC_RAW] = 3072,
+                                                        [STP_CODEC_DRACO] = 350,
+                                                        [STP_CODEC_ZSTD] = 6800,
+                                                        [STP_CODEC_PAPER] = 350};
 
 uint32_t stp_block_samples_least(stp_codec codec)
 {

@@ -40,26 +40,31 @@ typedef enum stp_codec {
     /* The same three, each block of patches by itself (block.h). Files of version 2 have these. */
     STP_CODEC_RAW_BLOCKS = 3,
     STP_CODEC_DRACO_BLOCKS = 4,
-    STP_CODEC_ZSTD_BLOCKS = 5
+    STP_CODEC_ZSTD_BLOCKS = 5,
+    /* In blocks, too: squares as ELEV06 stores its maps, all else as raw. */
+    STP_CODEC_PAPER = 6
 } stp_codec;
 
-#define STP_CODEC_COUNT 6
+#define STP_CODEC_COUNT 7
 
 static inline bool stp_codec_has_blocks(stp_codec codec)
 {
     return codec >= STP_CODEC_RAW_BLOCKS && codec < STP_CODEC_COUNT;
 }
 
-/* The codec of a block's parts: the codec of the same name without blocks. */
+/* The codec of a block's parts: the codec of the same name without blocks. PAPER has one name. */
 static inline stp_codec stp_codec_of_part(stp_codec codec)
 {
-    return stp_codec_has_blocks(codec) ? (stp_codec)(codec - STP_CODEC_RAW_BLOCKS) : codec;
+    return stp_codec_has_blocks(codec) && codec != STP_CODEC_PAPER
+               ? (stp_codec)(codec - STP_CODEC_RAW_BLOCKS)
+               : codec;
 }
 
 /* The codec of the same name with blocks. */
 static inline stp_codec stp_codec_in_blocks(stp_codec codec)
 {
-    return (stp_codec)(stp_codec_of_part(codec) + STP_CODEC_RAW_BLOCKS);
+    return codec == STP_CODEC_PAPER ? codec
+                                    : (stp_codec)(stp_codec_of_part(codec) + STP_CODEC_RAW_BLOCKS);
 }
 
 /* What an attribute bit says that the source had, or the file has. The sample's bytes exist in any
@@ -145,7 +150,8 @@ typedef struct stp_chunk_entry {
 typedef struct stp_raster {
     bool level;    /* of a survey: columns go along x, rows along y, and normals are upwards */
     unsigned axis; /* 0 x, 1 y, 2 z */
-    uint32_t side; /* encoding looks for samples of fewer columns and rows; 0: of any */
+    /* Encoding looks for samples of so many columns and rows, from the first ones on; 0: of any. */
+    uint32_t first[2], side;
     double across[2][6]; /* unless it is level, all but [k][0] are floats: a block stores them so */
 } stp_raster;
 

@@ -2,6 +2,7 @@
 #include "formats/chunk/convert.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "formats/chunk/attribute/attribute_file.h"
 #include "formats/chunk/block_cut.h"
 #include "formats/chunk/codec/segment.h"
@@ -109,7 +110,9 @@ static stp_codec new_codec(const conversion *c, const piece *p)
 {
     const stp_codec kept = (stp_codec)p->entry.codec;
     const stp_codec codec = stp_codec_of_part(c->params->keep_codec ? kept : c->params->codec);
-    return c->blocks ? stp_codec_in_blocks(codec) : codec;
+    if (c->blocks)
+        return stp_codec_in_blocks(codec);
+    return codec == STP_CODEC_PAPER ? STP_CODEC_DRACO : codec; /* squares are of blocks alone */
 }
 
 /* Cuts a decoded chunk into blocks at the patches of its parent. The root is one block. */
@@ -248,31 +251,18 @@ done:
 
 /* ---- order and tree ---- */
 
-typedef struct placed {
-    uint64_t offset;
-    uint32_t id;
-} placed;
-
-static int compare_placed(const void *a, const void *b)
-{
-    const placed *x = a, *y = b;
-    if (x->offset != y->offset)
-        return x->offset < y->offset ? -1 : 1;
-    return x->id < y->id ? -1 : x->id > y->id;
-}
-
 static stp_status find_order(conversion *c, stp_error *err)
 {
     stp_status status = STP_OK;
-    placed *list = NULL;
+    stp_placed *list = NULL;
     STP_TRY(stp_alloc(&list, c->count, sizeof *list, "chunks", err));
     for (uint32_t id = 0; id < c->count; id++) {
         stp_chunk_entry entry;
         STP_TRY(stp_chunk_file_entry(c->file, id, &entry, err));
-        list[id] = (placed){entry.offset, id};
+        list[id] = (stp_placed){entry.offset, id};
         c->linked = c->linked && (entry.child_count == 0 || entry.flags & STP_CHUNK_LINKED);
     }
-    qsort(list, c->count, sizeof *list, compare_placed);
+    stp_sort_placed(list, c->count);
     for (uint32_t i = 0; i < c->count; i++)
         c->order[i] = list[i].id;
 done:

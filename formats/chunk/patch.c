@@ -144,6 +144,18 @@ void stp_patches_place(stp_chunk *chunk)
     }
 }
 
+stp_status stp_patches_take(stp_chunk *chunk, uint32_t child_count, stp_error *err)
+{
+    uint32_t counts[STP_LEVEL_COUNT];
+    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+        counts[l] = chunk->level_begin[l][chunk->patch_count];
+    stp_status status =
+        stp_patches_check(chunk->patches, chunk->patch_count, counts, child_count, err);
+    if (status == STP_OK)
+        stp_patches_place(chunk);
+    return status;
+}
+
 /* A cursor over the columns of one row. Encoding and decoding run the same code. `decode` is a
  * constant in each caller and everything is inlined, so the compiler makes two straight loops of
  * it. */

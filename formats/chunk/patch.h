@@ -21,6 +21,9 @@ stp_status stp_patches_check(const stp_patch *patches, uint32_t patch_count,
 stp_status stp_patches_check_kinds(const stp_chunk *chunk, stp_error *err);
 /* Fills level_begin from the patches' counts. */
 void stp_patches_place(stp_chunk *chunk);
+/* Does both for patches that were read into a chunk, whose level_begin ends with the counts that
+ * must be met. Errors: those of stp_patches_check. */
+stp_status stp_patches_take(stp_chunk *chunk, uint32_t child_count, stp_error *err);
 
 /* Steps from a patch's origin to the centre of its bounding sphere, along each axis, in most
  * patches: this many, or twice, four times as many and so on. */

@@ -145,10 +145,13 @@ extern "C" stp_oiio_result stp_oiio_open_heights(stp_oiio_heights **out, const c
         }
         const OIIO::ImageSpec &spec = input->spec();
         int channel = spec.nchannels == 1 ? 0 : -1;
-        for (int i = 0; channel < 0 && i < spec.nchannels; i++)
-            for (const char *name : {"Z", "z", "depth", "height", "Y"})
-                if (spec.channelnames[static_cast<size_t>(i)] == name)
+        for (int i = 0; channel < 0 && i < spec.nchannels; i++) {
+            const std::string &all = spec.channelnames[static_cast<size_t>(i)];
+            const std::string own = all.substr(all.rfind('.') + 1); /* without its layer */
+            for (const char *name : {"Z", "depth", "height", "Y"})
+                if (OIIO::Strutil::iequals(own, name))
                     channel = i;
+        }
         if (channel < 0) {
             say(message, message_bytes, "none of its channels is named Z, depth or height");
             return STP_OIIO_UNKNOWN_FORMAT;

@@ -357,7 +357,7 @@ static stp_status check_region(const stp_scan *scan, stp_error *err)
 }
 
 /* Opens the file at scan->path. */
-static stp_status open_scan(stp_scan *scan, stp_error *err)
+static stp_status open_by_format(stp_scan *scan, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_scan_format format = STP_SCAN_EPT;
@@ -425,7 +425,7 @@ stp_status stp_scan_open(stp_scan **out, const char *path, const stp_scan_params
     if (params)
         scan->params = *params;
     STP_TRY(choose_path(scan, path, err));
-    STP_TRY(say(scan, open_scan(scan, &why), &why, err));
+    STP_TRY(say(scan, open_by_format(scan, &why), &why, err));
     *out = scan;
     scan = NULL;
 done:

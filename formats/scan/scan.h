@@ -106,6 +106,7 @@ typedef struct stp_scan_params {
     bool numbers;       /* reading also keeps the numbers of all attributes (stp_scan_numbers) */
     bool keep_withheld; /* points that LAS, LAZ or EPT mark as withheld are no rejects; an attribute
                            `withheld` says which */
+    bool keep_grid;     /* of PTX, the points of a single scan are the pixels of an image */
     bool salvage;       /* of a file that is cut or damaged, the records up to there are points and
                            all others that it declares are lost (STP_REJECT_LOST) */
     const stp_scan_region

@@ -2,6 +2,7 @@
 #include "preprocess/closed/enclosure.h"
 
 #include "base/memory.h"
+#include "base/wide.h"
 #include "preprocess/closed/openings.h"
 #include "preprocess/closed/voxel_share.h"
 #include "preprocess/cloud/cloud_blocks.h"
@@ -40,14 +41,17 @@
 static const int seal_reaches[] = {1, STP_VOXEL_REACH_MOST};
 #define BLOCK_POINTS 65536u
 #define MEDIAN_POINTS 65536u
+/* About how many points tell whether a model is closed. */
+#define JUDGED_POINTS 65536u
 
 typedef struct enclosing {
     stp_cloud *cloud;
     const stp_enclosure_params *params;
     stp_voxel_grid grid;
     stp_dvec3 origin;
-    double voxel;      /* side, world units */
-    bool known_closed; /* most points are closed */
+    double voxel;        /* side, world units */
+    double closed_share; /* of the points judged; 0 if openings are too many */
+    bool known_closed;   /* most points are closed */
     atomic_uint closed_count;
     stp_rank_part own; /* points that this rank looks at */
 } enclosing;
@@ -83,7 +87,7 @@ typedef struct voxel_disc {
     double centre[3], normal[3], radius;
 } voxel_disc;
 
-static voxel_disc disc_of(const enclosing *e, uint32_t i)
+static inline voxel_disc disc_of(const enclosing *e, uint32_t i)
 {
     const stp_cloud_point *p = &e->cloud->points[i];
     stp_dvec3 c = stp_dvec3_scale(stp_dvec3_sub(p->position, e->origin), 1.0 / e->voxel);
@@ -94,31 +98,41 @@ static voxel_disc disc_of(const enclosing *e, uint32_t i)
                         flat ? radius : 0.0};
 }
 
-/* A pass over this rank's points, in tasks of BLOCK_POINTS points. */
+/* A pass over this rank's points whose index is a multiple of stride, in tasks of BLOCK_POINTS
+ * points. */
 typedef struct pass {
     enclosing *e;
     void (*look)(enclosing *, uint32_t point);
+    uint32_t stride;
 } pass;
 
 static stp_status look_at_block(void *context, size_t index, unsigned worker, stp_error *err)
 {
     const pass *p = context;
-    uint32_t begin = p->e->own.begin + (uint32_t)index * BLOCK_POINTS;
-    uint32_t left = p->e->own.end - begin;
+    const uint32_t begin = p->e->own.begin + (uint32_t)index * BLOCK_POINTS;
+    const uint32_t left = p->e->own.end - begin;
+    const uint64_t end = (uint64_t)begin + (left < BLOCK_POINTS ? left : BLOCK_POINTS);
     (void)worker;
     (void)err;
-    for (uint32_t i = begin; i < begin + (left < BLOCK_POINTS ? left : BLOCK_POINTS); i++)
-        p->look(p->e, i);
+    for (uint64_t i = ((uint64_t)begin + p->stride - 1) / p->stride * p->stride; i < end;
+         i += p->stride)
+        p->look(p->e, (uint32_t)i);
     return STP_OK;
+}
+
+static stp_status look_at_every(enclosing *e, uint32_t stride, void (*look)(enclosing *, uint32_t),
+                                stp_pool *pool, stp_error *err)
+{
+    pass p = {e, look, stride};
+    const size_t points = e->own.end - e->own.begin;
+    return stp_cloud_run(e->cloud, pool, (points + BLOCK_POINTS - 1) / BLOCK_POINTS, look_at_block,
+                         &p, err);
 }
 
 static stp_status look_at_own(enclosing *e, void (*look)(enclosing *, uint32_t), stp_pool *pool,
                               stp_error *err)
 {
-    pass p = {e, look};
-    const size_t points = e->own.end - e->own.begin;
-    return stp_cloud_run(e->cloud, pool, (points + BLOCK_POINTS - 1) / BLOCK_POINTS, look_at_block,
-                         &p, err);
+    return look_at_every(e, 1, look, pool, err);
 }
 
 static void claim(enclosing *e, uint32_t point)
@@ -136,6 +150,7 @@ static void claim(enclosing *e, uint32_t point)
 
 /* Marks the voxels that the disc's plane meets and whose centres project into the disc. Goes column
  * by column along the axis that is nearest to the normal. */
+STP_WIDE
 static void rasterise(enclosing *e, uint32_t point)
 {
     voxel_disc d = disc_of(e, point);
@@ -205,27 +220,41 @@ static bool is_closed(const enclosing *e, flank front, flank back)
            (beside && front.distance <= LAYER && back.distance > LAYER);
 }
 
-static void classify(enclosing *e, uint32_t point)
+typedef enum verdict { VERDICT_OPEN, VERDICT_CLOSED, VERDICT_CLOSED_TURNED } verdict;
+
+static verdict verdict_on(const enclosing *e, uint32_t point)
 {
-    uint8_t *mark = &e->cloud->marks[point];
-    voxel_disc d = disc_of(e, point);
-    double sign = *mark & STP_MARK_TURNED ? -1.0 : 1.0;
+    const voxel_disc d = disc_of(e, point);
+    const double sign = e->cloud->marks[point] & STP_MARK_TURNED ? -1.0 : 1.0;
     if (d.radius == 0.0)
-        return;
-    flank front = flank_of(e, &d, sign), back = flank_of(e, &d, -sign);
-    bool closed = is_closed(e, front, back);
-    bool turned = !closed && e->params->guessed && is_closed(e, back, front);
-    if (!closed && !turned)
-        return;
-    *mark |= STP_MARK_CLOSED | STP_MARK_ORIENTED;
-    *mark ^= turned ? STP_MARK_TURNED : 0u;
-    atomic_fetch_add_explicit(&e->closed_count, 1, memory_order_relaxed);
+        return VERDICT_OPEN;
+    const flank front = flank_of(e, &d, sign), back = flank_of(e, &d, -sign);
+    if (is_closed(e, front, back))
+        return VERDICT_CLOSED;
+    return e->params->guessed && is_closed(e, back, front) ? VERDICT_CLOSED_TURNED : VERDICT_OPEN;
+}
+
+static void judge(enclosing *e, uint32_t point)
+{
+    if (verdict_on(e, point) != VERDICT_OPEN)
+        atomic_fetch_add_explicit(&e->closed_count, 1, memory_order_relaxed);
 }
 
 static void unmark(enclosing *e, uint32_t point)
 {
     uint8_t *mark = &e->cloud->marks[point];
     *mark &= (uint8_t) ~(STP_MARK_CLOSED | (e->params->guessed ? STP_MARK_ORIENTED : 0u));
+}
+
+static void classify(enclosing *e, uint32_t point)
+{
+    const verdict found = verdict_on(e, point);
+    unmark(e, point);
+    if (found == VERDICT_OPEN)
+        return;
+    e->cloud->marks[point] |= STP_MARK_CLOSED | STP_MARK_ORIENTED;
+    e->cloud->marks[point] ^= found == VERDICT_CLOSED_TURNED ? STP_MARK_TURNED : 0u;
+    atomic_fetch_add_explicit(&e->closed_count, 1, memory_order_relaxed);
 }
 
 /* Sets the blocks along each axis. False if there are too many. */
@@ -299,20 +328,31 @@ static stp_status find_outside(const enclosing *e, stp_outside *out, stp_error *
     return status;
 }
 
-/* Marks the closed points of this rank again from scratch, and counts those of all. */
-static stp_status classify_all(enclosing *e, stp_pool *pool, stp_error *err)
+/* Adds up what the ranks counted. */
+static stp_status sum_closed(enclosing *e, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ranks *ranks = e->params->ranks;
-    STP_TRY(look_at_own(e, unmark, pool, err));
-    atomic_store(&e->closed_count, 0);
-    STP_TRY(look_at_own(e, classify, pool, err));
     const unsigned own = atomic_exchange(&e->closed_count, 0);
     for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
         unsigned count = own;
         STP_TRY(stp_ranks_broadcast(ranks, rank, &count, sizeof count, err));
         atomic_fetch_add(&e->closed_count, count);
     }
+done:
+    return status;
+}
+
+/* Judges by points spread over the cloud whether the model is closed. */
+static stp_status judge_model(enclosing *e, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t stride = (e->cloud->count - 1) / JUDGED_POINTS + 1;
+    const uint32_t judged = (e->cloud->count - 1) / stride + 1;
+    atomic_store(&e->closed_count, 0);
+    STP_TRY(look_at_every(e, stride, judge, pool, err));
+    STP_TRY(sum_closed(e, err));
+    e->closed_share = (double)atomic_load(&e->closed_count) / (double)judged;
 done:
     return status;
 }
@@ -336,11 +376,6 @@ done:
     return status;
 }
 
-static bool is_mostly_closed(const enclosing *e)
-{
-    return atomic_load(&e->closed_count) >= CLOSED_MODEL_SHARE * e->cloud->count;
-}
-
 /* Seals openings, if they are few enough to be listed. */
 static stp_status seal(enclosing *e, int reach, stp_outside *out, stp_pool *pool, stp_error *err)
 {
@@ -349,13 +384,13 @@ static stp_status seal(enclosing *e, int reach, stp_outside *out, stp_pool *pool
     size_t count = 0;
     stp_opening openings[STP_OPENINGS_LIMIT];
     stp_outside_clear(out);
-    atomic_store(&e->closed_count, 0);
+    e->closed_share = 0.0;
     STP_TRY(stp_voxel_grid_seal(&e->grid, reach, &sealed, err));
     if (sealed)
         STP_TRY(stp_openings_find(&e->grid, openings, &count, err));
     if (!sealed || count > STP_OPENINGS_LIMIT)
         goto done;
-    STP_TRY(classify_all(e, pool, err));
+    STP_TRY(judge_model(e, pool, err));
     STP_TRY(stp_alloc(&out->openings, count, sizeof *out->openings, "openings", err));
     for (size_t i = 0; i < count; i++)
         out->openings[i] =
@@ -381,13 +416,17 @@ stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
         STP_TRY(look_at_own(&e, rasterise, pool, err));
         STP_TRY(stp_voxel_share_occupied(&e.grid, params->ranks, err));
         STP_TRY(stp_voxel_grid_flood(&e.grid, e.grid.occupied, err));
-        STP_TRY(classify_all(&e, pool, err));
-        for (size_t i = 0; i < sizeof seal_reaches / sizeof *seal_reaches && !is_mostly_closed(&e);
+        STP_TRY(judge_model(&e, pool, err));
+        for (size_t i = 0;
+             i < sizeof seal_reaches / sizeof *seal_reaches && e.closed_share < CLOSED_MODEL_SHARE;
              i++)
             STP_TRY(seal(&e, seal_reaches[i], &found, pool, err));
-        e.known_closed = is_mostly_closed(&e);
-        if (e.known_closed)
-            STP_TRY(classify_all(&e, pool, err));
+        e.known_closed = e.closed_share >= CLOSED_MODEL_SHARE;
+        atomic_store(&e.closed_count, 0);
+        if (e.closed_share >= CLOSED_SHARE / 2.0) { /* else surely fewer than CLOSED_SHARE are */
+            STP_TRY(look_at_own(&e, classify, pool, err));
+            STP_TRY(sum_closed(&e, err));
+        }
     }
     found.point_count = atomic_load(&e.closed_count);
     if ((double)found.point_count < CLOSED_SHARE * (double)cloud->count) {

@@ -9,19 +9,6 @@
 #define BLOCK STP_VOXEL_BLOCK
 #define CLAIMED UINT32_MAX
 
-static bool beyond_grid(const stp_voxel_grid *g, int x, int y, int z)
-{
-    return x < 0 || y < 0 || z < 0 || x >= g->blocks[0] * BLOCK || y >= g->blocks[1] * BLOCK ||
-           z >= g->blocks[2] * BLOCK;
-}
-
-/* The number of the block that holds a voxel, or 0. *place: the block's place. */
-static uint32_t block_of(const stp_voxel_grid *g, int x, int y, int z, size_t *place)
-{
-    *place = stp_voxel_place(g, x / BLOCK, y / BLOCK, z / BLOCK);
-    return stp_voxel_number(g, *place);
-}
-
 stp_status stp_voxel_grid_create(stp_voxel_grid *out, const int blocks[3], stp_spill *spill,
                                  stp_error *err)
 {
@@ -79,17 +66,6 @@ stp_status stp_voxel_grid_make(stp_voxel_grid *grid, stp_error *err)
         return status;
     return stp_spill_alloc(grid->spill, &grid->outside, grid->block_count, sizeof *grid->outside,
                            "a grid", err);
-}
-
-void stp_voxel_grid_mark(stp_voxel_grid *grid, int x, int y, int z)
-{
-    size_t place = 0;
-    if (beyond_grid(grid, x, y, z))
-        return;
-    stp_voxel_bits *b = &grid->occupied[block_of(grid, x, y, z, &place) - 1];
-    uint32_t bit = 1u << (x % BLOCK);
-    if (!(stp_voxel_row(b, z % BLOCK, y % BLOCK) & bit))
-        atomic_fetch_or_explicit(&b->row[z % BLOCK][y % BLOCK], bit, memory_order_relaxed);
 }
 
 /* ---- the flood ---- */
@@ -167,20 +143,6 @@ typedef struct basin {
     uint32_t wet[BLOCK][BLOCK], open[BLOCK][BLOCK];
 } basin;
 
-static void pour(basin *b, int side, const face *in)
-{
-    int last = side % 2 ? BLOCK - 1 : 0;
-    for (int i = 0; i < BLOCK; i++) {
-        if (side / 2 == 2)
-            b->wet[last][i] |= in->row[i] & b->open[last][i];
-        else if (side / 2 == 1)
-            b->wet[i][last] |= in->row[i] & b->open[i][last];
-        else
-            for (int y = 0; y < BLOCK; y++)
-                b->wet[i][y] |= (in->row[i] >> y & 1u) << last & b->open[i][y];
-    }
-}
-
 /* Grows set bits along runs of open ones (Kogge and Stone 1973, both ways). */
 static uint32_t fill_row(uint32_t set, uint32_t open)
 {
@@ -194,16 +156,39 @@ static uint32_t fill_row(uint32_t set, uint32_t open)
     return set;
 }
 
+/* Lets water into a row whose water fills its runs already. Returns whether any is new. */
+static inline bool wet_row(basin *b, int z, int y, uint32_t water)
+{
+    const uint32_t open = b->open[z][y], set = b->wet[z][y] | (water & open);
+    if (set == b->wet[z][y])
+        return false;
+    b->wet[z][y] = fill_row(set, open);
+    return true;
+}
+
+static void pour(basin *b, int side, const face *in)
+{
+    int last = side % 2 ? BLOCK - 1 : 0;
+    for (int i = 0; i < BLOCK; i++) {
+        if (side / 2 == 2)
+            wet_row(b, last, i, in->row[i]);
+        else if (side / 2 == 1)
+            wet_row(b, i, last, in->row[i]);
+        else
+            for (int y = 0; y < BLOCK; y++)
+                wet_row(b, i, y, (in->row[i] >> y & 1u) << last);
+    }
+}
+
 /* Grows one row from its neighbours in the block. Returns whether it grew. */
 static bool grow_row(basin *b, int z, int y)
 {
-    uint32_t before = b->wet[z][y], set = before;
-    set |= y > 0 ? b->wet[z][y - 1] : 0u;
-    set |= y + 1 < BLOCK ? b->wet[z][y + 1] : 0u;
-    set |= z > 0 ? b->wet[z - 1][y] : 0u;
-    set |= z + 1 < BLOCK ? b->wet[z + 1][y] : 0u;
-    b->wet[z][y] = fill_row(set & b->open[z][y], b->open[z][y]);
-    return b->wet[z][y] != before;
+    uint32_t water = 0;
+    water |= y > 0 ? b->wet[z][y - 1] : 0u;
+    water |= y + 1 < BLOCK ? b->wet[z][y + 1] : 0u;
+    water |= z > 0 ? b->wet[z - 1][y] : 0u;
+    water |= z + 1 < BLOCK ? b->wet[z + 1][y] : 0u;
+    return wet_row(b, z, y, water);
 }
 
 /* Sweeps forth and back until nothing grows. */
@@ -318,9 +303,9 @@ done:
 stp_voxel stp_voxel_grid_at(const stp_voxel_grid *grid, int x, int y, int z)
 {
     size_t place = 0;
-    if (beyond_grid(grid, x, y, z))
+    if (stp_voxel_beyond(grid, x, y, z))
         return STP_VOXEL_OUTSIDE;
-    uint32_t number = block_of(grid, x, y, z, &place), bit = 1u << (x % BLOCK);
+    uint32_t number = stp_voxel_block_of(grid, x, y, z, &place), bit = 1u << (x % BLOCK);
     if (number == 0)
         return grid->reached[place] ? STP_VOXEL_OUTSIDE : STP_VOXEL_INSIDE;
     if (stp_voxel_row(&grid->occupied[number - 1], z % BLOCK, y % BLOCK) & bit)
@@ -332,7 +317,7 @@ stp_voxel stp_voxel_grid_at(const stp_voxel_grid *grid, int x, int y, int z)
 bool stp_voxel_grid_clear_of(const stp_voxel_grid *grid, int x, int y, int z, int side)
 {
     size_t place = 0;
-    uint32_t number = block_of(grid, x, y, z, &place);
+    uint32_t number = stp_voxel_block_of(grid, x, y, z, &place);
     uint32_t wanted = (side == BLOCK ? UINT32_MAX : (1u << side) - 1) << x % BLOCK;
     if (number == 0)
         return grid->reached[place];

@@ -44,8 +44,6 @@ void stp_voxel_grid_claim(stp_voxel_grid *grid, const int low[3], const int high
 uint32_t stp_voxel_grid_claimed(const stp_voxel_grid *grid);
 /* Makes the claimed blocks. After this, claim no more. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_voxel_grid_make(stp_voxel_grid *grid, stp_error *err);
-/* Occupies a voxel of a claimed block. A voxel beyond the grid is ignored. */
-void stp_voxel_grid_mark(stp_voxel_grid *grid, int x, int y, int z);
 
 /* Floods the grid from beyond it: a voxel is outside if a path through faces of voxels that are not
  * in `walls` joins it to beyond the grid. walls: by number - 1; blocks that nobody claimed have no
@@ -108,6 +106,33 @@ static inline void stp_voxel_place_split(const stp_voxel_grid *g, size_t place, 
     at[0] = (int)(place % (size_t)g->blocks[0]);
     at[1] = (int)(place / (size_t)g->blocks[0] % (size_t)g->blocks[1]);
     at[2] = (int)(place / (size_t)g->blocks[0] / (size_t)g->blocks[1]);
+}
+
+static inline bool stp_voxel_beyond(const stp_voxel_grid *g, int x, int y, int z)
+{
+    return x < 0 || y < 0 || z < 0 || x >= g->blocks[0] * STP_VOXEL_BLOCK ||
+           y >= g->blocks[1] * STP_VOXEL_BLOCK || z >= g->blocks[2] * STP_VOXEL_BLOCK;
+}
+
+/* The number of the block that holds a voxel, or 0. *place: the block's place. */
+static inline uint32_t stp_voxel_block_of(const stp_voxel_grid *g, int x, int y, int z,
+                                          size_t *place)
+{
+    *place = stp_voxel_place(g, x / STP_VOXEL_BLOCK, y / STP_VOXEL_BLOCK, z / STP_VOXEL_BLOCK);
+    return stp_voxel_number(g, *place);
+}
+
+/* Occupies a voxel of a claimed block. A voxel beyond the grid is ignored. */
+static inline void stp_voxel_grid_mark(stp_voxel_grid *grid, int x, int y, int z)
+{
+    const uint32_t bit = 1u << (x & (STP_VOXEL_BLOCK - 1));
+    size_t place = 0;
+    if (stp_voxel_beyond(grid, x, y, z))
+        return;
+    stp_voxel_bits *b = &grid->occupied[stp_voxel_block_of(grid, x, y, z, &place) - 1];
+    _Atomic uint32_t *row = &b->row[z & (STP_VOXEL_BLOCK - 1)][y & (STP_VOXEL_BLOCK - 1)];
+    if (!(atomic_load_explicit(row, memory_order_relaxed) & bit))
+        atomic_fetch_or_explicit(row, bit, memory_order_relaxed);
 }
 
 #endif

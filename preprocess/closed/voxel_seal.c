@@ -35,27 +35,6 @@ static inline const stp_voxel_bits *bits_of(const set *s, int x, int y, int z, u
     return NULL;
 }
 
-/* Row y of layer z of a block. y and z may lie in the next block. */
-static uint32_t row_at(const set *s, const int at[3], int shift_x, int z, int y)
-{
-    const int by = y < 0 ? at[1] - 1 : at[1] + y / BLOCK;
-    const int bz = z < 0 ? at[2] - 1 : at[2] + z / BLOCK;
-    uint32_t all = 0;
-    const stp_voxel_bits *bits = bits_of(s, at[0] + shift_x, by, bz, &all);
-    return bits ? stp_voxel_row(bits, (z + BLOCK) % BLOCK, (y + BLOCK) % BLOCK) : all;
-}
-
-/* The row with its set voxels spread by one voxel along an axis. */
-static uint32_t spread(const set *s, const int at[3], int axis, int z, int y)
-{
-    const uint32_t row = row_at(s, at, 0, z, y);
-    if (axis == 0)
-        return row | row << 1 | row >> 1 | row_at(s, at, -1, z, y) >> (BLOCK - 1) |
-               row_at(s, at, 1, z, y) << (BLOCK - 1);
-    const int dz = axis == 2, dy = axis == 1;
-    return row | row_at(s, at, 0, z - dz, y - dy) | row_at(s, at, 0, z + dz, y + dy);
-}
-
 /* A block's rows, and those of the blocks before and behind it along an axis. */
 typedef struct strip {
     const stp_voxel_bits *bits[3]; /* NULL: the block has none */
@@ -76,6 +55,37 @@ static strip strip_of(const set *s, const int at[3], int axis)
 static inline uint32_t strip_row(const strip *s, int block, int z, int y)
 {
     return s->bits[block] ? stp_voxel_row(s->bits[block], z, y) : s->all[block];
+}
+
+/* A block's rows with those beside it. */
+typedef struct shell {
+    uint32_t row[BLOCK + 2][BLOCK + 2];                 /* [z + 1][y + 1] */
+    uint32_t before[BLOCK][BLOCK], after[BLOCK][BLOCK]; /* of the next blocks along x */
+} shell;
+
+static void shell_of(shell *out, const set *s, const int at[3])
+{
+    const strip x = strip_of(s, at, 0), y = strip_of(s, at, 1), z = strip_of(s, at, 2);
+    for (int i = 0; i < BLOCK; i++) {
+        for (int j = 0; j < BLOCK; j++) {
+            out->row[i + 1][j + 1] = strip_row(&x, 1, i, j);
+            out->before[i][j] = strip_row(&x, 0, i, j);
+            out->after[i][j] = strip_row(&x, 2, i, j);
+        }
+        out->row[i + 1][0] = strip_row(&y, 0, i, BLOCK - 1);
+        out->row[i + 1][BLOCK + 1] = strip_row(&y, 2, i, 0);
+        out->row[0][i + 1] = strip_row(&z, 0, BLOCK - 1, i);
+        out->row[BLOCK + 1][i + 1] = strip_row(&z, 2, 0, i);
+    }
+}
+
+/* The row with the voxels beside its set voxels, in all directions through faces. */
+static inline uint32_t spread(const shell *s, int z, int y)
+{
+    const uint32_t row = s->row[z + 1][y + 1];
+    return row | row << 1 | row >> 1 | s->before[z][y] >> (BLOCK - 1) |
+           s->after[z][y] << (BLOCK - 1) | s->row[z][y + 1] | s->row[z + 2][y + 1] |
+           s->row[z + 1][y] | s->row[z + 1][y + 2];
 }
 
 /* Widens a block along x: each row and its ends in one number, joined with itself shifted. */
@@ -188,24 +198,20 @@ static bool grow_block(growth *w, uint32_t block)
 {
     int at[3];
     bool grew = false;
+    shell outer, inner;
     stp_voxel_place_split(w->grid, w->places[block], at);
+    shell_of(&outer, &w->outer, at);
+    shell_of(&inner, &w->inner, at);
     for (int i = 0; i < BLOCK * BLOCK; i++) {
-        int z = i / BLOCK, y = i % BLOCK;
-        uint32_t was_out = stp_voxel_row(&w->outer.bits[block], z, y);
-        uint32_t was_in = stp_voxel_row(&w->inner.bits[block], z, y);
-        uint32_t open = ~was_out & ~was_in & ~stp_voxel_row(&w->grid->occupied[block], z, y);
-        uint32_t out = 0, in = 0;
-        if (open == 0)
+        const int z = i / BLOCK, y = i % BLOCK;
+        const uint32_t was_out = outer.row[z + 1][y + 1], was_in = inner.row[z + 1][y + 1];
+        const uint32_t open = ~was_out & ~was_in & ~stp_voxel_row(&w->grid->occupied[block], z, y);
+        const uint32_t out = spread(&outer, z, y) & open, in = spread(&inner, z, y) & open & ~out;
+        if ((out | in) == 0)
             continue;
-        for (int axis = 0; axis < 3; axis++) {
-            out |= spread(&w->outer, at, axis, z, y);
-            in |= spread(&w->inner, at, axis, z, y);
-        }
-        out &= open;
-        in &= open & ~out;
         stp_voxel_row_set(&w->grid->outside[block], z, y, was_out | out);
         stp_voxel_row_set(&w->inside[block], z, y, was_in | in);
-        grew |= (out | in) != 0;
+        grew = true;
     }
     return grew;
 }
@@ -297,16 +303,6 @@ done:
     return status;
 }
 
-/* The voxels of a row that are inside, beside an outside voxel. */
-static uint32_t openings_of(const set *outer, const int at[3], uint32_t number, int z, int y)
-{
-    uint32_t row = 0;
-    for (int axis = 0; axis < 3; axis++)
-        row |= spread(outer, at, axis, z, y);
-    return row & ~stp_voxel_row(&outer->bits[number - 1], z, y) &
-           ~stp_voxel_row(&outer->grid->occupied[number - 1], z, y);
-}
-
 size_t stp_voxel_grid_openings(const stp_voxel_grid *grid, int *out, size_t capacity)
 {
     const set outer = {.grid = grid, .bits = grid->outside, .reached = true, .beyond = true};
@@ -314,10 +310,16 @@ size_t stp_voxel_grid_openings(const stp_voxel_grid *grid, int *out, size_t capa
     for (size_t place = 0; place < stp_voxel_place_count(grid); place++) {
         const uint32_t number = stp_voxel_number(grid, place);
         int at[3];
+        shell around;
+        if (number == 0)
+            continue;
         stp_voxel_place_split(grid, place, at);
-        for (int i = 0; number != 0 && i < BLOCK * BLOCK; i++) {
+        shell_of(&around, &outer, at);
+        for (int i = 0; i < BLOCK * BLOCK; i++) {
             const int z = i / BLOCK, y = i % BLOCK;
-            for (uint32_t row = openings_of(&outer, at, number, z, y); row; row &= row - 1, count++)
+            const uint32_t open =
+                ~around.row[z + 1][y + 1] & ~stp_voxel_row(&grid->occupied[number - 1], z, y);
+            for (uint32_t row = spread(&around, z, y) & open; row; row &= row - 1, count++)
                 if (count < capacity) {
                     out[3 * count] = at[0] * BLOCK + __builtin_ctz(row);
                     out[3 * count + 1] = at[1] * BLOCK + y;

@@ -1,4 +1,4 @@
-/* Finds cameras' rays, and cuts images into patches and leaves. */
+/* Cuts images into patches and leaves. */
 #include "preprocess/grid/depth_image.h"
 
 #include "base/memory.h"
@@ -9,10 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Farthest that a point may lie off its ray, in pixels. */
-#define OFF_MOST 0.0625
-/* Least variance of columns and of rows, from -1 to 1, that tells rays. */
-#define SPREAD_LEAST 1e-9
 /* Neighbours on one surface lie this near to each other's planes, in pixels' widths. */
 #define STEP_WIDTHS 2.0
 /* A disc is at most as wide as that of a pixel this many times as large. */
@@ -20,190 +16,48 @@
 /* Discs have sizes of so many steps an octave, lest noise makes each a size of its own. */
 #define SIZE_STEPS 4.0
 
-/* ---- rays ---- */
-
-/* Sums over points at columns and rows from -1 to 1, of their two tangents. */
-typedef struct ray_sums {
-    double basis[3][3], tangent[2][3];
-    double sign; /* of depths */
-    uint64_t count;
-} ray_sums;
-
-/* Solves sums x = v in place of v. False if the points are all in one line of the image. */
-static bool solve(const double sums[3][3], double v[3])
-{
-    double m[3][3];
-    memcpy(m, sums, sizeof m);
-    for (int i = 0; i < 3; i++) { /* sums of squares need no pivot */
-        if (!(m[i][i] > SPREAD_LEAST * sums[0][0]))
-            return false;
-        for (int j = i + 1; j < 3; j++) {
-            const double part = m[j][i] / m[i][i];
-            for (int k = i; k < 3; k++)
-                m[j][k] -= part * m[i][k];
-            v[j] -= part * v[i];
-        }
-    }
-    for (int i = 2; i >= 0; i--) {
-        for (int k = i + 1; k < 3; k++)
-            v[i] -= m[i][k] * v[k];
-        v[i] /= m[i][i];
-    }
-    return true;
-}
-
-static double centred(uint32_t at, uint32_t count)
-{
-    return count > 1 ? 2.0 * at / (count - 1) - 1.0 : 0.0;
-}
-
-/* Of a pixel at depth 1, with a sign. */
-static double area_of(const stp_depth_rays *r)
-{
-    return r->tilt[0][1] * r->tilt[1][2] - r->tilt[0][2] * r->tilt[1][1];
-}
-
-/* How far a point is off the ray of its pixel, in pixels. */
-static double off_ray(const stp_depth_rays *r, const double at[3], double column, double row)
-{
-    const double(*t)[3] = r->tilt;
-    double off[2];
-    for (int k = 0; k < 2; k++)
-        off[k] = at[1 + k] / at[0] - (t[k][0] + column * t[k][1] + row * t[k][2]);
-    return hypot(off[0] * t[1][2] - off[1] * t[0][2], off[1] * t[0][1] - off[0] * t[1][1]) /
-           fabs(area_of(r));
-}
-
-/* A pixel's point relative to the station, axes in order from the rays' axis on. */
-static void see(const stp_depth_images *images, uint32_t image, uint32_t point, double out[3])
-{
-    const stp_dvec3 v =
-        stp_dvec3_sub(images->cloud->points[point].position, images->pixels.list[image].station);
-    const double all[3] = {v.x, v.y, v.z};
-    for (unsigned i = 0; i < 3; i++)
-        out[i] = all[(images->rays[image].axis + i) % 3];
-}
-
-/* The axis nearest to where the camera looks. */
-static unsigned main_axis(const stp_depth_images *images, const stp_pixel_image *m)
-{
-    stp_dvec3 sum = {0.0, 0.0, 0.0};
-    for (uint64_t i = 0; i < stp_pixel_count(m); i++) {
-        stp_cloud_stride(images->cloud->spill, i, 1);
-        if (m->points[i] != STP_PIXEL_NONE)
-            sum =
-                stp_dvec3_add(sum, stp_dvec3_normalize(stp_dvec3_sub(
-                                       images->cloud->points[m->points[i]].position, m->station)));
-    }
-    const double x = fabs(sum.x), y = fabs(sum.y), z = fabs(sum.z);
-    return z >= x && z >= y ? 2 : y >= x ? 1 : 0;
-}
-
-/* Sums up an image's points. False if some lie behind the camera. */
-static bool sum_rays(const stp_depth_images *images, uint32_t image, ray_sums *s)
-{
-    const stp_pixel_image *m = &images->pixels.list[image];
-    for (uint64_t i = 0; i < stp_pixel_count(m); i++) {
-        stp_cloud_stride(images->cloud->spill, i, 1);
-        if (m->points[i] == STP_PIXEL_NONE)
-            continue;
-        const double basis[3] = {1.0, centred((uint32_t)(i % m->columns), m->columns),
-                                 centred((uint32_t)(i / m->columns), m->rows)};
-        double at[3];
-        see(images, image, m->points[i], at);
-        s->sign = s->count++ > 0 ? s->sign : copysign(1.0, at[0]);
-        if (!(at[0] * s->sign > 0.0))
-            return false;
-        for (int j = 0; j < 3; j++) {
-            for (int k = 0; k < 3; k++)
-                s->basis[j][k] += basis[j] * basis[k];
-            for (int k = 0; k < 2; k++)
-                s->tangent[k][j] += basis[j] * at[1 + k] / at[0];
-        }
-    }
-    return true;
-}
-
-/* Whether all points lie near the rays of their pixels. */
-static bool all_on_rays(const stp_depth_images *images, uint32_t image)
-{
-    const stp_pixel_image *m = &images->pixels.list[image];
-    for (uint64_t i = 0; i < stp_pixel_count(m); i++) {
-        double at[3];
-        stp_cloud_stride(images->cloud->spill, i, 1);
-        if (m->points[i] == STP_PIXEL_NONE)
-            continue;
-        see(images, image, m->points[i], at);
-        const uint64_t column = i % m->columns, row = i / m->columns;
-        if (!(off_ray(&images->rays[image], at, (double)column, (double)row) <= OFF_MOST))
-            return false;
-    }
-    return true;
-}
-
-/* False if the image's points do not lie on a pinhole camera's rays. Adds their number to *count.
- */
-static bool find_rays(const stp_depth_images *images, uint32_t image, uint64_t *count)
-{
-    const stp_pixel_image *m = &images->pixels.list[image];
-    stp_depth_rays *r = &images->rays[image];
-    ray_sums s = {0};
-    r->axis = main_axis(images, m);
-    if (!sum_rays(images, image, &s))
-        return false;
-    for (int k = 0; k < 2; k++) {
-        double *v = s.tangent[k];
-        if (!solve(s.basis, v))
-            return false;
-        r->tilt[k][0] = v[0] - v[1] - v[2];
-        r->tilt[k][1] = 2.0 * v[1] / (m->columns - 1);
-        r->tilt[k][2] = 2.0 * v[2] / (m->rows - 1);
-    }
-    r->turned = area_of(r) * s.sign > 0.0;
-    *count += s.count;
-    return all_on_rays(images, image);
-}
-
 /* ---- squares ---- */
 
-/* The side of a pixel at a point's depth, on a plane across the axis. */
-static double pixel_side(const stp_depth_images *images, uint32_t image, uint32_t point)
+/* The side of a point's pixel. */
+static double pixel_side(const stp_depth_images *images, const stp_depth_rays *rays, uint32_t point)
 {
-    double at[3];
-    see(images, image, point, at);
-    return fabs(at[0]) * sqrt(fabs(area_of(&images->rays[image])));
+    double seen[3];
+    stp_depth_see(rays, images->cloud->points[point].position, seen);
+    return stp_depth_pixel_side(rays, seen);
 }
 
-double stp_depth_spacing(const stp_depth_images *images, uint32_t image, uint32_t point)
+double stp_depth_spacing(const stp_depth_images *images, uint32_t rays, uint32_t point)
 {
     const stp_cloud_point *p = &images->cloud->points[point];
-    const stp_dvec3 ray =
-        stp_dvec3_normalize(stp_dvec3_sub(p->position, images->pixels.list[image].station));
+    const stp_depth_rays *r = &images->pieces.rays[rays];
+    const stp_dvec3 ray = stp_dvec3_normalize(stp_dvec3_sub(p->position, r->station));
     const double facing =
         stp_has_normal(p) ? fabs(stp_dvec3_dot(stp_dvec3_from_float(p->normal), ray)) : 1.0;
     const double wide = sqrt(fmin(1.0 / fmax(facing, 1e-3), WIDEST_PIXEL));
-    return exp2(nearbyint(SIZE_STEPS * log2(wide * pixel_side(images, image, point))) / SIZE_STEPS);
+    return exp2(nearbyint(SIZE_STEPS * log2(wide * pixel_side(images, r, point))) / SIZE_STEPS);
 }
 
-stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t image, uint32_t point)
+stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t rays, uint32_t point)
 {
-    double at[3];
-    see(images, image, point, at);
-    return (stp_dvec3){at[1] / at[0], at[2] / at[0], log(fabs(at[0]))};
+    double seen[3];
+    stp_depth_see(&images->pieces.rays[rays], images->cloud->points[point].position, seen);
+    return (stp_dvec3){seen[1] / seen[0], seen[2] / seen[0], log(fabs(seen[0]))};
 }
 
 /* A point without a normal says nothing of its plane: the other one must be near. */
-static bool is_one_surface(const stp_depth_images *images, uint32_t image, uint32_t a, uint32_t b)
+static bool is_one_surface(const stp_depth_images *images, const stp_depth_square *square,
+                           uint32_t a, uint32_t b)
 {
-    const stp_pixel_image *m = &images->pixels.list[image];
+    const stp_pixel_image *m = &images->pixels.list[square->image];
     const stp_cloud_point *p = &images->cloud->points[a], *q = &images->cloud->points[b];
     const stp_dvec3 ray = stp_dvec3_sub(p->position, m->station);
     const double squared = stp_dvec3_dot(ray, ray);
-    const double widths = STEP_WIDTHS * pixel_side(images, image, a) / squared;
+    const double widths =
+        STEP_WIDTHS * pixel_side(images, &images->pieces.rays[square->rays], a) / squared;
     const double step = stp_has_normal(p) && stp_has_normal(q)
                             ? stp_pixel_step(images->cloud, m, a, b)
                             : stp_dvec3_length(stp_dvec3_sub(p->position, q->position)) / squared;
-    return step <= fmax(widths, images->rays[image].step_most);
+    return step <= fmax(widths, images->cameras[square->image].step_most);
 }
 
 static unsigned root_of(const uint8_t parent[STP_SQUARE_SAMPLES], unsigned i)
@@ -214,7 +68,7 @@ static unsigned root_of(const uint8_t parent[STP_SQUARE_SAMPLES], unsigned i)
 }
 
 /* Joins a pixel of a square with those before it: to the left and in the row above. */
-static void join_before(const stp_depth_images *images, uint32_t image,
+static void join_before(const stp_depth_images *images, const stp_depth_square *square,
                         const uint32_t points[STP_SQUARE_SIDE][STP_SQUARE_SIDE], unsigned column,
                         unsigned row, uint8_t parent[STP_SQUARE_SAMPLES])
 {
@@ -222,7 +76,7 @@ static void join_before(const stp_depth_images *images, uint32_t image,
     for (int k = 0; k < 4; k++) {
         const unsigned c = column + (unsigned)before[k][0], r = row + (unsigned)before[k][1];
         if (c >= STP_SQUARE_SIDE || r >= STP_SQUARE_SIDE || points[r][c] == STP_PIXEL_NONE ||
-            !is_one_surface(images, image, points[row][column], points[r][c]))
+            !is_one_surface(images, square, points[row][column], points[r][c]))
             continue;
         const unsigned a = root_of(parent, row * STP_SQUARE_SIDE + column);
         const unsigned b = root_of(parent, r * STP_SQUARE_SIDE + c);
@@ -236,6 +90,16 @@ typedef struct listing {
     size_t count, capacity;
 } listing;
 
+/* The rays of a square of a chunk's grid. */
+static uint32_t rays_of(const stp_depth_images *images, uint32_t image, uint32_t column,
+                        uint32_t row)
+{
+    const stp_depth_camera *camera = &images->cameras[image];
+    const uint32_t c = camera->turned ? row : column, r = camera->turned ? column : row;
+    const uint32_t across = stp_depth_squares(images->pixels.list[image].columns);
+    return images->pieces.of_square[camera->first_square + (size_t)r * across + c];
+}
+
 /* Cuts a square into the pieces that neighbours join. */
 static stp_status cut_square(listing *l, const stp_depth_images *images, uint32_t image,
                              uint32_t column, uint32_t row, stp_error *err)
@@ -243,31 +107,31 @@ static stp_status cut_square(listing *l, const stp_depth_images *images, uint32_
     stp_status status = STP_OK;
     uint32_t points[STP_SQUARE_SIDE][STP_SQUARE_SIDE];
     uint8_t parent[STP_SQUARE_SAMPLES];
-    stp_depth_square pieces[STP_SQUARE_SAMPLES] = {0};
+    uint64_t pieces[STP_SQUARE_SAMPLES] = {0};
+    const stp_depth_square whole = {
+        .image = image, .column = column, .row = row, .rays = rays_of(images, image, column, row)};
     for (unsigned i = 0; i < STP_SQUARE_SAMPLES; i++) {
         const unsigned c = i % STP_SQUARE_SIDE, r = i / STP_SQUARE_SIDE;
         points[r][c] =
             stp_depth_point(images, image, column * STP_SQUARE_SIDE + c, row * STP_SQUARE_SIDE + r);
         parent[i] = (uint8_t)i;
         if (points[r][c] != STP_PIXEL_NONE)
-            join_before(images, image, points, c, r, parent);
+            join_before(images, &whole, points, c, r, parent);
     }
     for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         const unsigned c = stp_square_column(k), r = stp_square_row(k);
         const unsigned root = root_of(parent, r * STP_SQUARE_SIDE + c);
         if (points[r][c] == STP_PIXEL_NONE)
             continue;
-        pieces[root].samples |= UINT64_C(1) << k;
+        pieces[root] |= UINT64_C(1) << k;
     }
     for (unsigned i = 0; i < STP_SQUARE_SAMPLES; i++) {
-        if (pieces[i].samples == 0)
+        if (pieces[i] == 0)
             continue;
-        pieces[i].image = image;
-        pieces[i].column = column;
-        pieces[i].row = row;
         STP_TRY(
             stp_grow(&l->squares, &l->capacity, l->count + 1, sizeof *l->squares, "patches", err));
-        l->squares[l->count++] = pieces[i];
+        l->squares[l->count] = whole;
+        l->squares[l->count++].samples = pieces[i];
     }
 done:
     return status;
@@ -280,7 +144,7 @@ static stp_status cut_image(listing *l, const stp_depth_images *images, uint32_t
 {
     stp_status status = STP_OK;
     const stp_pixel_image *m = &images->pixels.list[image];
-    const bool turned = images->rays[image].turned;
+    const bool turned = images->cameras[image].turned;
     const uint32_t columns = ((turned ? m->rows : m->columns) - 1) / STP_SQUARE_SIDE + 1;
     const uint32_t rows = ((turned ? m->columns : m->rows) - 1) / STP_SQUARE_SIDE + 1;
     const bool wide = columns > rows;
@@ -318,7 +182,7 @@ static stp_leaf_extent extent_of(const void *context, uint32_t index)
         const uint32_t point = stp_depth_square_point(images, square, k);
         const stp_dvec3 at = images->cloud->points[point].position;
         const int exponent =
-            stp_point_exponent(at, stp_depth_spacing(images, square->image, point), c->params);
+            stp_point_exponent(at, stp_depth_spacing(images, square->rays, point), c->params);
         stp_dbox_add(&out.box, at);
         out.finest = exponent < out.finest ? exponent : out.finest;
         out.coarsest = exponent > out.coarsest ? exponent : out.coarsest;
@@ -344,22 +208,35 @@ done:
     return status;
 }
 
+/* Finds the rays of an image. *found: whether it has points, and these lie on rays. */
+static stp_status add_camera(stp_depth_images *made, size_t i, bool *found, stp_error *err)
+{
+    const stp_pixel_image *image = &made->pixels.list[i];
+    stp_depth_camera *camera = &made->cameras[i];
+    camera->first_square = made->pieces.square_count;
+    *found = image->has_points;
+    return *found ? stp_depth_pieces_add(&made->pieces, made->cloud, image, found, &camera->turned,
+                                         err)
+                  : STP_OK;
+}
+
 stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, bool noisy,
                                    const stp_point_item_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_depth_images made = {.cloud = cloud};
-    uint64_t points = 0;
     bool found = true;
     STP_TRY(stp_pixel_images_create(&made.pixels, cloud, source, err));
-    STP_TRY(stp_alloc(&made.rays, made.pixels.count, sizeof *made.rays, "images", err));
+    found = made.pixels.point_count == cloud->count;
+    STP_TRY(stp_alloc(&made.cameras, made.pixels.count, sizeof *made.cameras, "images", err));
     for (size_t i = 0; found && i < made.pixels.count; i++) {
-        found = find_rays(&made, (uint32_t)i, &points);
+        STP_TRY(add_camera(&made, i, &found, err));
         if (found && noisy)
-            STP_TRY(stp_pixel_step_most(&made.rays[i].step_most, cloud, &made.pixels.list[i], err));
+            STP_TRY(
+                stp_pixel_step_most(&made.cameras[i].step_most, cloud, &made.pixels.list[i], err));
     }
-    if (found && points == cloud->count) {
+    if (found) {
         STP_TRY(cut_leaves(&made, params, err));
         *out = made;
         made = (stp_depth_images){.cloud = cloud};
@@ -375,14 +252,15 @@ stp_status stp_depth_images_fit(bool *out, size_t *images, const stp_cloud *part
 {
     stp_status status = STP_OK;
     stp_depth_images made = {.cloud = part};
-    uint64_t points = 0;
+    uint64_t sums[2] = {0, 0}; /* images on rays; points of no image */
     STP_TRY(stp_pixel_images_create(&made.pixels, part, source, err));
-    STP_TRY(stp_alloc(&made.rays, made.pixels.count, sizeof *made.rays, "images", err));
-    uint64_t sums[2] = {0, 0}; /* images on rays; points that are not */
-    for (size_t i = 0; i < made.pixels.count; i++)
-        if (made.pixels.list[i].has_points)
-            sums[0] += find_rays(&made, (uint32_t)i, &points);
-    sums[1] = part->count - points;
+    STP_TRY(stp_alloc(&made.cameras, made.pixels.count, sizeof *made.cameras, "images", err));
+    for (size_t i = 0; i < made.pixels.count; i++) {
+        bool found = false;
+        STP_TRY(add_camera(&made, i, &found, err));
+        sums[0] += found;
+    }
+    sums[1] = part->count - made.pixels.point_count;
     STP_TRY(stp_ranks_sum(ranks, sums, 2, err));
     *images = made.pixels.count;
     *out = sums[0] == made.pixels.count && sums[1] == 0;
@@ -395,7 +273,8 @@ void stp_depth_images_clear(stp_depth_images *images)
 {
     if (images->cloud)
         stp_pixel_images_clear(&images->pixels, images->cloud);
-    free(images->rays);
+    free(images->cameras);
+    stp_depth_pieces_clear(&images->pieces);
     free(images->squares);
     free(images->leaves);
     *images = (stp_depth_images){0};

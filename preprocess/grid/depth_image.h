@@ -1,9 +1,8 @@
-/* Depth cameras' images that stay grids of pixels, and the leaves that they become: patches are
- * squares of 8 x 8 pixels, cut where the depth jumps.
+/* Depth cameras' and scanners' images that stay grids of pixels, and the leaves that they become:
+ * patches are squares of 8 x 8 pixels, cut where the depth jumps.
  *
- * The points of a pinhole camera's image lie on rays whose tangents are linear in column and row.
- * The rays are found by least squares; if some point is a sixteenth of a pixel off them, the images
- * become points as any other scan.
+ * The points lie on rays (depth_rays.h); if some point does not, the images become points as any
+ * other scan.
  *
  * Neighbouring pixels lie on one surface if each is near the other's plane: two pixels' width, and
  * what the image's noise allows (pixel_image.h). A patch has the pixels of a square that such
@@ -13,37 +12,36 @@
 #define STP_PREPROCESS_GRID_DEPTH_IMAGE_H
 
 #include "formats/chunk/codec/square/square.h"
-#include "preprocess/orient/pixel_image.h"
+#include "preprocess/grid/depth_rays.h"
 #include "preprocess/ranks/ranks.h"
 #include "preprocess/tree/chunk_build.h"
 #include "preprocess/tree/leaf_cut.h"
 
-/* A camera's rays: a point whose depth, along `axis` from the station, is h lies at station +
- * h (tilt[k][0] + column tilt[k][1] + row tilt[k][2]) along axis (axis + 1 + k) % 3. */
-typedef struct stp_depth_rays {
-    unsigned axis;
-    double tilt[2][3];
+typedef struct stp_depth_camera {
+    size_t first_square; /* of its image, among those of the pieces */
     bool turned; /* a chunk's columns are the image's rows, so that its normals face the camera */
     double step_most; /* of pixel_image.h; 0: the image has no noise */
-} stp_depth_rays;
+} stp_depth_camera;
 
 /* The pixels of a square that become a patch, as a chunk has them. */
 typedef struct stp_depth_square {
     uint64_t samples;
     uint32_t image, column, row; /* of the square, in squares */
+    uint32_t rays;               /* of its piece */
 } stp_depth_square;
 
 typedef struct stp_depth_images {
     const stp_cloud *cloud; /* borrowed */
     stp_pixel_images pixels;
-    stp_depth_rays *rays;      /* by image */
+    stp_depth_camera *cameras; /* by image */
+    stp_depth_pieces pieces;
     stp_depth_square *squares; /* leaf by leaf */
     stp_leaf_run *leaves;      /* of squares */
     uint32_t square_count, leaf_count;
 } stp_depth_images;
 
 /* Cuts the images of a cloud, whose normals are known, into leaves. No leaves: some point belongs
- * to no pinhole camera's image. noisy: normals come from images. params: what samples will be
+ * to no image, or is on no ray. noisy: normals come from images. params: what samples will be
  * stored with. Errors: OUT_OF_MEMORY, IO. Free with stp_depth_images_clear. */
 stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, bool noisy,
@@ -65,7 +63,7 @@ static inline uint32_t stp_depth_point(const stp_depth_images *images, uint32_t 
                                        uint32_t column, uint32_t row)
 {
     const stp_pixel_image *m = &images->pixels.list[image];
-    const bool turned = images->rays[image].turned;
+    const bool turned = images->cameras[image].turned;
     const uint32_t c = turned ? row : column, r = turned ? column : row;
     return c < m->columns && r < m->rows ? m->points[(uint64_t)r * m->columns + c] : STP_PIXEL_NONE;
 }
@@ -81,8 +79,8 @@ static inline uint32_t stp_depth_square_point(const stp_depth_images *images,
 
 /* A point as its camera sees it: two tangents and the logarithm of its depth. So lengths are in
  * parts of the depth, along all three. */
-stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t image, uint32_t point);
+stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t rays, uint32_t point);
 /* The spacing of a point's disc. */
-double stp_depth_spacing(const stp_depth_images *images, uint32_t image, uint32_t point);
+double stp_depth_spacing(const stp_depth_images *images, uint32_t rays, uint32_t point);
 
 #endif

@@ -4,6 +4,7 @@
 #include "preprocess/grid/depth_image.h"
 #include "preprocess/patch/partition.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -29,8 +30,8 @@ static stp_place place_of(const making *m, const stp_depth_square *square)
         if (!(square->samples >> k & 1u))
             continue;
         const uint32_t point = stp_depth_square_point(images, square, k);
-        const stp_dvec3 at = stp_depth_view(images, square->image, point);
-        const double spacing = stp_depth_spacing(images, square->image, point) / exp(at.z);
+        const stp_dvec3 at = stp_depth_view(images, square->rays, point);
+        const double spacing = stp_depth_spacing(images, square->rays, point) / exp(at.z);
         middle = stp_dvec3_add(middle, at);
         normal =
             stp_dvec3_add(normal, stp_dvec3_from_float(stp_cloud_normal(images->cloud, point)));
@@ -79,17 +80,18 @@ done:
     return status;
 }
 
-/* Moves a sample to where its ray has a depth that its lattice has, which a chunk need not store,
- * if it is then as near to the point as it must be. */
+/* Moves a sample to where its ray has a depth that its patch's lattice has, which a chunk need not
+ * store, if it is then as near to the point as it must be. */
 static void move_to_ray(const making *m, const stp_depth_square *square, unsigned sample,
-                        stp_item *item)
+                        int exponent, stp_item *item)
 {
-    const stp_depth_rays *rays = &m->images->rays[square->image];
+    const stp_depth_rays *rays = &m->images->pieces.rays[square->rays];
+    const bool turned = m->images->cameras[square->image].turned;
     const stp_resolution *resolution = &m->params->resolution;
     const double column = square->column * STP_SQUARE_SIDE + stp_square_column(sample);
     const double row = square->row * STP_SQUARE_SIDE + stp_square_row(sample);
-    const double step = ldexp(1.0, item->exponent);
-    const stp_dvec3 s = m->images->pixels.list[square->image].station, p = item->disc.centre;
+    const double step = ldexp(1.0, exponent);
+    const stp_dvec3 s = rays->station, p = item->disc.centre;
     const double station[3] = {s.x, s.y, s.z}, read[3] = {p.x, p.y, p.z};
     const double limit =
         resolution->precision > 0.0 ? resolution->precision : sqrt(item->area) / STP_SPACING_PARTS;
@@ -99,7 +101,7 @@ static void move_to_ray(const making *m, const stp_depth_square *square, unsigne
         const unsigned i = (rays->axis + 1 + k) % 3;
         const double *t = rays->tilt[k];
         const double tangent =
-            t[0] + (rays->turned ? row * t[1] + column * t[2] : column * t[1] + row * t[2]);
+            t[0] + (turned ? row * t[1] + column * t[2] : column * t[1] + row * t[2]);
         at[i] = station[i] + (at[rays->axis] - station[rays->axis]) * tangent;
     }
     for (int i = 0; i < 3; i++) {
@@ -113,6 +115,8 @@ static void move_to_ray(const making *m, const stp_depth_square *square, unsigne
 static void add_square(making *m, uint32_t index)
 {
     const stp_depth_square *square = &m->squares[m->order[index]];
+    const uint32_t first = m->count;
+    int finest = INT_MAX;
     for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
@@ -120,44 +124,57 @@ static void add_square(making *m, uint32_t index)
         stp_item *item = &m->items[m->count];
         m->points[m->count++] = point;
         *item = stp_point_item_of(m->images->cloud, point,
-                                  stp_depth_spacing(m->images, square->image, point), m->params);
-        move_to_ray(m, square, k, item);
+                                  stp_depth_spacing(m->images, square->rays, point), m->params);
+        finest = item->exponent < finest ? item->exponent : finest;
     }
     m->ends[index] = m->count;
+    for (unsigned k = 0, i = first; k < STP_SQUARE_SAMPLES; k++)
+        if (square->samples >> k & 1u)
+            move_to_ray(m, square, k, finest, &m->items[i++]);
 }
 
-/* The raster of an image in a chunk. All but [k][0] are floats. */
-static stp_raster raster_of(const stp_depth_images *images, uint32_t image, stp_dvec3 origin)
+/* The raster of a piece in a chunk. All but [k][0] are floats. */
+static stp_raster raster_of(const stp_depth_rays *rays, bool turned, stp_dvec3 origin)
 {
-    const stp_depth_rays *r = &images->rays[image];
-    const stp_dvec3 way = stp_dvec3_sub(images->pixels.list[image].station, origin);
+    const stp_dvec3 way = stp_dvec3_sub(rays->station, origin);
     const double from[3] = {way.x, way.y, way.z};
-    stp_raster out = {.axis = r->axis};
+    stp_raster out = {.axis = rays->axis,
+                      .first = {rays->first[turned ? 1 : 0], rays->first[turned ? 0 : 1]},
+                      .side = rays->side};
     for (unsigned k = 0; k < 2; k++) {
-        const double *t = r->tilt[k];
-        const double tilt[3] = {t[0], t[r->turned ? 2 : 1], t[r->turned ? 1 : 2]};
-        out.across[k][0] = from[(r->axis + 1 + k) % 3] - from[r->axis] * tilt[0];
+        const double *t = rays->tilt[k];
+        const double tilt[3] = {t[0], t[turned ? 2 : 1], t[turned ? 1 : 2]};
+        out.across[k][0] = from[(rays->axis + 1 + k) % 3] - from[rays->axis] * tilt[0];
         for (int i = 0; i < 3; i++)
             out.across[k][3 + i] = (double)(float)tilt[i];
         for (int i = 1; i < 3; i++)
-            out.across[k][i] = (double)(float)(-from[r->axis] * tilt[i]);
+            out.across[k][i] = (double)(float)(-from[rays->axis] * tilt[i]);
     }
     return out;
 }
 
-static stp_status add_rasters(const stp_depth_images *images, stp_built_chunk *out, stp_error *err)
+/* Adds the rasters of the leaf's pieces. Squares of a piece do not always follow each other. */
+static stp_status add_rasters(const making *m, stp_built_chunk *out, stp_error *err)
 {
-    stp_raster *rasters = NULL;
-    const uint32_t count = (uint32_t)images->pixels.count;
-    const stp_status status = stp_alloc(&rasters, count, sizeof *rasters, "rasters", err);
-    if (status != STP_OK)
-        return status;
-    for (uint32_t i = 0; i < count; i++)
-        rasters[i] = raster_of(images, i, out->origin);
-    out->chunk->rasters = rasters;
-    out->chunk->raster_count = count;
-    out->chunk->reach = 1;
-    return STP_OK;
+    stp_status status = STP_OK;
+    stp_chunk *chunk = out->chunk;
+    const size_t bits = m->images->pieces.count / 64 + 1;
+    uint64_t *listed = NULL;
+    STP_TRY(stp_alloc(&listed, bits, sizeof *listed, "rasters", err));
+    STP_TRY(stp_alloc(&chunk->rasters, m->square_count, sizeof *chunk->rasters, "rasters", err));
+    for (uint32_t i = 0; i < m->square_count; i++) {
+        const stp_depth_square *square = &m->squares[i];
+        const uint32_t rays = square->rays;
+        if (listed[rays / 64] >> rays % 64 & 1u)
+            continue;
+        listed[rays / 64] |= UINT64_C(1) << rays % 64;
+        chunk->rasters[chunk->raster_count++] = raster_of(
+            &m->images->pieces.rays[rays], m->images->cameras[square->image].turned, out->origin);
+    }
+    chunk->reach = 1;
+done:
+    free(listed);
+    return status;
 }
 
 /* How far stored samples are from the points: items were moved. Samples stand in their order. */
@@ -207,7 +224,7 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
                                   .together_count = m.together_count};
     STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
     measure_displacement(&m, out);
-    STP_TRY(add_rasters(images, out, err));
+    STP_TRY(add_rasters(&m, out, err));
 done:
     free(m.items);
     free(m.points);

@@ -317,6 +317,7 @@ stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params 
     STP_TRY(gather(&w, out, err));
     if (params->fill)
         STP_TRY(fill_gaps(&w, out, pool, err));
+    out->paper = params->paper;
     out->counts.as_points = cloud->count - out->counts.represented;
     keep_others(cloud, w.mapped);
 done:

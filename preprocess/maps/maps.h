@@ -32,6 +32,7 @@ typedef struct stp_maps_params {
     double cone_deg; /* greatest angle between a map's axis and a normal, 10 to 80 */
     double error;    /* farthest that a point may be from its map, world units; 0: by the spacing */
     bool fill;       /* trim the maps, and fill what is between them (map_trim.h, map_fill.h) */
+    bool paper;      /* they are stored by STP_CODEC_PAPER; the file must be of format 2 */
     const stp_mesh *mesh; /* whose triangles are the surface where they are near; borrowed; NULL:
                              the points alone tell the surface */
 } stp_maps_params;
@@ -51,6 +52,7 @@ typedef struct stp_maps {
     stp_dbox box; /* of all samples, world */
     stp_maps_counts counts;
     stp_map_fill fill; /* empty unless it is wanted */
+    bool paper;        /* as the parameters say */
     stp_spill *spill;  /* where samples lie, borrowed */
 } stp_maps;
 

@@ -83,8 +83,10 @@ stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud
         images.points[i] = STP_PIXEL_NONE;
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
         const stp_pixel_image *m = image_of(&images, &cloud->points[i]);
-        if (m)
-            m->points[cloud->points[i].source - m->first] = i;
+        if (!m)
+            continue;
+        m->points[cloud->points[i].source - m->first] = i;
+        images.point_count++;
     }
     *out = images;
     images = (stp_pixel_images){0};

@@ -25,6 +25,7 @@ typedef struct stp_pixel_images {
     stp_pixel_image *list; /* in the order of records */
     size_t count;
     uint32_t *points; /* of all images, in the cloud's spill */
+    uint64_t point_count;
 } stp_pixel_images;
 
 /* Lists the images that one station saw and whose pixels are their files' records, and finds the

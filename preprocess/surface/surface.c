@@ -11,6 +11,9 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
+/* Each thread finds at least this many units left as large as the one it takes. */
+#define LEFT_BY_THREAD 3u
+
 typedef struct finding {
     stp_cloud *cloud;
     const stp_surface_params *params;
@@ -25,8 +28,9 @@ typedef struct finding {
                           still read the given ones */
 } finding;
 
-/* Groups consecutive cells of this rank into units. */
-static stp_status make_units(finding *f, stp_error *err)
+/* Groups consecutive cells of this rank into units, smaller ones towards the end, so that threads
+ * end at about the same time. */
+static stp_status make_units(finding *f, unsigned threads, stp_error *err)
 {
     const stp_cloud *cloud = f->cloud;
     stp_status status =
@@ -38,8 +42,12 @@ static stp_status make_units(finding *f, stp_error *err)
     if (f->own.end > f->own.begin)
         f->own_points = cloud->cells[f->own.end - 1].end - cloud->cells[f->own.begin].begin;
     for (uint32_t c = f->own.begin, begin = c; status == STP_OK && c < f->own.end; c++) {
-        bool last = c + 1 == f->own.end;
-        if (last || cloud->cells[c + 1].end - cloud->cells[begin].begin > f->params->unit_points) {
+        const bool last = c + 1 == f->own.end;
+        const uint32_t first = cloud->cells[begin].begin;
+        const uint32_t left = cloud->cells[f->own.end - 1].end - first;
+        const uint32_t share = left / (LEFT_BY_THREAD * threads);
+        const uint32_t most = f->params->unit_points;
+        if (last || cloud->cells[c + 1].end - first > (share < most ? share : most)) {
             f->unit_ends[f->unit_count++] = c + 1;
             begin = c + 1;
         }
@@ -173,7 +181,7 @@ stp_status stp_surface_find(stp_graph **graphs, stp_cloud *cloud, const stp_surf
     stp_surface_counts found = {0};
     stp_normal_errors errors = {{0}};
     bool noisy = false;
-    STP_TRY(make_units(&f, err));
+    STP_TRY(make_units(&f, stp_pool_thread_count(pool), err));
     if (params->pieces)
         STP_TRY(stp_alloc(&f.graphs, cloud->cell_count, sizeof *f.graphs, "cells", err));
     STP_TRY(stp_given_noisy(cloud, &noisy, err));

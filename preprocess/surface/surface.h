@@ -13,7 +13,7 @@ typedef struct stp_surface_params {
     unsigned k;                /* neighbours of a point, 3 to STP_NEIGHBOURS_LIMIT */
     bool pieces;               /* find pieces and graphs, too */
     const stp_dvec3 *stations; /* that normals will be turned to; NULL for none */
-    uint32_t unit_points;      /* points of a unit, about; 0: one cell per unit */
+    uint32_t unit_points;      /* points of a unit, at most; 0: one cell per unit */
     vec3s *shifts;    /* by point: gets its way to its plane (normals.h); NULL: not wanted */
     stp_ranks *ranks; /* that share the work, borrowed; NULL: this process alone */
 } stp_surface_params;

@@ -17,8 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Chunks that are encoded before they are written. Limits the memory of a wave. */
-#define WAVE_CHUNKS 32u
+/* Chunks that are encoded before they are written, or exchanged at once. Limits memory. */
+#define CHUNKS_AHEAD 32u
 
 /* If a tier has as many chunks as the tier below, it must have at most 1 / LEAST_MERGE of its
  * patches. */
@@ -56,11 +56,12 @@ typedef struct tree {
     atomic_size_t progress_done; /* leaves built and leaves finished */
 
     node *below; /* nodes of the tier below; NULL while leaves are made */
+    node *nodes; /* of the tier: written chunks */
     span *spans;
     uint32_t span_count;
     built *tier; /* all chunks of the tier, in order; each is measured with those around it */
     stp_chunk_boxes reaches; /* of the tier's chunks: boxes of their patches' bounds, world */
-    uint32_t tier_count, wave_begin;
+    uint32_t tier_count, wave_begin; /* wave: chunks that are built at once */
     stp_rank_part own; /* chunks of the tier that this rank builds, measures and encodes */
 
     uint32_t **children; /* by handle */
@@ -176,23 +177,32 @@ static stp_status add_surrounding(void *context, uint32_t index, stp_surrounding
     return other.chunk ? stp_surroundings_add(out, &other, err) : STP_OK;
 }
 
-/* Measures and encodes a chunk of the wave. */
+static stp_codec codec_of(const tree *t, const stp_chunk *chunk)
+{
+    const stp_map_leaves *leaves = t->params->sources.maps;
+    const bool is_map = leaves && chunk->raster_count > 0;
+    return is_map && leaves->maps->paper ? STP_CODEC_PAPER : t->params->codec;
+}
+
+/* Measures and encodes a chunk. */
 static stp_status finish_one(void *context, size_t index, unsigned worker, stp_error *err)
 {
     stp_status status = STP_OK;
     tree *t = context;
-    const uint32_t self = t->wave_begin + (uint32_t)index;
+    const uint32_t self = t->own.begin + (uint32_t)index;
     built *out = &t->tier[self];
     const stp_placed_chunk middle = stp_built_chunk_place(&out->chunk);
     const stp_surrounding_chunks others = {&t->reaches, add_surrounding, t};
     stp_surroundings around = {0};
     (void)worker;
+    stp_spill_relieve(t->cloud->spill);
     STP_TRY(stp_surroundings_find(&around, &middle, self, &others, err));
     STP_TRY(stp_built_chunk_measure(&out->chunk, &around, err));
-    if (stp_codec_has_blocks(t->params->codec) && t->tier_count > 1) /* the root has no parent */
+    const stp_codec codec = codec_of(t, out->chunk.chunk);
+    if (stp_codec_has_blocks(codec) && t->tier_count > 1) /* the root has no parent */
         STP_TRY(stp_chunk_cut(out->chunk.chunk, out->chunk.run_ends, out->chunk.run_count,
-                              stp_block_samples_least(t->params->codec), err));
-    STP_TRY(stp_chunk_encode(out->chunk.chunk, t->params->codec, &out->payload, &out->entry, err));
+                              stp_block_samples_least(codec), err));
+    STP_TRY(stp_chunk_encode(out->chunk.chunk, codec, &out->payload, &out->entry, err));
     STP_TRY(stp_block_records_of(out->chunk.chunk, out->payload, &out->entry, &out->records, err));
     out->entry.origin = out->chunk.origin;
     STP_TRY(advance(t, err));
@@ -211,9 +221,11 @@ static void clear_tier(tree *t)
 }
 
 /* Appends a finished chunk, on rank 0, and keeps its vertices as a node. */
-static stp_status write_one(tree *t, built *b, span children, node *out, stp_error *err)
+static stp_status write_one(tree *t, uint32_t index, stp_error *err)
 {
     stp_status status = STP_OK;
+    built *b = &t->tier[index];
+    const span children = t->below ? t->spans[index] : (span){0, 0};
     uint32_t handle = t->stats.chunk_count;
     if (t->writer)
         STP_TRY(stp_chunk_writer_append_made(t->writer, b->payload, &b->records, &b->entry, &handle,
@@ -241,12 +253,12 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
         for (uint32_t i = 0; i < count; i++)
             t->children[handle][i] = t->below[children.begin + i].handle;
     }
-    *out = (node){.vertices = b->chunk.vertices,
-                  .vertex_count = b->chunk.vertex_count,
-                  .run_ends = b->chunk.run_ends,
-                  .run_count = b->chunk.run_count,
-                  .handle = handle,
-                  .points_under = b->entry.points_under};
+    t->nodes[index] = (node){.vertices = b->chunk.vertices,
+                             .vertex_count = b->chunk.vertex_count,
+                             .run_ends = b->chunk.run_ends,
+                             .run_count = b->chunk.run_count,
+                             .handle = handle,
+                             .points_under = b->entry.points_under};
     b->chunk.vertices = NULL;
     b->chunk.run_ends = NULL;
     stp_spill_free(t->cloud->spill, b->payload);
@@ -255,11 +267,6 @@ static stp_status write_one(tree *t, built *b, span children, node *out, stp_err
     b->records = (stp_bytes){0};
 done:
     return status;
-}
-
-static span children_of(const tree *t, uint32_t index)
-{
-    return t->below ? t->spans[index] : (span){0, 0};
 }
 
 /* Gives some own chunks, from `first` on, to ranks that measure theirs against them. */
@@ -272,7 +279,7 @@ static stp_status give_around(tree *t, uint32_t first, stp_bytes *out, stp_bytes
     for (unsigned rank = 0; rank < ranks->count; rank++) {
         const stp_rank_part part = stp_ranks_part(ranks, rank, t->tier_count);
         const size_t before = out->size;
-        for (uint32_t i = first; i < t->own.end && i < first + WAVE_CHUNKS; i++)
+        for (uint32_t i = first; i < t->own.end && i < first + CHUNKS_AHEAD; i++)
             if (rank != ranks->self)
                 STP_TRY(stp_tier_chunk_pack_around(out, &t->tier[i], i, &t->reaches, part, err));
         sent[rank] = out->size - before;
@@ -294,7 +301,7 @@ static stp_status share_around(tree *t, stp_error *err)
     const unsigned count = stp_ranks_count(t->params->ranks);
     const uint32_t most = t->tier_count / count + 1; /* chunks of a rank */
     STP_TRY(stp_alloc(&sizes, 2 * (size_t)count, sizeof *sizes, "ranks", err));
-    for (uint32_t at = 0; count > 1 && at < most; at += WAVE_CHUNKS)
+    for (uint32_t at = 0; count > 1 && at < most; at += CHUNKS_AHEAD)
         STP_TRY(give_around(t, t->own.begin + at, &out, &in, sizes, sizes + count, err));
 done:
     free(sizes);
@@ -322,7 +329,7 @@ static stp_status build_own(tree *t, stp_error *err)
     stp_status status = STP_OK;
     const uint32_t count = t->own.end - t->own.begin;
     const bool numbered = t->params->numbers.list;
-    const uint32_t wave = numbered ? WAVE_CHUNKS : count;
+    const uint32_t wave = numbered ? CHUNKS_AHEAD : count;
     const uint32_t most = numbered ? t->tier_count / stp_ranks_count(t->params->ranks) + 1 : count;
     for (uint32_t at = 0; at < most; at += wave) {
         const uint32_t begin = at < count ? at : count;
@@ -367,7 +374,7 @@ static stp_status stow_payload(const tree *t, built *b, stp_error *err)
 }
 
 /* Writes the payloads of this rank, and gives what else is known of finished chunks to all. */
-static stp_status write_shared(tree *t, node *nodes, stp_error *err)
+static stp_status write_shared(tree *t, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_bytes packet = {0};
@@ -379,7 +386,7 @@ static stp_status write_shared(tree *t, node *nodes, stp_error *err)
             stp_spill_relieve(t->cloud->spill);
             STP_TRY(stp_tier_chunk_share(&t->tier[i], owner, t->params->ranks, list, &packet,
                                          t->cloud->spill, err));
-            STP_TRY(write_one(t, &t->tier[i], children_of(t, i), &nodes[i], err));
+            STP_TRY(write_one(t, i, err));
         }
     }
 done:
@@ -387,25 +394,29 @@ done:
     return status;
 }
 
+/* Writes a finished chunk, or puts it aside if several ranks build the tier. */
+static stp_status take_one(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    tree *t = context;
+    const uint32_t self = t->own.begin + (uint32_t)index;
+    (void)worker;
+    return stp_ranks_count(t->params->ranks) == 1 ? write_one(t, self, err)
+                                                  : stow_payload(t, &t->tier[self], err);
+}
+
 /* Builds and writes `count` chunks. Makes one node each. */
 static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *err)
 {
     stp_status status = STP_OK;
-    const bool alone = stp_ranks_count(t->params->ranks) == 1;
     STP_TRY(stp_alloc(&t->tier, count, sizeof *t->tier, "chunks", err));
     t->tier_count = count;
+    t->nodes = nodes;
     STP_TRY(stp_chunk_boxes_create(&t->reaches, count, err));
     STP_TRY(build_tier(t, err));
-    for (t->wave_begin = t->own.begin; t->wave_begin < t->own.end; t->wave_begin += WAVE_CHUNKS) {
-        uint32_t left = t->own.end - t->wave_begin;
-        uint32_t wave = left < WAVE_CHUNKS ? left : WAVE_CHUNKS;
-        STP_TRY(stp_cloud_run(t->cloud, t->pool, wave, finish_one, t, err));
-        for (uint32_t at = t->wave_begin; at < t->wave_begin + wave; at++)
-            STP_TRY(alone ? write_one(t, &t->tier[at], children_of(t, at), &nodes[at], err)
-                          : stow_payload(t, &t->tier[at], err));
-    }
-    if (!alone)
-        STP_TRY(write_shared(t, nodes, err));
+    STP_TRY(stp_pool_run_in_order(t->pool, t->own.end - t->own.begin, CHUNKS_AHEAD, finish_one,
+                                  take_one, t, err));
+    if (stp_ranks_count(t->params->ranks) > 1)
+        STP_TRY(write_shared(t, err));
 done:
     clear_tier(t);
     return status;

@@ -398,7 +398,7 @@ unsigned stp_levels_select(const stp_mirror_patch *patch, const stp_levels *leve
         int level = levels->of[q];
         uint32_t begin = stp_quarter_begin(patch->count, level, q);
         uint32_t end = stp_quarter_begin(patch->count, level, q + 1);
-        stp_range range = {patch->first[level] + begin, end - begin};
+        stp_range range = {stp_name_of(patch->number, level, begin), end - begin};
         if (count > 0 && out[count - 1].begin + out[count - 1].count == range.begin)
             out[count - 1].count += range.count;
         else

@@ -22,7 +22,8 @@ typedef struct stp_mirror_patch {
     float vertex_error[2]; /* of level 3: perpendicular, tangential */
     float finest_error[2]; /* of level 0: perpendicular, tangential */
     float radius[STP_LEVEL_COUNT];
-    uint32_t first[STP_LEVEL_COUNT]; /* in the Object Texture */
+    uint32_t number; /* in the Object Texture */
+    uint32_t first;  /* sample of the finest resident level, in the Object Texture */
     uint8_t count[STP_LEVEL_COUNT];
     uint8_t finest; /* resident level */
     uint8_t flags;  /* STP_PATCH_* */
@@ -62,8 +63,8 @@ static inline int stp_level_resident(const stp_mirror_patch *patch, int finest)
     return finest > patch->finest ? finest : patch->finest;
 }
 
-/* The samples of the chosen levels as ranges of the Object Texture; adjacent ranges are joined.
- * Returns the number of ranges. */
+/* The samples of the chosen levels as ranges of names; adjacent ranges are joined. Returns the
+ * number of ranges. */
 unsigned stp_levels_select(const stp_mirror_patch *patch, const stp_levels *levels,
                            stp_range out[STP_PATCH_QUARTERS]);
 

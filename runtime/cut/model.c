@@ -170,9 +170,9 @@ uint64_t stp_model_gpu_bytes(const stp_model *model)
 {
     uint64_t bytes = 0;
     for (uint32_t id = 0; id < model->info->chunk_count; id++) {
-        bytes += model->entries[id].patch_count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
+        bytes += model->entries[id].patch_count * (uint64_t)sizeof(stp_gpu_patch);
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            bytes += model->entries[id].sample_count[l] * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES;
+            bytes += model->entries[id].sample_count[l] * (uint64_t)sizeof(stp_sample);
     }
     return bytes;
 }

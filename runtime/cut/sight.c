@@ -208,7 +208,8 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         if (!has_any(brief, vertex ? STP_LEVEL_COUNT - 1 : draw->finest))
             continue;
         if (vertex) {
-            add(l, STP_SIGHT_VERTICES, index, r->placement.level_begin[STP_LEVEL_COUNT - 1] + i);
+            add(l, STP_SIGHT_VERTICES, index,
+                stp_name_of(r->placement.patches.begin + i, STP_LEVEL_COUNT - 1, 0));
         } else if (is_wide_square(l, draw, r, i, &sight)) {
             add(l, STP_SIGHT_SQUARES, index, r->placement.patches.begin + i);
             radius_px = square_radius_px(r, i, &sight);

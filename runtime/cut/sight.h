@@ -10,7 +10,7 @@
 #include "runtime/cut/tiles.h"
 #include "runtime/stream/block_cache.h"
 
-/* Numbers of patches or samples in the Object Texture, draw by draw, ascending. */
+/* Numbers of patches in the Object Texture or names of samples, draw by draw, ascending. */
 typedef struct stp_sight_list {
     uint32_t *items;
     size_t *begin; /* where each draw's items begin; begin[number of draws]: the total count */

@@ -135,8 +135,8 @@ static void free_surrounding(surrounding *s)
     free(s->sample);
 }
 
-/* A sample drawn, as level 0 has it: its number in the Object Texture (UINT32_MAX: not known), and
- * whether a segment or a triangle begins with it (runtime/gl/gpu_layout.h). */
+/* A sample drawn, as level 0 has it: its name (UINT32_MAX: not known), and whether a segment or a
+ * triangle begins with it (runtime/gl/gpu_layout.h). */
 typedef struct drawn_sample {
     GLuint name;
     stp_dvec3 centre; /* eye space */
@@ -191,15 +191,23 @@ static double step_of(const stp_gpu_patch *patch)
     return float_of((GLuint)patch->step << 23);
 }
 
-static bool read_sample(const stp_object_texture *texture, GLuint index, stored_sample *out)
+/* Where a sample is in the Object Texture. */
+static GLuint index_of(GLuint name, const stored_sample *s)
 {
-    GLuint patch_index = 0, samples = texture->sample_ranges.capacity;
-    return read_item(&texture->samples, index, samples, &out->sample, sizeof out->sample) &&
-           read_item(&texture->patch_of_sample, index, samples, &patch_index, sizeof patch_index) &&
-           read_item(&texture->patches, patch_index, texture->patch_ranges.capacity, &out->patch,
-                     sizeof out->patch) &&
+    const int level = stp_name_level(name);
+    const GLuint patch = name >> STP_NAME_PATCH_SHIFT;
+    const GLuint first = level < STP_LEVEL_COUNT - 1 ? s->patch.first[level] : patch;
+    return s->chunk.first[level] + first + name - stp_name_of(patch, level, 0);
+}
+
+static bool read_sample(const stp_object_texture *texture, GLuint name, stored_sample *out)
+{
+    return read_item(&texture->patches, name >> STP_NAME_PATCH_SHIFT,
+                     texture->patch_ranges.capacity, &out->patch, sizeof out->patch) &&
            read_item(&texture->chunks, slot_of(&out->patch), texture->slot_capacity, &out->chunk,
-                     sizeof out->chunk);
+                     sizeof out->chunk) &&
+           read_item(&texture->samples, index_of(name, out), texture->sample_ranges.capacity,
+                     &out->sample, sizeof out->sample);
 }
 
 static double depth_of(const stp_gpu_frame *frame, const stored_sample *s)
@@ -219,7 +227,7 @@ static unsigned corners_of(GLuint name)
 
 /* The depths of what a name stands for, which begins with a sample; of a grid's cell those of its
  * patch. False if a corner cannot be read. */
-static bool read_depths(const stp_pick_params *params, GLuint name, GLuint index,
+static bool read_depths(const stp_pick_params *params, GLuint name, GLuint sample,
                         const stored_sample *first, double depths[2])
 {
     const bool square = (name & ~STP_NAME_SAMPLE) == STP_NAME_SQUARE;
@@ -230,7 +238,7 @@ static bool read_depths(const stp_pick_params *params, GLuint name, GLuint index
     depths[1] = depth + about;
     for (unsigned i = 1; i < corners_of(name) && !square; i++) {
         stored_sample corner;
-        if (!read_sample(params->texture, index + i, &corner))
+        if (!read_sample(params->texture, sample + i, &corner))
             return false;
         depths[0] = fmin(depths[0], depth_of(params->frame, &corner));
         depths[1] = fmax(depths[1], depth_of(params->frame, &corner));
@@ -244,19 +252,16 @@ static void describe(const stp_pick_params *params, const drawn_sample *drawn, s
 {
     stored_sample first;
     double depths[2];
-    const GLuint index = stp_squares_sample(params->squares, drawn->name);
-    if (!read_sample(params->texture, index, &first) ||
-        !read_depths(params, drawn->name, index, &first, depths))
+    const GLuint sample = stp_squares_sample(params->squares, drawn->name);
+    if (!read_sample(params->texture, sample, &first) ||
+        !read_depths(params, drawn->name, sample, &first, depths))
         return;
     const double depth = -drawn->centre.z;
     const double tolerance = DEPTH_TOLERANCE * stp_dvec3_length(drawn->centre);
     if (!(depth >= depths[0] - tolerance && depth <= depths[1] + tolerance))
         return;
-    int level = 0;
-    while (level < STP_LEVEL_COUNT - 1 && index < first.chunk.first[level])
-        level++;
     out->chunk = first.chunk.id;
-    out->level = level;
+    out->level = stp_name_level(sample);
     out->class_id = first.sample.class_id;
     out->intensity = first.sample.intensity / 255.0;
 }

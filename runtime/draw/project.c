@@ -128,7 +128,6 @@ void stp_project_destroy(stp_project *p)
     if (p->index_buffer != 0)
         glDeleteBuffers(1, &p->index_buffer);
     free(p->indices);
-    free(p->spans);
     *p = (stp_project){0};
 }
 
@@ -203,11 +202,12 @@ static void wait_for_parts(GLsync fences[PARTS_AHEAD], size_t i)
     *fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
 }
 
-/* Draws these numbers as points of a vertex array with the program in use. waits: as in the params;
- * a frame that does not wait for the GPU does not wait for parts either. */
-static void draw_points(stp_project *p, GLuint array, const uint32_t *items, size_t count,
-                        bool waits)
+/* Draws points with these numbers with the program in use. A frame that does not wait for the GPU
+ * does not wait for parts either. */
+static void draw_points(stp_project *p, const stp_project_params *params, const uint32_t *items,
+                        size_t count)
 {
+    const GLuint array = stp_block_cache_texture(params->cache)->empty_array;
     GLsync fences[PARTS_AHEAD] = {NULL};
     size_t part = count / FLUSH_PARTS > FLUSH_POINTS ? count / FLUSH_PARTS : FLUSH_POINTS;
     glBindVertexArray(array);
@@ -216,7 +216,7 @@ static void draw_points(stp_project *p, GLuint array, const uint32_t *items, siz
     for (size_t i = 0, k = 0; i < count; i += part, k++) {
         glDrawElements(GL_POINTS, (GLsizei)(count - i < part ? count - i : part), GL_UNSIGNED_INT,
                        (const void *)(i * sizeof *items));
-        if (waits)
+        if (params->waits)
             wait_for_parts(fences, k);
         glFlush();
     }
@@ -234,8 +234,7 @@ static void draw_vertices(stp_project *p, const stp_project_params *params)
 {
     const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
     use_samples(p, true);
-    draw_points(p, stp_block_cache_texture(params->cache)->sample_array, vertices->items,
-                vertices->begin[params->draw_count], params->waits);
+    draw_points(p, params, vertices->items, vertices->begin[params->draw_count]);
 }
 
 /* Draws the listed patches with a program. */
@@ -244,8 +243,7 @@ static void draw_patches(stp_project *p, const stp_project_params *params, GLuin
 {
     const stp_sight_list *patches = &params->sight->lists[kind];
     glUseProgram(program);
-    draw_points(p, stp_block_cache_texture(params->cache)->empty_array, patches->items,
-                patches->begin[params->draw_count], params->waits);
+    draw_points(p, params, patches->items, patches->begin[params->draw_count]);
 }
 
 /* Lists the samples of the chosen levels of all blocks. */
@@ -261,60 +259,36 @@ static stp_status list_chosen(stp_project *p, const stp_project_params *params, 
     return STP_OK;
 }
 
+/* Lists every sample of the patches in sight, at their blocks' finest levels. */
+static stp_status list_full(stp_project *p, const stp_project_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    p->index_count = 0;
+    for (size_t i = 0; i < params->draw_count; i++) {
+        const seen_draw seen = see(params, i);
+        for (size_t k = 0; k < seen.count; k++) {
+            const stp_mirror_patch *patch = seen_patch(&seen, k);
+            const int level = stp_level_resident(patch, (int)seen.chunk.finest);
+            if (stp_levels_shape(patch, &(stp_levels){{level, level, level, level}}) == 0)
+                STP_TRY(
+                    append_run(p, stp_name_of(patch->number, level, 0), patch->count[level], err));
+        }
+    }
+done:
+    return status;
+}
+
 /* Lists the samples, then draws them in one call. */
 static stp_status draw_listed(stp_project *p, const stp_project_params *params, uint64_t *points,
                               stp_error *err)
 {
-    stp_status status = list_chosen(p, params, err);
+    const bool full = params->lod == STP_LOD_FULL;
+    stp_status status = full ? list_full(p, params, err) : list_chosen(p, params, err);
     if (status != STP_OK)
         return status;
     use_samples(p, false);
-    draw_points(p, stp_block_cache_texture(params->cache)->sample_array, p->indices, p->index_count,
-                params->waits);
-    *points += p->index_count + params->sight->lists[STP_SIGHT_VERTICES].begin[params->draw_count];
-    return STP_OK;
-}
-
-/* Lists runs of samples of one block's patches, at the block's finest level. A patch out of sight
- * ends a run. */
-static stp_status list_runs(stp_project *p, const seen_draw *seen, uint64_t *points, stp_error *err)
-{
-    uint32_t end = UINT32_MAX;
-    p->span_count = 0;
-    for (size_t i = 0; i < seen->count; i++) {
-        const stp_mirror_patch *patch = seen_patch(seen, i);
-        const int level = stp_level_resident(patch, (int)seen->chunk.finest);
-        if (stp_levels_shape(patch, &(stp_levels){{level, level, level, level}}) != 0)
-            continue;
-        if (patch->first[level] != end) {
-            stp_status status = stp_grow(&p->spans, &p->span_capacity, p->span_count + 1,
-                                         sizeof *p->spans, "a list of runs", err);
-            if (status != STP_OK)
-                return status;
-            p->spans[p->span_count++] = (stp_range){patch->first[level], patch->count[level]};
-        } else {
-            p->spans[p->span_count - 1].count += patch->count[level];
-        }
-        end = patch->first[level] + patch->count[level];
-        *points += patch->count[level];
-    }
-    return STP_OK;
-}
-
-/* Draws every sample of the patches in sight. The samples follow each other, so runs are few. */
-static stp_status draw_full(stp_project *p, const stp_project_params *params, uint64_t *points,
-                            stp_error *err)
-{
-    use_samples(p, false);
-    glBindVertexArray(stp_block_cache_texture(params->cache)->sample_array);
-    for (size_t i = 0; i < params->draw_count; i++) {
-        seen_draw seen = see(params, i);
-        stp_status status = list_runs(p, &seen, points, err);
-        if (status != STP_OK)
-            return status;
-        for (size_t k = 0; k < p->span_count; k++)
-            glDrawArrays(GL_POINTS, (GLint)p->spans[k].begin, (GLsizei)p->spans[k].count);
-    }
+    draw_points(p, params, p->indices, p->index_count);
+    *points += p->index_count;
     return STP_OK;
 }
 
@@ -322,12 +296,14 @@ stp_status stp_project_draw(stp_project *p, const stp_project_params *params, ui
                             stp_error *err)
 {
     if (params->lod == STP_LOD_FULL)
-        return draw_full(p, params, points, err);
+        return draw_listed(p, params, points, err);
     if (params->lod == STP_LOD_COMPUTE)
         return stp_scatter_draw(&p->scatter, &p->runs, params, points, err);
     draw_vertices(p, params);
-    if (params->lod == STP_LOD_CPU)
+    if (params->lod == STP_LOD_CPU) {
+        *points += params->sight->lists[STP_SIGHT_VERTICES].begin[params->draw_count];
         return draw_listed(p, params, points, err);
+    }
     draw_patches(p, params, p->patch_program, STP_SIGHT_PATCHES);
     return STP_OK;
 }
@@ -380,31 +356,13 @@ done:
     return status;
 }
 
-/* Lists every sample of the patches in sight. */
-static stp_status list_full(stp_project *p, const stp_project_params *params, uint64_t *points,
-                            stp_error *err)
-{
-    p->index_count = 0;
-    for (size_t i = 0; i < params->draw_count; i++) {
-        seen_draw seen = see(params, i);
-        stp_status status = list_runs(p, &seen, points, err);
-        for (size_t k = 0; k < p->span_count && status == STP_OK; k++)
-            status = append_run(p, p->spans[k].begin, p->spans[k].count, err);
-        if (status != STP_OK)
-            return status;
-    }
-    return STP_OK;
-}
-
 /* Lists the samples that the CPU chooses, and the patch vertices listed apart. */
 static stp_status list_all(stp_project *p, const stp_project_params *params, uint64_t *points,
                            stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
-    if (params->lod == STP_LOD_FULL)
-        return list_full(p, params, points, err);
-    STP_TRY(list_chosen(p, params, err));
+    STP_TRY(params->lod == STP_LOD_FULL ? list_full(p, params, err) : list_chosen(p, params, err));
     for (size_t i = 0; i < vertices->begin[params->draw_count]; i++)
         STP_TRY(append_run(p, vertices->items[i], 1, err));
     *points += p->index_count;

@@ -23,10 +23,8 @@ typedef struct stp_project {
     stp_squares squares;
     stp_splat splat; /* used instead of the programs for samples if splats are drawn */
     GLuint index_buffer;
-    uint32_t *indices; /* of samples, for the roads that choose on the CPU */
+    uint32_t *indices; /* names of samples, for the roads that choose on the CPU */
     size_t index_count, index_capacity;
-    stp_range *spans; /* of one block's samples, for STP_LOD_FULL */
-    size_t span_count, span_capacity;
 } stp_project;
 
 /* Compiles the programs of a road, if they are not there yet. A project begins as zero and keeps

@@ -286,8 +286,8 @@ static void smooth_edges(const stp_reconstruct_programs *programs, const stp_pyr
 }
 
 /* Draws the picture by rasterised passes: finishes and shades, or only shades. */
-static void draw_picture(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
-                         int levels, const stp_tiles *tiles, const GLuint *frames)
+static void finish_raster(const stp_reconstruct_programs *programs, const stp_pyramid *pyramid,
+                          int levels, const stp_tiles *tiles, const GLuint *frames)
 {
     static const float empty[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     static const GLuint no_mark[4] = {0, 0, 0, 0};
@@ -320,7 +320,7 @@ void stp_reconstruct_finish(const stp_reconstruct_programs *programs, const stp_
         finish_columns(programs, pyramid, levels, blocks,
                        smooth ? pyramid->rough : pyramid->picture);
     else
-        draw_picture(programs, pyramid, levels, tiles, frames);
+        finish_raster(programs, pyramid, levels, tiles, frames);
     stp_stage_end(clock, STP_STAGE_FINISH);
     if (programs->contour != 0)
         draw_contours(programs, pyramid, tiles, frames[STP_PICTURE_ALONE]);

@@ -149,7 +149,7 @@ static stp_gpu_square record_of(const stp_square *square, const stp_raster *rast
     const bool overlaps = model->is_maps || !stp_raster_is_upright(raster);
     stp_gpu_square out = {.step = patch->step,
                           .samples = {(uint32_t)square->samples, (uint32_t)(square->samples >> 32)},
-                          .first = patch->first[0],
+                          .first = patch->first,
                           .axis = raster->axis,
                           .flags = (overlaps ? STP_SQUARE_OVERLAPS : 0u) |
                                    (model->is_maps ? STP_SQUARE_OF_MAP : 0u) |
@@ -407,5 +407,5 @@ GLuint stp_squares_sample(const stp_squares *s, GLuint name)
     const stp_gpu_square *square = &s->records[number];
     const uint64_t samples = square->samples[0] | (uint64_t)square->samples[1] << 32;
     const uint64_t before = (UINT64_C(1) << (name >> STP_NAME_PLACE_SHIFT & 63u)) - 1;
-    return square->first + (GLuint)__builtin_popcountll(samples & before);
+    return stp_name_of(square->patch, 0, (uint32_t)__builtin_popcountll(samples & before));
 }

@@ -38,7 +38,8 @@ typedef struct stp_squares {
 
 void stp_squares_destroy(stp_squares *squares);
 
-/* The sample that a pixel's name stands for: of a grid, or else as it is; UINT32_MAX: not known. */
+/* The name of the sample that a pixel's name stands for: of a grid, or else as it is; UINT32_MAX:
+ * not known. */
 GLuint stp_squares_sample(const stp_squares *squares, GLuint name);
 
 /* Lists the squares in sight (STP_SIGHT_SQUARES), at least one, and adds their samples to *points.

@@ -13,7 +13,6 @@ enum {
     STP_UNIT_OBJECT_TEXTURE = 0,
     STP_UNIT_PATCHES = 1,
     STP_UNIT_CHUNKS = 2,
-    STP_UNIT_PATCH_OF_SAMPLE = 3,
     STP_UNIT_FINE = 4,     /* shape, paint */
     STP_UNIT_COARSE = 6,   /* shape, paint */
     STP_UNIT_NEAREST = 8,  /* while resolving */
@@ -40,8 +39,22 @@ enum {
     STP_UNIFORM_INCOMPLETE = 12 /* push.glsl */
 };
 
-/* The name of a pixel's nearest sample, segment or triangle: the number of the (first) sample, plus
- * these bits. A segment goes to the next sample, a triangle over the next two. */
+/* The name of sample i of a patch's level: the patch's number << 7 | its place in the patch. Level
+ * 3 has place 0; levels 2, 1 and 0 begin at places 1, 5 and 21. */
+#define STP_NAME_PATCH_SHIFT 7
+#define STP_NAMED_PATCHES_LIMIT (1u << (29 - STP_NAME_PATCH_SHIFT))
+static inline uint32_t stp_name_of(uint32_t patch, int level, uint32_t i)
+{
+    return (patch << STP_NAME_PATCH_SHIFT) + (21u >> 2 * level) + i;
+}
+static inline int stp_name_level(uint32_t name)
+{
+    const uint32_t place = name & ((1u << STP_NAME_PATCH_SHIFT) - 1);
+    return (place < 21) + (place < 5) + (place < 1);
+}
+
+/* The name of a pixel's nearest sample, segment or triangle: that of the (first) sample, plus these
+ * bits. A segment goes to the next sample, a triangle over the next two. */
 #define STP_NAME_SEGMENT UINT32_C(0x80000000)
 #define STP_NAME_TRIANGLE UINT32_C(0x40000000)
 #define STP_NAME_RIBBON UINT32_C(0xc0000000)
@@ -129,9 +142,9 @@ typedef struct stp_gpu_chunk {
     uint32_t finest;
     uint32_t id;
     uint32_t depth;
-    uint32_t order;   /* the block's number in its model: decides between equal depths */
-    uint32_t patches; /* its first patch */
-    uint32_t first[STP_LEVEL_COUNT];      /* sample of each level; UINT32_MAX: not resident */
+    uint32_t order; /* the block's number in its model: decides between equal depths */
+    uint32_t unused;
+    uint32_t first[STP_LEVEL_COUNT]; /* sample of each level, less the first patch for level 3 */
     uint32_t openings[STP_OPENING_WORDS]; /* through which its patches may be seen */
 } stp_gpu_chunk;
 

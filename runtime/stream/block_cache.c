@@ -225,7 +225,7 @@ static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, floa
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
         p.placement.samples.count += count[l];
     *ring_full =
-        !stp_upload_ring_take(&c->ring, stp_load_bytes(&p.placement), &p.piece, &status, err);
+        !stp_upload_ring_take(&c->ring, stp_placement_bytes(&p.placement), &p.piece, &status, err);
     if (*ring_full)
         goto done;
     if (waits && slot != NO_SLOT && !stp_scene_is_root(c->scene, load->want.block))
@@ -251,14 +251,12 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
     const stp_load_place *p = &load->place;
     const stp_placement *at = &p->placement;
     uint64_t begin = stp_upload_ring_offset(p->piece);
-    uint64_t numbers = stp_load_numbers_offset(at), patches = stp_load_patches_offset(at);
+    uint64_t patches = stp_load_patches_offset(at);
     stp_upload_ring_copy(&c->ring, &c->texture.samples, begin,
-                         at->samples.begin * (uint64_t)sizeof(stp_sample), numbers);
-    stp_upload_ring_copy(&c->ring, &c->texture.patch_of_sample, begin + numbers,
-                         at->samples.begin * (uint64_t)sizeof(uint32_t), patches - numbers);
+                         at->samples.begin * (uint64_t)sizeof(stp_sample), patches);
     stp_upload_ring_copy(&c->ring, &c->texture.patches, begin + patches,
                          at->patches.begin * (uint64_t)sizeof(stp_gpu_patch),
-                         stp_load_bytes(at) - patches);
+                         stp_placement_bytes(at) - patches);
     stp_upload_ring_copied(&c->ring, p->piece);
     if (c->slot_of[load->want.block] != NO_SLOT)
         evict(c, c->slot_of[load->want.block]);
@@ -295,7 +293,7 @@ static bool is_damage(const stp_load *load)
 static void take_in(stp_block_cache *c, stp_load *load, uint64_t stamp, uint64_t *bytes)
 {
     if (load->state == STP_LOAD_DONE) {
-        *bytes += stp_load_bytes(&load->place.placement);
+        *bytes += stp_placement_bytes(&load->place.placement);
         commit(c, load, stamp);
         c->rest = (stp_rest){0}; /* the stream rests only while there is trouble */
     } else {

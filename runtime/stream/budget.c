@@ -61,7 +61,7 @@ static demand measure(const stp_scene *scene)
 
 static uint64_t texture_bytes(uint64_t samples, uint64_t patches)
 {
-    return samples * STP_OBJECT_TEXTURE_SAMPLE_BYTES + patches * STP_OBJECT_TEXTURE_PATCH_BYTES;
+    return samples * sizeof(stp_sample) + patches * sizeof(stp_gpu_patch);
 }
 
 /* Refuses a budget, and says the least that would be enough for two blocks. */
@@ -100,7 +100,8 @@ static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const dema
                                         (double)d->most_patches / (double)d->patches));
     double whole[2] = {(double)texture_bytes(d->samples, d->patches),
                        (double)(d->patches * PATCH_MIRROR_BYTES)};
-    uint32_t most_patches = texels / (uint32_t)STP_OBJECT_TEXTURE_PATCH_TEXELS;
+    uint64_t most_patches =
+        smaller(texels / STP_OBJECT_TEXTURE_PATCH_TEXELS, STP_NAMED_PATCHES_LIMIT);
     double fits =
         fmin((double)texels / (double)d->samples, (double)most_patches / (double)d->patches);
     double share = fmin(SCENE_SHARE + least, fits);

@@ -15,20 +15,6 @@ static stp_lazy_buffer create_buffer(uint64_t bytes, bool software)
     return buffer;
 }
 
-static void create_sample_array(stp_object_texture *t)
-{
-    glCreateVertexArrays(1, &t->empty_array);
-    glCreateVertexArrays(1, &t->sample_array);
-    glVertexArrayVertexBuffer(t->sample_array, 0, t->samples.name, 0, sizeof(stp_sample));
-    glVertexArrayVertexBuffer(t->sample_array, 1, t->patch_of_sample.name, 0, sizeof(uint32_t));
-    glVertexArrayAttribIFormat(t->sample_array, 0, 4, GL_UNSIGNED_INT, 0);
-    glVertexArrayAttribIFormat(t->sample_array, 1, 1, GL_UNSIGNED_INT, 0);
-    for (GLuint i = 0; i < 2; i++) {
-        glVertexArrayAttribBinding(t->sample_array, i, i);
-        glEnableVertexArrayAttrib(t->sample_array, i);
-    }
-}
-
 uint32_t stp_object_texture_texels(void)
 {
     GLint limit = 0;
@@ -39,13 +25,13 @@ uint32_t stp_object_texture_texels(void)
 static void create_textures(stp_object_texture *t)
 {
     static const GLenum formats[STP_OBJECT_TEXTURES + 1] = {GL_RGBA32UI, GL_RGBA32UI, GL_RGBA32UI,
-                                                            GL_R32UI, GL_RGBA32F};
+                                                            GL_RGBA32F};
     stp_gpu_code codes[STP_GPU_CODES];
     stp_gpu_codes_fill(codes);
     glCreateBuffers(1, &t->codes);
     glNamedBufferStorage(t->codes, sizeof codes, codes, 0);
-    const GLuint buffers[STP_OBJECT_TEXTURES + 1] = {
-        t->samples.name, t->patches.name, t->chunks.name, t->patch_of_sample.name, t->codes};
+    const GLuint buffers[STP_OBJECT_TEXTURES + 1] = {t->samples.name, t->patches.name,
+                                                     t->chunks.name, t->codes};
     glCreateTextures(GL_TEXTURE_BUFFER, STP_OBJECT_TEXTURES + 1, t->textures);
     for (int i = 0; i <= STP_OBJECT_TEXTURES; i++)
         glTextureBuffer(t->textures[i], formats[i], buffers[i]);
@@ -59,12 +45,11 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
     t.sample_ranges.capacity = sample_capacity;
     t.patch_ranges.capacity = patch_capacity;
     t.samples = create_buffer((uint64_t)sample_capacity * sizeof(stp_sample), software);
-    t.patch_of_sample = create_buffer((uint64_t)sample_capacity * sizeof(uint32_t), software);
     t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch), software);
     t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk), software);
     stp_lazy_buffer_fill(&t.chunks, 0, (uint64_t)slot_capacity * sizeof(stp_gpu_chunk));
     create_textures(&t);
-    create_sample_array(&t);
+    glCreateVertexArrays(1, &t.empty_array);
     stp_status status = stp_gl_check("making the Object Texture", err);
     if (status == STP_OK)
         *out = t;
@@ -75,14 +60,13 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_ca
 
 void stp_object_texture_destroy(stp_object_texture *t)
 {
-    stp_lazy_buffer *const buffers[4] = {&t->samples, &t->patch_of_sample, &t->patches, &t->chunks};
-    const GLuint arrays[2] = {t->sample_array, t->empty_array};
+    stp_lazy_buffer *const buffers[3] = {&t->samples, &t->patches, &t->chunks};
     if (t->samples.name != 0) {
-        glDeleteVertexArrays(2, arrays);
+        glDeleteVertexArrays(1, &t->empty_array);
         glDeleteTextures(STP_OBJECT_TEXTURES + 1, t->textures);
         glDeleteBuffers(1, &t->codes);
     }
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < 3; i++)
         stp_lazy_buffer_destroy(buffers[i]);
     stp_range_pool_destroy(&t->sample_ranges);
     stp_range_pool_destroy(&t->patch_ranges);
@@ -114,8 +98,7 @@ bool stp_object_texture_place(stp_object_texture *t, uint32_t patch_count,
 
 stp_status stp_object_texture_check(const stp_object_texture *t, stp_error *err)
 {
-    if (t->samples.lacks_memory || t->patch_of_sample.lacks_memory || t->patches.lacks_memory ||
-        t->chunks.lacks_memory)
+    if (t->samples.lacks_memory || t->patches.lacks_memory || t->chunks.lacks_memory)
         return stp_error_set(err, STP_GL,
                              "the GPU has no memory left for samples: give a smaller --gpu-memory");
     return STP_OK;
@@ -123,8 +106,8 @@ stp_status stp_object_texture_check(const stp_object_texture *t, stp_error *err)
 
 uint64_t stp_placement_bytes(const stp_placement *placement)
 {
-    return placement->samples.count * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES +
-           placement->patches.count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
+    return placement->samples.count * (uint64_t)sizeof(stp_sample) +
+           placement->patches.count * (uint64_t)sizeof(stp_gpu_patch);
 }
 
 void stp_object_texture_release(stp_object_texture *t, const stp_placement *placement)
@@ -200,12 +183,9 @@ void stp_mirror_patches_fill(stp_mirror_patch *out, const stp_chunk *chunk,
         out[i] = mirror_patch(&chunk->patches[i]);
         out[i].flags = flags_of(&chunk->patches[i], shapes);
         out[i].finest = finest_of(chunk, i);
-        for (int l = 0; l < STP_LEVEL_COUNT; l++) {
-            bool present = l >= out[i].finest;
-            out[i].first[l] =
-                present ? placement->level_begin[l] + chunk->level_begin[l][i] : UINT32_MAX;
-            out[i].count[l] = chunk->patches[i].counts[l];
-        }
+        out[i].number = placement->patches.begin + i;
+        out[i].first = placement->level_begin[out[i].finest] + chunk->level_begin[out[i].finest][i];
+        memcpy(out[i].count, chunk->patches[i].counts, sizeof out[i].count);
     }
 }
 

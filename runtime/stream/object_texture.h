@@ -1,10 +1,8 @@
 /* The Object Texture: the GPU's memory for samples and patches, and which ranges of it are in use.
  *
- * One buffer holds samples of 16 bytes; shaders fetch them as texels, and it is a vertex buffer,
- * too. Further buffers hold each sample's patch index, the patches, and a record for each slot, of
- * which each frame rewrites those of the blocks that it draws; the last one holds what codes stand
- * for. Source: Mar08, "Object Texture".
- * Threads: the render thread. */
+ * One buffer holds samples of 16 bytes, one the patches, one a record for each slot, of which each
+ * frame rewrites those of the blocks that it draws; the last one holds what codes stand for.
+ * Shaders fetch all as texels. Source: Mar08, "Object Texture". Threads: the render thread. */
 #ifndef STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 #define STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 
@@ -15,18 +13,15 @@
 
 #include <epoxy/gl.h>
 
-/* Bytes of a sample with its patch index; bytes and texels of a patch. */
-#define STP_OBJECT_TEXTURE_SAMPLE_BYTES (16 + 4)
-#define STP_OBJECT_TEXTURE_PATCH_BYTES sizeof(stp_gpu_patch)
 #define STP_OBJECT_TEXTURE_PATCH_TEXELS (sizeof(stp_gpu_patch) / sizeof(stp_sample))
 
-enum { STP_OBJECT_TEXTURES = 4 }; /* besides that of the codes */
+enum { STP_OBJECT_TEXTURES = 3 }; /* besides that of the codes */
 
 typedef struct stp_object_texture {
-    stp_lazy_buffer samples, patch_of_sample, patches, chunks;
+    stp_lazy_buffer samples, patches, chunks;
     GLuint codes;
-    GLuint textures[STP_OBJECT_TEXTURES + 1]; /* samples, patches, chunks, patch_of_sample; codes */
-    GLuint sample_array, empty_array;         /* vertex arrays: with samples; with nothing */
+    GLuint textures[STP_OBJECT_TEXTURES + 1]; /* samples, patches, chunks; codes */
+    GLuint empty_array;                       /* a vertex array with nothing */
     stp_range_pool sample_ranges, patch_ranges;
     uint32_t slot_capacity; /* in blocks */
 } stp_object_texture;

@@ -41,21 +41,9 @@ struct stp_stream {
     uint64_t bytes_read, news_count;
 };
 
-uint64_t stp_load_numbers_offset(const stp_placement *placement)
-{
-    return (uint64_t)placement->samples.count * sizeof(stp_sample);
-}
-
 uint64_t stp_load_patches_offset(const stp_placement *placement)
 {
-    return stp_load_numbers_offset(placement) +
-           (uint64_t)placement->samples.count * sizeof(uint32_t);
-}
-
-uint64_t stp_load_bytes(const stp_placement *placement)
-{
-    return stp_load_patches_offset(placement) +
-           (uint64_t)placement->patches.count * sizeof(stp_gpu_patch);
+    return (uint64_t)placement->samples.count * sizeof(stp_sample);
 }
 
 static bool state_has_news(stp_load_state state)
@@ -250,17 +238,6 @@ static void *run_reader(void *context)
 
 /* ---- decoding ---- */
 
-static void number_patches(const stp_chunk *chunk, const stp_placement *placement, uint32_t *out)
-{
-    for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++) {
-        const uint32_t *begin = chunk->level_begin[l];
-        uint32_t *level = out + (placement->level_begin[l] - placement->samples.begin);
-        for (uint32_t p = 0; p < chunk->patch_count; p++)
-            for (uint32_t i = begin[p]; i < begin[p + 1]; i++)
-                level[i] = placement->patches.begin + p;
-    }
-}
-
 static void write_piece(const stp_load *load, const stp_chunk *chunk, unsigned shapes)
 {
     const stp_placement *p = &load->place.placement;
@@ -269,7 +246,6 @@ static void write_piece(const stp_load *load, const stp_chunk *chunk, unsigned s
         memcpy(memory + (size_t)(p->level_begin[l] - p->samples.begin) * sizeof(stp_sample),
                chunk->samples[l],
                (size_t)chunk->level_begin[l][chunk->patch_count] * sizeof(stp_sample));
-    number_patches(chunk, p, (uint32_t *)(void *)(memory + stp_load_numbers_offset(p)));
     stp_gpu_patches_fill((stp_gpu_patch *)(void *)(memory + stp_load_patches_offset(p)), chunk,
                          load->place.slot, shapes);
 }

@@ -49,17 +49,15 @@ typedef struct stp_load_place {
     stp_placement placement; /* in the Object Texture */
     uint32_t slot;
     stp_range piece; /* of the upload ring */
-    uint8_t *memory; /* of the piece: samples, then their patch numbers, then patches */
+    uint8_t *memory; /* of the piece: samples, then patches */
     /* By patch: only levels from this one on have room; NULL: all that are wanted. The stream frees
      * the list. */
     uint8_t *finest;
     uint32_t look; /* the view that the list was made for */
 } stp_load_place;
 
-/* Offsets in a piece, bytes. */
-uint64_t stp_load_numbers_offset(const stp_placement *placement);
+/* Offset of the patches in a piece, bytes. */
 uint64_t stp_load_patches_offset(const stp_placement *placement);
-uint64_t stp_load_bytes(const stp_placement *placement);
 
 /* What the CPU keeps of a block on the GPU: arrays by patch. */
 typedef struct stp_mirror {

@@ -138,3 +138,14 @@ stp_selection stp_select(stp_patch p, ivec4 levels)
     count.w += count.z - count.y;
     return stp_selection(first, count);
 }
+
+// The names of the quarters' first samples.
+uvec4 stp_selection_names(stp_selection s, uint patch_index, stp_patch p, ivec4 levels)
+{
+    uvec4 names;
+    for (int q = 0; q < STP_QUARTERS; q++) {
+        int level = max(levels[q], 0);
+        names[q] = stp_name_of(patch_index, level, s.first[q] - p.first[level]);
+    }
+    return names;
+}

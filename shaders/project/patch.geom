@@ -18,18 +18,18 @@ void main()
     if (!stp_choose_shape(patch_index[0], 0u, p, levels)) // strip.geom or triangle.geom draws it
         return;
     stp_selection s = stp_select(p, levels);
-    uvec4 first = s.first - uvec4(0u, s.end.xyz);
+    uvec4 before = uvec4(0u, s.end.xyz), first = s.first - before, name = stp_selection_names(s, patch_index[0], p, levels) - before;
     uint begin = uint(gl_InvocationID) * uint(STP_SHARE);
     uint end = min(s.end.w, begin + uint(STP_SHARE));
     uvec4 set = stp_patch_openings(p, stp_patch_slot(patch_index[0]));
     for (uint i = begin; i < end; i++) {
-        uint index = i + (i < s.end.x ? first.x : i < s.end.y ? first.y : i < s.end.z ? first.z : first.w);
-        vec4 position = stp_project(texelFetch(object_texture, int(index)), p.origin, p.step, set);
+        int q = i < s.end.x ? 0 : i < s.end.y ? 1 : i < s.end.z ? 2 : 3;
+        vec4 position = stp_project(texelFetch(object_texture, int(i + first[q])), p.origin, p.step, set);
         if (position.z > 1.0)
             continue;
         position.z = stp_depth_apart(position.z, STP_ORDER_SAMPLE);
         gl_Position = position;
-        id = index;
+        id = i + name[q];
         EmitVertex();
     }
 }

@@ -28,8 +28,7 @@ struct stp_chunk {
     uint id;
     uint depth;
     uint order;           // decides between equal depths
-    uint patches;         // its first patch
-    uvec4 first;          // sample of each level; STP_NO_SAMPLE: not resident
+    uvec4 first;          // sample of each level, less the first patch for level 3
 };
 
 struct stp_disc {
@@ -52,7 +51,7 @@ stp_chunk stp_chunk_fetch(uint slot)
     uvec4 a = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS);
     uvec4 b = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 1);
     uvec4 first = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 2);
-    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z, b.w, first);
+    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z, first);
 }
 
 // The openings through which the patches of a block may be seen: bit i % 32 of word i / 32 stands for
@@ -66,6 +65,40 @@ uvec4 stp_chunk_openings(uint slot)
 uint stp_patch_slot(uint index)
 {
     return texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS).w & 0xffffffu;
+}
+
+// The name of sample i of a level.
+uint stp_name_of(uint patch_index, int level, uint i)
+{
+    return (patch_index << STP_NAME_PATCH_SHIFT) + (STP_NAME_FIRST_PLACES >> 2 * level) + i;
+}
+
+int stp_name_level(uint name)
+{
+    uint place = name & (1u << STP_NAME_PATCH_SHIFT) - 1u;
+    return int(place < 21u) + int(place < 5u) + int(place < 1u);
+}
+
+// The patch of a name, whatever its highest bits are.
+uint stp_name_patch(uint name)
+{
+    return (name & STP_NAME_SAMPLE) >> STP_NAME_PATCH_SHIFT;
+}
+
+// Where the levels of a patch begin in the Object Texture. b: its second texel.
+uvec4 stp_patch_first(uint patch_index, stp_chunk chunk, uvec4 b)
+{
+    return chunk.first + uvec4(b.y >> 16, b.z & 65535u, b.z >> 16, patch_index);
+}
+
+// Where a sample is in the Object Texture. chunk: of its patch.
+uint stp_name_index(uint name, stp_chunk chunk)
+{
+    uint patch_index = stp_name_patch(name);
+    uvec4 first = stp_patch_first(patch_index, chunk, texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS + 1));
+    int level = stp_name_level(name);
+    uint begin = level == 3 ? first.w : level == 2 ? first.z : level == 1 ? first.y : first.x;
+    return begin + (name & STP_NAME_SAMPLE) - stp_name_of(patch_index, level, 0u);
 }
 
 // A patch's origin relative to the eye, world axes, and its step.
@@ -142,7 +175,7 @@ stp_patch stp_patch_fetch(uint index, stp_chunk chunk)
     p.count.y = p.count.x + 3u >> 2;
     p.count.z = p.count.y + 3u >> 2;
     p.count.w = 1u;
-    p.first = chunk.first + uvec4(b.y >> 16, b.z & 65535u, b.z >> 16, index - chunk.patches);
+    p.first = stp_patch_first(index, chunk, b);
     return p;
 }
 

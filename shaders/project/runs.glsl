@@ -16,16 +16,16 @@ layout(std430, binding = 2) buffer stp_runs_block {
     uint points_listed;
     uint unused;
     uint dropped[STP_DROP_COUNTERS * STP_DROP_STRIDE]; // their sum: samples in runs that are not drawn
-    uvec2 runs[]; // first sample | (samples - 1) << 29; index of the patch in sight
+    uvec2 runs[]; // first sample | (samples - 1) << 29; index of the patch in sight | place in the patch << 22
 };
 
 // Two uvec4 for each patch in sight. First: bits of its lattice, that is origin relative to the eye,
-// and step. Second: stp_patch_openings.
+// and step, a power of 2, in whose low bits its number is. Second: stp_patch_openings.
 layout(std430, binding = 3) buffer stp_seen_block {
     uvec4 seen[];
 };
 
-uvec2 stp_run_pack(uint first, uint count, uint listed)
+uvec2 stp_run_pack(uint first, uint count, uint listed, uint place)
 {
-    return uvec2(first | count - 1u << 29, listed);
+    return uvec2(first | count - 1u << 29, listed | place << 22);
 }

@@ -15,34 +15,25 @@
 #define STP_RADIUS_PART 1.0
 #endif
 
-// The coarser levels of a block come first.
-int stp_level_of(uint sample_index, stp_chunk chunk)
-{
-    int level = 0;
-    while (level < STP_LEVELS - 1 && sample_index < chunk.first[level])
-        level++;
-    return level;
-}
-
 // Perpendicular and tangential error of the quarter that a sample is in, at the sample's level.
-vec2 stp_error_of(uvec2 id, stp_patch p, int level)
+vec2 stp_error_of(uint id, stp_patch p, int level)
 {
     if (level == 0 || level == 3)
         return level == 0 ? p.finest_error : p.vertex_error;
     uvec4 end = uvec4(1u, 2u, 3u, 4u);
     if (level == 1)
         end = stp_children_end(end, p.count[2], p.count[1]);
-    uint i = id.x - p.first[level];
+    uint i = id - stp_name_of(stp_name_patch(id), level, 0u);
     int q = int(i >= end.x) + int(i >= end.y) + int(i >= end.z);
-    stp_quarter_errors e = stp_quarter_errors_fetch(id.y, p.step);
+    stp_quarter_errors e = stp_quarter_errors_fetch(stp_name_patch(id), p.step);
     return level == 1 ? vec2(e.error_1[q], e.tangential_1[q])
                       : vec2(e.error_2[q], e.tangential_2[q]);
 }
 
 // Seven bits that change if the same surface is drawn at another level of the tree or of the chunk.
-int stp_mark_of(uvec2 id, stp_chunk chunk)
+int stp_mark_of(uint id, stp_chunk chunk)
 {
-    return (4 * int(chunk.depth) + STP_LEVELS - stp_level_of(id.x, chunk)) & 127;
+    return (4 * int(chunk.depth) + STP_LEVELS - stp_name_level(id)) & 127;
 }
 
 // The projected error, in pixels, of a patch with this perpendicular and tangential error.
@@ -77,19 +68,19 @@ vec3 stp_own_colour(stp_disc disc)
 #endif
 }
 
-// The colour that pull and push carry. name: what is drawn; id: its sample and patch.
-vec3 stp_sample_colour(stp_disc disc, uint name, uvec2 id)
+// The colour that pull and push carry. name: what is drawn; id: the name of its sample.
+vec3 stp_sample_colour(stp_disc disc, uint name, uint id)
 {
 #if STP_SHADE == STP_SHADE_CHUNK || STP_SHADE == STP_SHADE_LEVEL || STP_SHADE == STP_SHADE_ERROR
-    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(stp_name_patch(id)));
 #endif
 #if STP_SHADE == STP_SHADE_CHUNK
     vec3 shown = stp_palette_hash(chunk.id);
 #elif STP_SHADE == STP_SHADE_LEVEL
-    vec3 shown = stp_palette_level(stp_level_of(id.x, chunk), int(chunk.depth));
+    vec3 shown = stp_palette_level(stp_name_level(id), int(chunk.depth));
 #elif STP_SHADE == STP_SHADE_ERROR
-    stp_patch p = stp_patch_fetch(id.y, chunk);
-    vec2 error = stp_error_of(id, p, stp_level_of(id.x, chunk));
+    stp_patch p = stp_patch_fetch(stp_name_patch(id), chunk);
+    vec2 error = stp_error_of(id, p, stp_name_level(id));
     vec3 shown = stp_palette_heat(stp_patch_error(p, error) / max(quality.x, 1e-6));
 #elif STP_SHADE == STP_SHADE_PRIMITIVE
     vec3 shown = stp_palette_primitive(name);
@@ -126,30 +117,28 @@ stp_disc stp_disc_alone(stp_disc disc)
     return disc;
 }
 
-// The vertices of a sample's level in its patch: the first, and one past the last.
-uvec2 stp_level_ends(uvec2 id)
+// The vertices of a sample's level in its patch, in the Object Texture: the first, and one past the last.
+uvec2 stp_level_ends(uint id, stp_chunk chunk)
 {
-    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(id.y));
-    stp_patch p = stp_patch_fetch(id.y, chunk);
-    int level = stp_level_of(id.x, chunk);
+    stp_patch p = stp_patch_fetch(stp_name_patch(id), chunk);
+    int level = stp_name_level(id);
     return uvec2(p.first[level], p.first[level] + p.count[level]);
 }
 
-// The sample that a name in nearest_sample stands for, or that its shape begins with, and its patch.
-uvec2 stp_name_id(uint name)
+// The name of the sample that a name in nearest_sample stands for, or that its shape begins with.
+uint stp_name_id(uint name)
 {
     uint index = name & STP_NAME_SAMPLE;
 #if STP_SQUARES // all names are of squares
     stp_square s = stp_square_fetch(index >> STP_NAME_SQUARE_SHIFT);
-    return uvec2(s.first + stp_square_rank(s.mask, index >> STP_NAME_PLACE_SHIFT & 63u), s.patch_index);
+    return stp_name_of(s.patch_index, 0, stp_square_rank(s.mask, index >> STP_NAME_PLACE_SHIFT & 63u));
 #endif
-    return uvec2(index, texelFetch(patch_of_sample, int(index)).x);
+    return index;
 }
 
-// The disc that a name stands for, seen at a window position. id: of the name.
-stp_disc stp_disc_of(uint name, uvec2 id, vec4 lattice, vec2 window)
+// The disc that a name stands for, seen at a window position. id: of the name; chunk: of its patch.
+stp_disc stp_disc_of(uint name, uint id, stp_chunk chunk, vec2 window)
 {
-    uint index = id.x;
 #if STP_SQUARES
 #if STP_MAPS
     if ((name & STP_SQUARE_SPLAT) != 0u)
@@ -157,12 +146,14 @@ stp_disc stp_disc_of(uint name, uvec2 id, vec4 lattice, vec2 window)
 #endif
     return stp_square_disc(name, window);
 #endif
+    uint index = stp_name_index(id, chunk);
+    vec4 lattice = stp_lattice_fetch(stp_name_patch(id), chunk.offset);
 #if STP_LINES
     if ((name & STP_NAME_SEGMENT) != 0u) {
         stp_disc a = stp_vertex_fetch(index, lattice), b = stp_vertex_fetch(index + 1u, lattice);
         if ((name & STP_NAME_TRIANGLE) == 0u)
             return stp_segment_disc(a, b, window);
-        uvec2 ends = stp_level_ends(id);
+        uvec2 ends = stp_level_ends(id, chunk);
         return stp_ribbon_disc(stp_ribbon_between(a, b, index, ends, lattice), window);
     }
 #endif
@@ -174,7 +165,7 @@ stp_disc stp_disc_of(uint name, uvec2 id, vec4 lattice, vec2 window)
 }
 
 // The pixel of a disc as seen from a window position. name: what it is drawn as; id: of the name.
-stp_pixel stp_disc_pixel(stp_disc disc, uint name, uvec2 id, vec2 window)
+stp_pixel stp_disc_pixel(stp_disc disc, uint name, uint id, vec2 window)
 {
     disc.radius *= disc.kind == 0u ? STP_RADIUS_PART : 1.0; // a line's radius is its half width
     vec3 w = stp_ray_through(disc.position);
@@ -195,7 +186,7 @@ stp_pixel stp_disc_pixel(stp_disc disc, uint name, uvec2 id, vec2 window)
     float ppu = stp_pixels_per_unit(depth);
     int tag = 1 + int(disc.kind) + (disc.oriented ? 0 : 8);
 #if STP_FADE
-    tag += 512 * stp_mark_of(id, stp_chunk_fetch(stp_patch_slot(id.y)));
+    tag += 512 * stp_mark_of(id, stp_chunk_fetch(stp_patch_slot(stp_name_patch(id))));
 #endif
     return stp_pixel(disc.normal, disc.radius, depth,
                      depth + stp_depth_extent(disc.radius, tube ? 1.0 : dot(disc.normal, w), ppu),
@@ -206,7 +197,7 @@ stp_pixel stp_disc_pixel(stp_disc disc, uint name, uvec2 id, vec2 window)
 // The pixel of a name, seen from a window position.
 stp_pixel stp_sample_pixel(uint name, vec2 window)
 {
-    uvec2 id = stp_name_id(name);
-    vec4 lattice = stp_lattice_fetch(id.y, stp_chunk_fetch(stp_patch_slot(id.y)).offset);
-    return stp_disc_pixel(stp_disc_of(name, id, lattice, window), name, id, window);
+    uint id = stp_name_id(name);
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(stp_name_patch(id)));
+    return stp_disc_pixel(stp_disc_of(name, id, chunk, window), name, id, window);
 }

@@ -1,5 +1,6 @@
 // Finds the nearest depth of each pixel (scatter.glsl).
 #define STP_FRAME_HELD
+#define STP_LISTED_VERTICES
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"

@@ -1,6 +1,7 @@
 // Names the samples that have the nearest depth (scatter.glsl). Counts the samples that are not
 // drawn.
 #define STP_FRAME_HELD
+#define STP_LISTED_VERTICES
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
@@ -14,8 +15,8 @@ layout(location = 1) uniform bool counting;
 // frames.
 bool comes_first(uint a, uint b)
 {
-    uint p = stp_chunk_fetch(stp_patch_slot(texelFetch(patch_of_sample, int(a)).x)).order;
-    uint q = stp_chunk_fetch(stp_patch_slot(texelFetch(patch_of_sample, int(b)).x)).order;
+    uint p = stp_chunk_fetch(stp_patch_slot(stp_name_patch(a))).order;
+    uint q = stp_chunk_fetch(stp_patch_slot(stp_name_patch(b))).order;
     return p < q || p == q && a < b;
 }
 
@@ -30,14 +31,14 @@ bool is_nearest(uint place, out stp_projected s, out ivec2 pixel, out bool dropp
 }
 
 // Gives a pixel to a sample that comes before the one it has a name of, if `asked`.
-void settle(ivec2 pixel, uint index, bool asked)
+void settle(ivec2 pixel, uint name, bool asked)
 {
     uint had = asked ? imageLoad(nearest_sample, pixel).x : STP_NO_SAMPLE;
     bool tied = had < RAISED;
     // A software driver always looks up once. Without a tie it looks up sample 0, which stays in its
     // cache and does not come before itself.
-    while (comes_first(tied ? index : 0u, tied ? had : 0u)) {
-        uint now = imageAtomicCompSwap(nearest_sample, pixel, had, index);
+    while (comes_first(tied ? name : 0u, tied ? had : 0u)) {
+        uint now = imageAtomicCompSwap(nearest_sample, pixel, had, name);
         tied = now != had;
         had = now;
     }
@@ -57,7 +58,7 @@ void main()
         ivec2 pixel;
         bool dropped;
         if (is_nearest(place, s, pixel, dropped) &&
-            imageAtomicCompSwap(nearest_sample, pixel, unnamed, s.index) < RAISED)
+            imageAtomicCompSwap(nearest_sample, pixel, unnamed, s.name) < RAISED)
             met = true;
         not_drawn += uint(dropped);
     }
@@ -67,6 +68,6 @@ void main()
         stp_projected s;
         ivec2 pixel;
         bool dropped, nearest = is_nearest(place, s, pixel, dropped);
-        settle(pixel, s.index, nearest);
+        settle(pixel, s.name, nearest);
     }
 }

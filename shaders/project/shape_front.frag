@@ -29,10 +29,10 @@ bool stp_segment_seen(stp_disc disc, stp_pixel p, out float farther)
 
 void main()
 {
-    uvec2 place_of = stp_name_id(id);
-    vec4 lattice = stp_lattice_fetch(place_of.y, stp_chunk_fetch(stp_patch_slot(place_of.y)).offset);
-    stp_disc disc = stp_disc_of(id, place_of, lattice, gl_FragCoord.xy);
-    stp_pixel p = stp_disc_pixel(disc, id, place_of, gl_FragCoord.xy);
+    uint begin = stp_name_id(id);
+    stp_chunk chunk = stp_chunk_fetch(stp_patch_slot(stp_name_patch(begin)));
+    stp_disc disc = stp_disc_of(id, begin, chunk, gl_FragCoord.xy);
+    stp_pixel p = stp_disc_pixel(disc, id, begin, gl_FragCoord.xy);
     float farther = 0.0;
 #if STP_PLANES
     if ((id & STP_NAME_RIBBON) != STP_NAME_SEGMENT && stp_behind_planes(place))

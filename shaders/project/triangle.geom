@@ -28,7 +28,7 @@ void main()
             continue;
         for (uint k = first; k < first + 3u; k++) {
             stp_corner_set(stp_sample_position(texelFetch(object_texture, int(k)), p.origin, p.step),
-                           first | STP_NAME_TRIANGLE);
+                           stp_name_of(patch_index[0], 0, 3u * i) | STP_NAME_TRIANGLE);
             EmitVertex();
         }
         EndPrimitive();

@@ -1,5 +1,5 @@
-// The samples that a picture projects. They are in runs, or, if STP_LISTED, in a list of patch
-// vertices or of whatever the CPU chose. A software driver runs both sides of a branch, so each
+// The samples that a picture projects. They are in runs, or, if STP_LISTED, in a list of names of patch
+// vertices (STP_LISTED_VERTICES) or of whatever the CPU chose. A software driver runs both sides of a branch, so each
 // needs a program of its own (stp_each in runtime/draw/runs.h). An invocation goes through several
 // samples:
 //
@@ -16,6 +16,7 @@ layout(local_size_x = STP_PLACE_STEP) in;
 // A sample to project.
 struct stp_projected {
     uint index;     // in the Object Texture
+    uint name;
     vec4 lattice;   // of its patch: origin relative to the eye, step
     uvec4 openings; // for stp_culled
 };
@@ -45,10 +46,15 @@ uint stp_end_place()
 // The sample at a place; false if there is none.
 bool stp_find(uint place, out stp_projected s)
 {
-    s.index = listed[place];
-    uint patch_index = texelFetch(patch_of_sample, int(s.index)).x;
-    uint slot = stp_patch_slot(patch_index);
-    s.lattice = stp_lattice_fetch(patch_index, stp_chunk_fetch(slot).offset);
+    s.name = listed[place];
+    uint patch_index = stp_name_patch(s.name), slot = stp_patch_slot(patch_index);
+    stp_chunk chunk = stp_chunk_fetch(slot);
+#ifdef STP_LISTED_VERTICES
+    s.index = chunk.first.w + patch_index;
+#else
+    s.index = stp_name_index(s.name, chunk);
+#endif
+    s.lattice = stp_lattice_fetch(patch_index, chunk.offset);
     s.openings = stp_chunk_openings(slot);
     return true;
 }
@@ -69,10 +75,12 @@ uint stp_end_place()
 bool stp_find(uint place, out stp_projected s)
 {
     uvec2 run = imageLoad(run_image, int(place / STP_RUN_SAMPLES + STP_RUN_HEAD)).xy;
-    uint lane = place % STP_RUN_SAMPLES;
+    uint lane = place % STP_RUN_SAMPLES, patch_in_sight = run.y & 0x3fffffu;
     s.index = (run.x & 0x1fffffffu) + lane;
-    s.lattice = uintBitsToFloat(imageLoad(seen_image, int(2u * run.y)));
-    s.openings = imageLoad(seen_image, int(2u * run.y + 1u));
+    uvec4 lattice = imageLoad(seen_image, int(2u * patch_in_sight));
+    s.name = ((lattice.w & 0x7fffffu) << STP_NAME_PATCH_SHIFT) + (run.y >> 22) + lane;
+    s.lattice = uintBitsToFloat(uvec4(lattice.xyz, lattice.w & 0xff800000u));
+    s.openings = imageLoad(seen_image, int(2u * patch_in_sight + 1u));
     return lane <= run.x >> 29;
 }
 

@@ -44,13 +44,13 @@ void main()
     if (listed >= squares.y)
         return;
     stp_square_sample s = stp_square_sample_at(listed, at);
-    uvec2 id = uvec2(0u, stp_square_fetch(listed).patch_index);
+    uint patch_index = stp_square_fetch(listed).patch_index;
     stp_disc disc = stp_disc_decode(s.texel, s.lattice.xyz, s.lattice.w);
     if (!s.there || -disc.position.z <= viewport.w || stp_clipped(s.place) ||
-        stp_culled(s.texel, s.place, stp_chunk_openings(stp_patch_slot(id.y))))
+        stp_culled(s.texel, s.place, stp_chunk_openings(stp_patch_slot(patch_index))))
         return;
     disc.radius *= STP_MAP_RADIUS_PART;
-    stp_pixel p = stp_disc_pixel(disc, STP_NAME_SQUARE, id, vec2(0.0));
+    stp_pixel p = stp_disc_pixel(disc, STP_NAME_SQUARE, stp_name_of(patch_index, 0, 0u), vec2(0.0));
     float radius_px = max(p.radius * stp_pixels_per_unit(p.z_min), STP_MAP_FLOOR);
     stp_splat splat = stp_splat(vec4(p.d, 1.0 / radius_px, p.z_min), p.normal, p.z_max - p.z_min);
     uint number = listed << 6 | place;

@@ -25,15 +25,14 @@ void stp_splat_visit(stp_projected s, uint splat)
     uvec4 texel = texelFetch(object_texture, int(s.index));
     if (!stp_place(texel, s.lattice.xyz, s.lattice.w, s.openings, pixel, z))
         return;
-    uvec2 id = uvec2(s.index, texelFetch(patch_of_sample, int(s.index)).x);
-    stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, s.lattice.xyz, s.lattice.w)), id.x, id,
+    stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, s.lattice.xyz, s.lattice.w)), s.name, s.name,
                                  vec2(0.0));
     float radius_px = max(p.radius * stp_pixels_per_unit(p.z_min), STP_ELLIPSE_FLOOR);
     stp_splat disc = stp_splat(vec4(p.d, 1.0 / radius_px, p.z_min), p.normal, p.z_max - p.z_min);
     if (p.radius <= 0.0) // covers only its own pixel
         disc.place.xyz = vec3(vec2(pixel) + 0.5, 1e6);
     if (listing)
-        looks[splat] = uvec2(stp_splat_colour_pack(p.colour), s.index);
+        looks[splat] = uvec2(stp_splat_colour_pack(p.colour), s.name);
     stp_splat_list(disc, splat);
 }
 

@@ -181,6 +181,65 @@ static void test_pool_failure_order(void **state)
     }
 }
 
+enum { AHEAD = 5 };
+
+typedef struct ordered_job {
+    job tasks;
+    _Atomic size_t taken;    /* calls of `then` that have ended */
+    _Atomic unsigned taking; /* and that have not */
+    size_t fail_then;        /* `then` of this index fails */
+} ordered_job;
+
+static stp_status ordered_task(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    ordered_job *j = context;
+    assert_true(index - j->taken < AHEAD);
+    for (volatile size_t i = index % 3 * 2000; i > 0; i--)
+        ; /* so that tasks end out of order */
+    return job_task(&j->tasks, index, worker, err);
+}
+
+static stp_status take_task(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    ordered_job *j = context;
+    (void)worker;
+    assert_int_equal(j->taking++, 0);
+    assert_int_equal(index, j->taken);
+    assert_int_equal(j->tasks.runs[index], 1);
+    j->taking--;
+    j->taken++;
+    if (index == j->fail_then)
+        return stp_error_set(err, STP_CORRUPT, "then %zu", index);
+    return STP_OK;
+}
+
+static void test_pool_in_order(void **state)
+{
+    (void)state;
+    for (unsigned threads = 1; threads <= 8; threads++) {
+        stp_error err = {0};
+        stp_pool *pool = NULL;
+        ordered_job good = {.fail_then = SIZE_MAX}, late = {.fail_then = 350};
+        ordered_job bad = {.tasks = {.fail_every = 7, .fail_from = 350}, .fail_then = SIZE_MAX};
+        assert_int_equal(stp_pool_create(&pool, threads, &err), STP_OK);
+        assert_int_equal(
+            stp_pool_run_in_order(pool, TASK_COUNT, AHEAD, ordered_task, take_task, &good, &err),
+            STP_OK);
+        assert_int_equal(good.taken, TASK_COUNT);
+        assert_int_equal(
+            stp_pool_run_in_order(pool, TASK_COUNT, AHEAD, ordered_task, take_task, &bad, &err),
+            STP_CORRUPT);
+        assert_string_equal(err.message, "task 350");
+        assert_true(bad.taken <= 350);
+        assert_int_equal(
+            stp_pool_run_in_order(pool, TASK_COUNT, AHEAD, ordered_task, take_task, &late, &err),
+            STP_CORRUPT);
+        assert_string_equal(err.message, "then 350");
+        assert_int_equal(late.taken, 351);
+        stp_pool_destroy(&pool);
+    }
+}
+
 static void test_pool_limits(void **state)
 {
     (void)state;
@@ -268,6 +327,7 @@ int main(void)
         cmocka_unit_test(test_grow),
         cmocka_unit_test(test_pool_runs_each_once),
         cmocka_unit_test(test_pool_failure_order),
+        cmocka_unit_test(test_pool_in_order),
         cmocka_unit_test(test_pool_limits),
         cmocka_unit_test(test_progress),
         cmocka_unit_test(test_random_and_clock),

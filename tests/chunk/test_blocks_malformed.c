@@ -282,6 +282,7 @@ static void test_wrong_numbers(void **state)
     refuse_wrong_numbers(STP_CODEC_RAW_BLOCKS);
     refuse_wrong_numbers(STP_CODEC_DRACO_BLOCKS);
     refuse_wrong_numbers(STP_CODEC_ZSTD_BLOCKS);
+    refuse_wrong_numbers(STP_CODEC_PAPER);
 }
 
 /* Reads an index of segment 0 in front of parts of 305 bytes. */

@@ -3,7 +3,7 @@
 #include "formats/chunk/codec/draco_shim.h"
 
 #include "base/random.h"
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/table_code.h"
 #include "tests/support/draco_cloud_shim.h"
 
 #include <setjmp.h>

@@ -5,6 +5,7 @@
 #include "base/random.h"
 #include "formats/chunk/codec/scale.h"
 #include "formats/chunk/codec/symbols.h"
+#include "formats/chunk/codec/table_code.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -102,11 +102,11 @@ static inline size_t valid_file(uint8_t *data, size_t capacity, unsigned seed)
         make_closed(tree.chunks[0]);
         tree.attributes_more |= STP_HAS_CLOSED;
     }
-    static const stp_codec codecs[] = {STP_CODEC_DRACO,      STP_CODEC_RAW,
-                                       STP_CODEC_ZSTD,       STP_CODEC_ZSTD_BLOCKS,
-                                       STP_CODEC_RAW_BLOCKS, STP_CODEC_DRACO_BLOCKS};
+    static const stp_codec codecs[] = {
+        STP_CODEC_DRACO,      STP_CODEC_RAW,          STP_CODEC_ZSTD, STP_CODEC_ZSTD_BLOCKS,
+        STP_CODEC_RAW_BLOCKS, STP_CODEC_DRACO_BLOCKS, STP_CODEC_PAPER};
     const unsigned codec = (seed >> 10 & 1u) | (seed >> 12 & 1u) << 1 | (seed >> 18 & 1u) << 2;
-    fixture_require(fixture_write(&tree, path, codecs[codec % 6], NULL) == STP_OK);
+    fixture_require(fixture_write(&tree, path, codecs[codec % 7], NULL) == STP_OK);
     uint8_t *bytes = fixture_read_file(path, &size);
     fixture_remove_folder(NULL);
     fixture_destroy(&tree);

@@ -53,7 +53,7 @@ static const char decode[] =
     "    put4(openings[0]); put4(openings[127]);\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
     "    put3(c.offset); put(float(c.finest)); put(float(c.id));\n"
-    "    put(float(c.depth)); put(float(c.order)); put(float(c.patches)); put4(vec4(c.first));\n"
+    "    put(float(c.depth)); put(float(c.order)); put4(vec4(c.first));\n"
     "    put4(vec4(stp_chunk_openings(1u)));\n"
     "    vec4 lattice = stp_lattice_fetch(2u, c.offset);\n"
     "    put3(lattice.xyz - c.offset); put(lattice.w); put(float(stp_patch_slot(2u)));\n"
@@ -69,6 +69,12 @@ static const char decode[] =
     "put(float(STP_NAME_RIBBON));\n"
     "put(float(STP_NAME_SQUARE)); put(float(STP_NAME_SAMPLE)); "
     "put(float(STP_NAME_SQUARE_SHIFT)); put(float(STP_NAME_PLACE_SHIFT));\n"
+    "    for (int l = 0; l < 4; l++) {\n"
+    "        uint name = stp_name_of(2u, l, l < 3 ? 3u : 0u);\n"
+    "        put(float(name)); put(float(stp_name_level(name)));\n"
+    "        put(float(stp_name_patch(name | STP_NAME_RIBBON)));\n"
+    "        put(float(stp_name_index(name | STP_NAME_RIBBON, c)));\n"
+    "    }\n"
     "    stp_square s = stp_square_fetch(1u);\n"
     "    put4(s.lattice); put(float(s.mask.x)); put(float(s.mask.y)); put(float(s.first)); "
     "put(float(s.patch_index));\n"
@@ -143,23 +149,34 @@ static const stp_patch patch = {
     .quarter_tangential_error = {{59, 60, 61, 62}, {63, 64, 65, 255}},
 };
 #define SLOT 0x345678u
+/* Its number in the Object Texture, one after the block's first patch. */
+#define NUMBER 2u
+static uint32_t begin[STP_LEVEL_COUNT][3] = {
+    {0, 40000, 40050}, {0, 10000, 10013}, {0, 300, 304}, {0, 1, 2}};
+
+/* The first sample of one of its levels in the Object Texture. */
+static uint32_t first_of(const stp_gpu_chunk *record, int level)
+{
+    return record->first[level] + (level < 3 ? begin[level][1] : NUMBER);
+}
 
 /* Fills in the patch for the GPU and for the CPU. */
 static void make_patch(stp_gpu_patch *out, stp_mirror_patch *mirror, const stp_gpu_chunk *record)
 {
-    static uint32_t begin[STP_LEVEL_COUNT][3] = {
-        {0, 40000, 40050}, {0, 10000, 10013}, {0, 300, 304}, {0, 1, 2}};
     stp_patch patches[2] = {{.counts = {1, 1, 1, 1}}, patch};
     const stp_chunk chunk = {.patches = patches,
                              .patch_count = 2,
                              .level_begin = {begin[0], begin[1], begin[2], begin[3]}};
-    stp_placement placement = {.patches = {record->patches, 2}};
+    stp_placement placement = {.patches = {NUMBER - 1, 2}};
     stp_mirror_patch both[2];
     memcpy(placement.level_begin, record->first, sizeof placement.level_begin);
-    stp_gpu_patches_fill(out + record->patches, &chunk, SLOT, STP_PATCH_STRIP);
+    placement.level_begin[3] += NUMBER - 1;
+    stp_gpu_patches_fill(out + NUMBER - 1, &chunk, SLOT, STP_PATCH_STRIP);
     stp_mirror_patches_fill(both, &chunk, &placement, STP_PATCH_STRIP);
     *mirror = both[1];
-    mirror->finest = out[record->patches + 1].finest = 2;
+    assert_int_equal(mirror->number, NUMBER);
+    assert_int_equal(mirror->first, first_of(record, 0));
+    mirror->finest = out[NUMBER].finest = 2;
 }
 
 static void want_sample(expectation *e, const stp_sample *sample)
@@ -252,14 +269,13 @@ static void want_chunk(expectation *e, const stp_gpu_chunk *chunk)
     want(e, chunk->id);
     want(e, chunk->depth);
     want(e, chunk->order);
-    want(e, chunk->patches);
     for (int i = 0; i < 4; i++)
         want(e, chunk->first[i]);
     for (int i = 0; i < 4; i++)
         want(e, chunk->openings[i]);
 }
 
-static void want_patch(expectation *e, const stp_mirror_patch *mirror)
+static void want_patch(expectation *e, const stp_mirror_patch *mirror, const stp_gpu_chunk *chunk)
 {
     want_floats(e, mirror->origin, 3); /* of the lattice */
     want(e, (double)mirror->step);
@@ -274,7 +290,7 @@ static void want_patch(expectation *e, const stp_mirror_patch *mirror)
     want_floats(e, mirror->finest_error, 2);
     want_floats(e, mirror->radius, 4);
     for (int i = 0; i < 4; i++)
-        want(e, mirror->first[i]);
+        want(e, first_of(chunk, i));
     for (int i = 0; i < 4; i++)
         want(e, mirror->count[i]);
     for (int i = 0; i < 4; i++)
@@ -283,13 +299,26 @@ static void want_patch(expectation *e, const stp_mirror_patch *mirror)
     want(e, mirror->finest);
 }
 
+/* The fourth sample of levels 0 to 2, and that of level 3. */
+static void want_names(expectation *e, const stp_gpu_chunk *chunk)
+{
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
+        const uint32_t i = l < 3 ? 3 : 0, name = stp_name_of(NUMBER, l, i);
+        assert_int_equal(stp_name_level(name), l);
+        want(e, name);
+        want(e, l);
+        want(e, NUMBER);
+        want(e, first_of(chunk, l) + i);
+    }
+}
+
 static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                               const stp_mirror_patch *mirror, const stp_sample *samples)
 {
     expectation e = {.count = 0};
     want_frame(&e, frame);
     want_chunk(&e, chunk);
-    want_patch(&e, mirror);
+    want_patch(&e, mirror, chunk);
     want(&e, STP_PATCH_STRIP);
     want(&e, STP_PATCH_TRIANGLES);
     want(&e, STP_NAME_SEGMENT);
@@ -299,6 +328,7 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want(&e, STP_NAME_SAMPLE);
     want(&e, STP_NAME_SQUARE_SHIFT);
     want(&e, STP_NAME_PLACE_SHIFT);
+    want_names(&e, chunk);
     want_square(&e);
     want_floats(&e, mirror->quarter_error[0][0], 16);
     for (int i = 0; i < 3; i++)
@@ -324,7 +354,6 @@ static const stp_gpu_chunk chunks[2] = {{.finest = 9},
                                          .id = 56,
                                          .depth = 57,
                                          .order = 58,
-                                         .patches = 1,
                                          .first = {90000, 60000, 30000, 20000},
                                          .openings = {1, 2, 4, 8}}};
 

@@ -1,15 +1,16 @@
-"""Codecs 3 to 5: segments cut into blocks, and the table that tells of them."""
+"""Codecs 3 to 6: segments cut into blocks, and the table that tells of them."""
 
 import math
 import struct
 
 import codec_draco
+import codec_paper
 import codec_raw
 import codec_zstd
 from model import Cursor, require
 from xxh3 import xxh3
 
-PARTS = (codec_raw.decode, codec_draco.decode_block, codec_zstd.decode_block)
+PARTS = (codec_raw.decode, codec_draco.decode_block, codec_zstd.decode_block, codec_paper.decode_block)
 RECORD = struct.Struct("<H3H9sB3sBh4B4B4B3IQ")
 WIDE_RECORD = struct.Struct("<HBB3Hh3I3Q6f4f4B4B4BB3s")
 

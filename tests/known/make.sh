@@ -212,4 +212,12 @@ in_blocks states/2_0 middles.ply
 mkdir -p rows
 "$program" gen statue -n 900 --seed 11 -o middles.ply --quiet --force
 in_blocks rows/2_0 middles.ply
+# Maps as their paper stores them, and the same in the other codecs.
+mkdir -p paper
+"$program" gen statue -n 700 --seed 12 -o maps.ply --quiet --force
+"$program" prep maps.ply --maps --map-codec paper -o paper/2_0_paper.stipple --quiet
+for codec in raw draco zstd; do
+    "$program" convert paper/2_0_paper.stipple -o "paper/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" paper/2_0_raw.stipple >paper/2_0.samples
 rm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

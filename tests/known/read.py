@@ -121,7 +121,7 @@ class Entry:
                 f"{name}: children are wrong")
         require(1 <= self.patches == self.counts[3] and max(self.counts) <= 65536,
                 f"{name}: counts are wrong")
-        require(self.codec < 2 * len(CODECS), f"{name}: codec {self.codec} is unknown")
+        require(self.codec < len(CODECS) + len(blocks.PARTS), f"{name}: codec {self.codec} is unknown")
 
 
 def read_directory(data, header):

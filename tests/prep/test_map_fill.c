@@ -302,7 +302,8 @@ static stp_dvec3 on_bowl(size_t i)
     }
 }
 
-static stp_prep_stats prepare(surface *at, size_t points, double cone_deg, unsigned threads)
+static stp_prep_stats prepare(surface *at, size_t points, double cone_deg, unsigned threads,
+                              uint64_t memory)
 {
     stp_prep_stats stats;
     prep_cloud cloud = prep_cloud_make(points);
@@ -311,6 +312,7 @@ static stp_prep_stats prepare(surface *at, size_t points, double cone_deg, unsig
     check_ok(prep_cloud_run(
         &cloud, FILE_NAME, threads,
         &(stp_prep_params){.codec = STP_CODEC_DRACO,
+                           .memory_bytes = memory,
                            .maps = &(stp_maps_params){.cone_deg = cone_deg, .fill = true}},
         &stats, err));
     free(cloud.points);
@@ -334,7 +336,8 @@ static void closed_surfaces_are_closed(void **state)
                   {"waves", on_waves, POINTS, 60.0, waves_area(), 2}};
     uint64_t bytes = 0, between = 0;
     for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
-        const stp_prep_stats stats = prepare(shapes[i].at, shapes[i].points, shapes[i].cone_deg, 2);
+        const stp_prep_stats stats =
+            prepare(shapes[i].at, shapes[i].points, shapes[i].cone_deg, 2, 0);
         mesh m = read_mesh();
         const count c = measure(&m);
         print_message("%s, %g degrees: %zu triangles, %zu of them between %" PRIu64
@@ -363,7 +366,7 @@ static void closed_surfaces_are_closed(void **state)
 static void open_surfaces_stay_open(void **state)
 {
     (void)state;
-    const stp_prep_stats stats = prepare(on_bowl, POINTS, 60.0, 2);
+    const stp_prep_stats stats = prepare(on_bowl, POINTS, 60.0, 2, 0);
     mesh m = read_mesh();
     const count c = measure(&m);
     const double area = 2.0 * M_PI * 1.8, spacing = sqrt(area / POINTS);
@@ -377,19 +380,23 @@ static void open_surfaces_stay_open(void **state)
     clear_mesh(&m);
 }
 
-static void threads_change_no_byte(void **state)
+/* The points are of several cells. */
+static void threads_and_memory_change_no_byte(void **state)
 {
     (void)state;
-    size_t size[2];
-    uint8_t *bytes[2];
-    for (unsigned i = 0; i < 2; i++) {
-        prepare(on_torus, POINTS, 45.0, 1 + 2 * i);
+    static const unsigned threads[] = {1, 3, 2};
+    static const uint64_t memory[] = {0, 0, 180u << 20};
+    size_t size[3];
+    uint8_t *bytes[3];
+    for (unsigned i = 0; i < 3; i++) {
+        const stp_prep_stats stats = prepare(on_torus, MANY, 45.0, threads[i], memory[i]);
+        assert_true((memory[i] > 0) == (stats.temporary_bytes > 0));
         bytes[i] = prep_file_bytes(FILE_NAME, &size[i]);
+        assert_int_equal(size[i], size[0]);
+        assert_memory_equal(bytes[i], bytes[0], size[0]);
     }
-    assert_int_equal(size[0], size[1]);
-    assert_memory_equal(bytes[0], bytes[1], size[0]);
-    free(bytes[0]);
-    free(bytes[1]);
+    for (unsigned i = 0; i < 3; i++)
+        free(bytes[i]);
 }
 
 int main(void)
@@ -397,7 +404,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(closed_surfaces_are_closed),
         cmocka_unit_test(open_surfaces_stay_open),
-        cmocka_unit_test(threads_change_no_byte),
+        cmocka_unit_test(threads_and_memory_change_no_byte),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

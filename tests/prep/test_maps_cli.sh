@@ -47,6 +47,9 @@ refuse --cone 60 "give --maps, too"
 refuse --map-error 1 "give --maps, too"
 refuse --gaps fill "give --maps, too"
 refuse --maps --gaps wide "--gaps"
+refuse --map-codec paper "give --maps, too"
+refuse --maps --map-codec small "--map-codec"
+refuse --maps --map-codec paper --format 1 "leave out --format 1"
 refuse --maps --cone 5 "--cone: give 10 to 80"
 refuse --maps --cone 81 "--cone: give 10 to 80"
 refuse --maps --map-error -1 "--map-error: give a positive length"
@@ -55,6 +58,15 @@ refuse --maps --cone 0 "--cone: give 10 to 80"
 refuse --maps --precision exact "--precision exact"
 refuse --maps --attributes all "--attributes"
 refuse --maps --orient none "--orient none"
+
+# The codec of the paper holds the same samples.
+run "$STIPPLE" prep "$FOLDER/torus.ply" --maps --map-codec paper -o "$FOLDER/paper.stipple"
+expect_code 0
+"$STIPPLE" verify "$FOLDER/paper.stipple" --quiet || fail "verify paper"
+run "$STIPPLE" info "$FOLDER/paper.stipple"
+expect_text out "codec          paper"
+"$STIPPLE" convert "$FOLDER/paper.stipple" --codec draco -o "$FOLDER/compact.stipple" --quiet || fail "convert"
+cmp "$model" "$FOLDER/compact.stipple" || fail "the paper's codec loses something"
 
 # Gaps between maps are filled: the model says so, and the torus is closed.
 run "$STIPPLE" prep "$FOLDER/torus.ply" --maps --gaps fill -o "$FOLDER/filled.stipple" --stats "$FOLDER/filled.json"

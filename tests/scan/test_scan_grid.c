@@ -102,6 +102,8 @@ static void files_have_places(void **state)
     check_points("grid.asc", NULL, (stp_dvec3){1005.0, 2045.0, 0.0}, 10.0, 10.0, true);
     write_esri("NCOLS 7\r\nNROWS 5\r\nXLLCENTER 1\r\nYLLCENTER 2\r\nDX 0.5\r\nDY 0.25\r\n");
     check_points("grid.asc", NULL, (stp_dvec3){1.0, 3.0, 0.0}, 0.5, 0.25, false);
+    write_esri("  Nrows\t5\nNcols 7\nxllcenter 1\nyllcenter 2\ncellsize 1\n");
+    check_points("grid.asc", NULL, (stp_dvec3){1.0, 6.0, 0.0}, 1.0, 1.0, false);
     write_al3d();
     check_points("grid.al3d", NULL, (stp_dvec3){0.0, 1.0, 0.0}, 0.5, 0.25, true);
     for (int is_point = 0; is_point < 2; is_point++) {
@@ -327,6 +329,36 @@ static void colours_and_alpha(void **state)
     free(points);
 }
 
+/* Orthophotos are TIFF whose colours are packed as JPEG has them. */
+static void jpeg_colours(void **state)
+{
+    const tiff_recipe recipe = {"w", 8, SAMPLEFORMAT_UINT, false, COMPRESSION_JPEG, 0};
+    static const int colour[3] = {200, 90, 30};
+    unsigned char row[3 * WIDTH];
+    (void)state;
+    write_png("grid.png", PNG_INTERLACE_NONE);
+    TIFF *tiff = begin_tiff("jpeg.tif", &recipe);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 3);
+    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_YCBCR);
+    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 16);
+    TIFFSetField(tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+    for (int i = 0; i < 3 * WIDTH; i++)
+        row[i] = (unsigned char)colour[i % 3];
+    for (uint32_t y = 0; y < HEIGHT; y++)
+        assert_int_equal(TIFFWriteScanline(tiff, row, y, 0), 1);
+    TIFFClose(tiff);
+    const stp_grid_params grid = {.colour = "jpeg.tif"};
+    const stp_scan_params params = {.grid = &grid};
+    stp_scan_info info;
+    stp_point *points = scan_fixture_read("grid.png", &params, &info);
+    for (int i = 0; i < COUNT; i++)
+        for (int k = 0; k < 3; k++)
+            assert_in_range(points[i].rgb[k] / 257, colour[k] - 3, colour[k] + 3);
+    free(points);
+    scan_fixture_fails("jpeg.tif", NULL, STP_UNSUPPORTED, "a picture of colours (3 channels)");
+}
+
 /* Black of the mask is no sample, whatever the mask's channels; nor are pixels without alpha. */
 static void masks(void **state)
 {
@@ -359,12 +391,34 @@ static void masks(void **state)
 
 /* ---- what is refused ---- */
 
+/* Turned to the east, a second band of which nobody says what it is, a mask in the file. */
+static void refuse_tiffs(void)
+{
+    static const tiff_recipe recipe = {"w", 16, SAMPLEFORMAT_UINT, false, COMPRESSION_NONE, 0};
+    static const double scale[] = {-2.0, 4.0, 0.0};
+    TIFF *tiff = begin_tiff("turned.tif", &recipe);
+    TIFFSetField(tiff, 33550, 3, scale);
+    end_tiff(tiff, &recipe);
+    scan_fixture_fails("turned.tif", NULL, STP_UNSUPPORTED, "turn it");
+    tiff = begin_tiff("bands.tif", &recipe);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 2);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 8); /* a row has as many bytes */
+    end_tiff(tiff, &recipe);
+    scan_fixture_fails("bands.tif", NULL, STP_UNSUPPORTED, "has 2 bands");
+    end_tiff(begin_tiff("masked.tif", &recipe), &recipe);
+    static const tiff_recipe added = {"a", 8, SAMPLEFORMAT_UINT, false, COMPRESSION_NONE, 0};
+    tiff = begin_tiff("masked.tif", &added);
+    TIFFSetField(tiff, TIFFTAG_SUBFILETYPE, FILETYPE_MASK);
+    end_tiff(tiff, &added);
+    scan_fixture_fails("masked.tif", NULL, STP_UNSUPPORTED, "has a mask inside");
+}
+
 static void refusals(void **state)
 {
     (void)state;
     static const scan_malformed cases[] = {
         {"a.asc", "ncols 3\nnrows 2\n1 2 3\n4 5 6\n", STP_CORRUPT, "cellsize"},
-        {"b.asc", "ncols 3\nnrows 2\ncellsize x\n", STP_CORRUPT, "line 3: cellsize has no number"},
+        {"b.asc", "ncols 3\nnrows 2\ncellsize x\n", STP_CORRUPT, "line 3: cellsize needs a number"},
         {"c.asc", "ncols 3\nnrows 2\ncellsize 1\n1 2 3\n4 5\n", STP_CORRUPT, "ends in row 2"},
         {"d.asc", "ncols 3\nnrows 2\ncellsize 1\n1 2 3\n4 five 6\n", STP_CORRUPT, "five"},
         {"e.asc", "ncols 3\nnrows 1\ncellsize 1\n1 2 3\n", STP_UNSUPPORTED, "3 x 1"},
@@ -379,6 +433,7 @@ static void refusals(void **state)
         {"a.jpg", "\xff\xd8\xff", STP_UNSUPPORTED, "JPEG"},
     };
     scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
+    refuse_tiffs();
     write_png("grid.png", PNG_INTERLACE_NONE);
     write_colours("small.png", 3, 3, 3);
     stp_grid_params grid = {.colour = "small.png"};
@@ -505,6 +560,7 @@ int main(void)
         cmocka_unit_test(normals_are_the_grids),
         cmocka_unit_test(cameras),
         cmocka_unit_test(colours_and_alpha),
+        cmocka_unit_test(jpeg_colours),
         cmocka_unit_test(masks),
         cmocka_unit_test(refusals),
         cmocka_unit_test(degrees),

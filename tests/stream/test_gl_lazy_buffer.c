@@ -168,6 +168,15 @@ static void textures_bound_the_budget(void **state)
     check_ok(stp_budget_plan(&of_patches, &scene, &limits, err));
     const uint32_t texels = of_patches.patch_capacity * STP_OBJECT_TEXTURE_PATCH_TEXELS;
     assert_in_range(texels, limits.texels / 2, limits.texels);
+    /* Names of samples tell only so many patches apart. */
+    limits = (stp_budget_limits){1 << 20, 1 << 20, STP_NAME_SAMPLE, 2, false};
+    limits.gpu_bytes *= MIB;
+    limits.cpu_bytes *= MIB;
+    for (int i = 0; i < 1000; i++)
+        blocks[i] = (stp_block){.patch_count = 8000, .sample_count = {8000, 8000, 8000}};
+    check_ok(stp_budget_plan(&of_patches, &scene, &limits, err));
+    assert_in_range(of_patches.patch_capacity, STP_NAMED_PATCHES_LIMIT / 2,
+                    STP_NAMED_PATCHES_LIMIT);
 }
 
 /* Renderers ask for such memory if, and only if, the driver draws on the CPU. */

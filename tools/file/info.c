@@ -93,8 +93,10 @@ done:
 /* "draco", or several names with spaces between them. */
 static void name_codecs(const depth_summary *depths, uint32_t count, char out[64])
 {
-    static const char *const names[] = {
-        [STP_CODEC_RAW] = "raw", [STP_CODEC_DRACO] = "draco", [STP_CODEC_ZSTD] = "zstd"};
+    static const char *const names[] = {[STP_CODEC_RAW] = "raw",
+                                        [STP_CODEC_DRACO] = "draco",
+                                        [STP_CODEC_ZSTD] = "zstd",
+                                        [STP_CODEC_PAPER] = "paper"};
     unsigned codecs = 0;
     out[0] = '\0';
     for (uint32_t d = 0; d < count; d++)

@@ -5,6 +5,7 @@
 #include "tools/cli/cli_value.h"
 #include "tools/file/codec_options.h"
 #include "tools/prep/prep_append.h"
+#include "tools/prep/prep_grids.h"
 #include "tools/prep/prep_inputs.h"
 #include "tools/prep/prep_maps.h"
 #include "tools/prep/prep_meshes.h"
@@ -81,6 +82,8 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
         prep_append_print(&appended, &stats, in);
     else if (!o->common.quiet)
         prep_report_print(&stats, in);
+    if (!o->common.quiet)
+        prep_grids_print(&stats, in, params, o->append);
 done:
     if (status != STP_OK && is_added) {
         const stp_error reason = *err;
@@ -162,6 +165,7 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
                                  .columns = o->columns,
                                  .recompute_normals = o->recompute_normals,
                                  .keep_withheld = o->withheld == 1,
+                                 .keep_grid = o->grid.keep,
                                  .salvage = o->salvage},
                       .plants = o->lines == 1};
     stp_prep_params params = prep_params(o);
@@ -282,6 +286,8 @@ static int check_maps(prep_options *o)
                                     "give one of them");
     if (strcmp(o->orient, "none") == 0)
         return cli_usage(&cli_prep, "--maps needs normals that agree: leave out --orient none");
+    if (o->maps.params.paper && o->format == 0)
+        return cli_usage(&cli_prep, "--map-codec paper needs blocks: leave out --format 1");
     return CLI_CONTINUE;
 }
 

@@ -1,10 +1,11 @@
-/* Makes the rasters of all inputs one. */
+/* Makes the rasters of all inputs one, and says why it cannot. */
 #include "tools/prep/prep_grids.h"
 
 #include "base/memory.h"
 #include "preprocess/grid/grid_parts.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 /* Places of the whole for each record, at most. */
@@ -77,4 +78,58 @@ stp_status prep_grids_find(prep_inputs *in, stp_prep_source *source, stp_error *
     source->raster = in->files[0].raster;
     source->raster_nodes = in->files[0].raster_nodes;
     return STP_OK;
+}
+
+/* What of the options needs points one by one; NULL: none. */
+static const char *option_against(const stp_prep_params *params, bool appends, bool heights)
+{
+    return appends                                            ? "--append adds points"
+           : params->maps                                     ? "--maps makes maps of points"
+           : params->join_layers                              ? "--layers joined moves points"
+           : heights && params->outliers != STP_OUTLIERS_KEEP ? "--outliers looks at points"
+           : heights && params->orient != STP_ORIENT_AUTO     ? "--orient turns points"
+                                                              : NULL;
+}
+
+/* Why the input's own rows and columns are none; NULL: they may be. */
+static const char *own_fault(const prep_inputs *in, const stp_prep_file *file)
+{
+    if (file->raster.columns > 0)
+        return in->params.recompute_normals ? "--recompute-normals asks points for them" : NULL;
+    if (file->station_count > 1)
+        return "it holds several scans";
+    if (file->grid.columns == 0)
+        return "none are read from it";
+    return file->station_count == 0    ? "it does not say from where its points were seen"
+           : file->grid.cell_count > 0 ? "it tells them of some points alone"
+                                       : NULL;
+}
+
+void prep_grids_print(const stp_prep_stats *stats, const prep_inputs *in,
+                      const stp_prep_params *params, bool appends)
+{
+    const char *path = in->paths[0];
+    size_t heights = 0, read = 0;
+    for (size_t i = 0; i < in->count; i++)
+        if (!in->facts[i].why) {
+            heights += in->files[i].raster.columns > 0;
+            read++;
+        }
+    const bool is_mixed = heights > 0 && heights < read;
+    if (stats->keeps_grid || stats->images > 0 || (heights == 0 && !in->params.keep_grid))
+        return;
+    const char *why = option_against(params, appends, heights > 0);
+    for (size_t i = 0; !why && !is_mixed && i < in->count; i++)
+        if (!in->facts[i].why) {
+            why = own_fault(in, &in->files[i]);
+            path = in->paths[i];
+        }
+    if (!why)
+        why = heights == 0 ? "some points lie more than a quarter of a pixel off its rays"
+              : is_mixed   ? "other inputs are no grids of heights"
+              : read > 1 && in->numbers.joined.list.count > 0
+                  ? "--attributes keeps numbers of points"
+              : read > 1 ? "those of the inputs do not go on from one to the other"
+                         : "its map is torn";
+    fprintf(stderr, "%s: rows and columns are not kept: %s\n", path, why);
 }

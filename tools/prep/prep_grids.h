@@ -1,4 +1,5 @@
-/* Finds whether all inputs are one grid of heights, or the tiles of one. */
+/* Finds whether all inputs are one grid of heights, or the tiles of one; says why rows and columns
+ * are not kept. */
 #ifndef STP_TOOLS_PREP_PREP_GRIDS_H
 #define STP_TOOLS_PREP_PREP_GRIDS_H
 
@@ -9,5 +10,9 @@
  * quarter of it. Attributes are kept by record, so with them such grids become points. Call it when
  * the survey is complete. Errors: OUT_OF_MEMORY. */
 stp_status prep_grids_find(prep_inputs *inputs, stp_prep_source *source, stp_error *err);
+/* Says why rows and columns of a model's inputs are not kept, if they are grids of heights or
+ * inputs->params.keep_grid asks. */
+void prep_grids_print(const stp_prep_stats *stats, const prep_inputs *inputs,
+                      const stp_prep_params *params, bool appends);
 
 #endif

@@ -18,6 +18,8 @@ void prep_maps_fill(prep_maps *maps, cli_option out[PREP_MAPS_OPTIONS])
          "of --maps: points farther than this from their map stay points (by the spacing)", NULL},
         {"--gaps", 0, CLI_CHOICE, &maps->gaps, "overlap|fill",
          "of --maps: maps reach past their borders, or triangles join them (overlap)", NULL},
+        {"--map-codec", 0, CLI_CHOICE, &maps->codec, "compact|paper",
+         "of --maps: small, or as their paper stores them, to compare with (compact)", NULL},
     };
     memcpy(out, options, sizeof options);
     maps->cone = maps->error = NAN; /* not given */
@@ -26,15 +28,16 @@ void prep_maps_fill(prep_maps *maps, cli_option out[PREP_MAPS_OPTIONS])
 const char *prep_maps_check(prep_maps *maps)
 {
     const bool has_cone = !isnan(maps->cone), has_error = !isnan(maps->error);
-    if (!maps->wanted && (has_cone || has_error || maps->gaps != 0))
-        return "--cone, --map-error and --gaps are of maps: give --maps, too";
+    if (!maps->wanted && (has_cone || has_error || maps->gaps != 0 || maps->codec != 0))
+        return "--cone, --map-error, --gaps and --map-codec are of maps: give --maps, too";
     if (has_cone && !(maps->cone >= 10.0 && maps->cone <= 80.0))
         return "--cone: give 10 to 80";
     if (has_error && !(maps->error > 0.0))
         return "--map-error: give a positive length";
     maps->params = (stp_maps_params){.cone_deg = has_cone ? maps->cone : PREP_MAPS_CONE,
                                      .error = has_error ? maps->error : 0.0,
-                                     .fill = maps->gaps == 1};
+                                     .fill = maps->gaps == 1,
+                                     .paper = maps->codec == 1};
     return NULL;
 }
 

@@ -15,10 +15,11 @@ typedef struct prep_maps {
     bool wanted;
     double cone, error;
     int gaps;               /* 1: they are filled */
+    int codec;              /* 1: the paper's */
     stp_maps_params params; /* set by prep_maps_check */
 } prep_maps;
 
-#define PREP_MAPS_OPTIONS 4
+#define PREP_MAPS_OPTIONS 5
 
 void prep_maps_fill(prep_maps *maps, cli_option out[PREP_MAPS_OPTIONS]);
 /* Returns what is wrong with the options, or NULL. */

@@ -33,9 +33,10 @@ typedef struct prep_grid {
     const char *colour, *mask, *invalid, *spacing, *pinhole, *disparity; /* NULL: not given */
     double scale;                                                        /* 0: not given */
     int depth;                                                           /* 1: along the ray */
+    bool keep; /* say so if rows and columns are not kept; ask for those of PTX */
 } prep_grid;
 
-#define PREP_GRID_OPTIONS 8
+#define PREP_GRID_OPTIONS 9
 
 void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS]);
 bool prep_grid_is_given(const prep_grid *grid);

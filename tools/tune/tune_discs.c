@@ -104,9 +104,9 @@ static stp_status note_block(noting *n, const stp_draw *draw, stp_error *err)
     const stp_block_cache *cache = n->look->cache;
     n->cut->chunks++;
     n->cut->file_bytes += stp_block_payload_bytes(block, draw->finest < 2 ? draw->finest : 2);
-    n->cut->gpu_bytes += block->patch_count * (uint64_t)STP_OBJECT_TEXTURE_PATCH_BYTES;
+    n->cut->gpu_bytes += block->patch_count * (uint64_t)sizeof(stp_gpu_patch);
     for (int l = draw->finest < 2 ? draw->finest : 2; l < STP_LEVEL_COUNT; l++)
-        n->cut->gpu_bytes += block->sample_count[l] * (uint64_t)STP_OBJECT_TEXTURE_SAMPLE_BYTES;
+        n->cut->gpu_bytes += block->sample_count[l] * (uint64_t)sizeof(stp_sample);
     if (stp_block_cache_finest(cache, draw->block) > draw->finest)
         return STP_OK; /* it was drawn in an earlier pass and is no longer resident */
     const stp_resident *resident =

@@ -71,7 +71,7 @@ typedef struct column {
 } column;
 
 /* At least 1. */
-INLINE unsigned bit_length(uint32_t value)
+INLINE unsigned significant_bits(uint32_t value)
 {
     return 32u - (unsigned)__builtin_clz(value | 1u);
 }
@@ -84,15 +84,15 @@ INLINE uint32_t mean_after(uint32_t mean, int32_t cell)
 }
 
 /* How many bits of the next cell are low: as many as leave the mean of high parts below 4. */
-INLINE unsigned low_bits(uint32_t mean)
+INLINE unsigned mean_low_bits(uint32_t mean)
 {
-    const unsigned bits = bit_length(mean);
+    const unsigned bits = significant_bits(mean);
     return (bits > MEAN_BITS_WHOLE ? bits : MEAN_BITS_WHOLE) - MEAN_BITS_WHOLE;
 }
 
 INLINE unsigned size_of(uint32_t mean)
 {
-    unsigned bits = bit_length(mean);
+    unsigned bits = significant_bits(mean);
     bits = bits > MEAN_BITS_LEAST ? bits : MEAN_BITS_LEAST;
     bits = bits < MEAN_BITS_WHOLE ? bits : MEAN_BITS_WHOLE;
     return bits - MEAN_BITS_LEAST;
@@ -175,14 +175,14 @@ INLINE void take(column *c, int32_t cell, int32_t high)
 static void put_far(stp_symbol_writer *w, unsigned lane, int32_t high)
 {
     const uint32_t beyond = (uint32_t)(abs(high) - HIGH_MOST);
-    const unsigned length = bit_length(beyond) - 1;
+    const unsigned length = significant_bits(beyond) - 1;
     stp_symbol_put_bits(w, lane, 2 * length + (high < 0), FAR_BITS);
     stp_symbol_put_bits(w, lane, beyond - (1u << length), length);
 }
 
 INLINE void put_number(stp_symbol_writer *w, column *c, int32_t cell, int shift)
 {
-    const unsigned bits = low_bits(c->mean);
+    const unsigned bits = mean_low_bits(c->mean);
     const int32_t raised = cell + (int32_t)(1u << bits >> 1);
     const int32_t high = raised >> bits;
     const bool far = abs(high) > HIGH_MOST;
@@ -206,7 +206,7 @@ INLINE int32_t get_far(stp_symbol_reader *r, unsigned lane)
 
 INLINE int16_t get_number(stp_symbol_reader *r, column *c, int shift)
 {
-    const unsigned bits = low_bits(c->mean);
+    const unsigned bits = mean_low_bits(c->mean);
     const unsigned k = next_odds(c);
     uint32_t low;
     const unsigned symbol = stp_symbol_get(r, c->lane, &c->odds.numbers.of[k], shift, bits, &low);
@@ -305,7 +305,7 @@ static uint8_t first_mean(const int16_t *cells, uint32_t count)
     for (uint32_t i = 0; i < count; i++)
         sum += (uint64_t)abs(cells[i]);
     const uint32_t mean = count > 0 ? (uint32_t)((sum << MEAN_BITS) / count) : 0;
-    return (uint8_t)(bit_length(mean + mean / 2) - 1);
+    return (uint8_t)(significant_bits(mean + mean / 2) - 1);
 }
 
 STP_WIDE

@@ -72,9 +72,9 @@ static inline void spread_take(spread *s, int16_t cell)
 }
 
 /* A cell of k low bits is high * 2^k + low - half, low from 0 to 2^k - 1. */
-static inline int32_t half_of(unsigned low_bits)
+static inline int32_t half_of(unsigned bits)
 {
-    return (int32_t)(1u << low_bits >> 1);
+    return (int32_t)(1u << bits >> 1);
 }
 
 /* ---- encoding ---- */

@@ -2,10 +2,13 @@
 #include "formats/chunk/codec/part.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/paper.h"
 #include "formats/chunk/codec/part_tables.h"
 #include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/raw.h"
 #include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/square/square_level.h"
+#include "formats/chunk/codec/table_code.h"
 #include "formats/chunk/codec/tight.h"
 #include "formats/chunk/codec/zstd_segment.h"
 #include "formats/chunk/layout.h"
@@ -15,79 +18,6 @@
 #include <stdlib.h>
 
 #define VERTEX_LEVEL (STP_LEVEL_COUNT - 1)
-/* Coarsest and finest level of a segment. */
-static const int coarsest_level[STP_SEGMENT_COUNT] = {VERTEX_LEVEL, 1, 0};
-static const int finest_level[STP_SEGMENT_COUNT] = {2, 1, 0};
-
-static uint32_t level_count(const stp_chunk *chunk, int level)
-{
-    return chunk->level_begin[level][chunk->patch_count];
-}
-
-static stp_status check_and_place(stp_chunk *chunk, uint32_t child_count, stp_error *err)
-{
-    uint32_t counts[STP_LEVEL_COUNT];
-    for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        counts[l] = level_count(chunk, l);
-    stp_status status =
-        stp_patches_check(chunk->patches, chunk->patch_count, counts, child_count, err);
-    if (status == STP_OK)
-        stp_patches_place(chunk);
-    return status;
-}
-
-/* ---- raw ---- */
-
-static size_t patch_bytes(const stp_chunk *chunk)
-{
-    return STP_PATCH_BYTES + (chunk->linked ? STP_LINK_BYTES : 0);
-}
-
-static stp_status raw_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
-{
-    stp_status status = STP_OK;
-    uint8_t bytes[STP_PATCH_BYTES + STP_LINK_BYTES];
-    for (uint32_t i = 0; segment == 0 && i < chunk->patch_count; i++) {
-        stp_patch_write(&chunk->patches[i], bytes);
-        stp_put_u16(bytes + STP_PATCH_BYTES, chunk->patches[i].first_below);
-        STP_TRY(stp_bytes_append(out, bytes, patch_bytes(chunk), err));
-    }
-    for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--) {
-        for (uint32_t i = 0; i < level_count(chunk, l); i++) {
-            stp_sample_write(&chunk->samples[l][i], bytes);
-            STP_TRY(stp_bytes_append(out, bytes, STP_SAMPLE_BYTES, err));
-        }
-    }
-done:
-    return status;
-}
-
-static stp_status raw_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
-                             stp_chunk *chunk, stp_shares *shares, stp_error *err)
-{
-    size_t needed = segment == 0 ? chunk->patch_count * patch_bytes(chunk) : 0;
-    for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--)
-        needed += (size_t)level_count(chunk, l) * STP_SAMPLE_BYTES;
-    if (size != needed)
-        return stp_error_set(err, STP_CORRUPT, "it has %zu bytes, expected %zu", size, needed);
-    if (shares)
-        stp_shares_add_raw(shares, segment == 0 ? chunk->patch_count * patch_bytes(chunk) : 0,
-                           size);
-    if (segment == 0) {
-        for (uint32_t i = 0; i < chunk->patch_count; i++, bytes += patch_bytes(chunk)) {
-            stp_patch_read(bytes, &chunk->patches[i]);
-            chunk->patches[i].first_below =
-                chunk->linked ? stp_get_u16(bytes + STP_PATCH_BYTES) : 0;
-        }
-        stp_status status = check_and_place(chunk, child_count, err);
-        if (status != STP_OK)
-            return status;
-    }
-    for (int l = coarsest_level[segment]; l >= finest_level[segment]; l--)
-        for (uint32_t i = 0; i < level_count(chunk, l); i++, bytes += STP_SAMPLE_BYTES)
-            stp_sample_read(bytes, &chunk->samples[l][i]);
-    return STP_OK;
-}
 
 /* ---- tables ---- */
 
@@ -268,7 +198,7 @@ done:
 static bool may_be_tight(const stp_chunk *chunk, int segment, const block_squares *squares)
 {
     uint32_t elder, last;
-    stp_predict_row_counts(chunk, finest_level[segment], &elder, &last);
+    stp_predict_row_counts(chunk, stp_segment_finest(segment), &elder, &last);
     return chunk->is_block && (squares->found || (elder < STP_ODDS_ROWS && last < STP_ODDS_ROWS)) &&
            (segment > 0 || are_surface(chunk));
 }
@@ -296,7 +226,7 @@ static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *o
         STP_TRY(patches_encode(chunk, &squares, &to, err));
         STP_TRY(vertices_encode(chunk, &to, err));
     }
-    STP_TRY(level_encode(chunk, finest_level[segment], &squares, &to, err));
+    STP_TRY(level_encode(chunk, stp_segment_finest(segment), &squares, &to, err));
     if (to.is_tight)
         STP_TRY(stp_tight_write(&to.tight, out, err));
 done:
@@ -378,7 +308,7 @@ static stp_status patches_decode(table_source *from, uint32_t child_count, stp_c
         stp_part_table_create(chunk, &table, stp_patch_columns(chunk), chunk->patch_count, err));
     STP_TRY(table_read(from, &table, err));
     stp_patches_decode(chunk->patches, &table);
-    STP_TRY(check_and_place(chunk, child_count, err));
+    STP_TRY(stp_patches_take(chunk, child_count, err));
     if (table.squares)
         STP_TRY(rasters_read(from, table.tilted, chunk, err));
     if (from->first)
@@ -483,7 +413,7 @@ static stp_status tight_squares_begin(table_source *from, int segment, stp_chunk
         from->is_tight = true;
     }
     if (from->is_tight)
-        STP_TRY(choice_read(from, finest_level[segment], err));
+        STP_TRY(choice_read(from, stp_segment_finest(segment), err));
 done:
     return status;
 }
@@ -515,7 +445,7 @@ static stp_status draco_decode(const uint8_t *bytes, size_t size, int segment, u
         STP_TRY(patches_decode(&from, child_count, chunk, err));
         STP_TRY(vertices_decode(&from, chunk, err));
     }
-    STP_TRY(level_decode(&from, finest_level[segment], chunk, err));
+    STP_TRY(level_decode(&from, stp_segment_finest(segment), chunk, err));
     if (from.is_tight)
         STP_TRY(stp_tight_end(&from.tight, err));
     if (from.c.left != 0)
@@ -532,7 +462,7 @@ static stp_status zstd_encode(const stp_chunk *chunk, int segment, stp_bytes *ou
     stp_status status = STP_OK;
     if (segment == 0)
         STP_TRY(stp_zstd_head_encode(chunk, out, err));
-    STP_TRY(stp_zstd_level_encode(chunk, finest_level[segment], out, err));
+    STP_TRY(stp_zstd_level_encode(chunk, stp_segment_finest(segment), out, err));
 done:
     return status;
 }
@@ -546,12 +476,25 @@ static stp_status zstd_decode(const uint8_t *bytes, size_t size, int segment, ui
     if (segment == 0) {
         STP_TRY(stp_zstd_patches_decode(bytes, size, chunk->patches, chunk->patch_count,
                                         chunk->linked, scratch, &used, err));
-        STP_TRY(check_and_place(chunk, child_count, err));
+        STP_TRY(stp_patches_take(chunk, child_count, err));
         stp_zstd_vertices_decode(chunk, scratch);
     }
-    STP_TRY(stp_zstd_level_decode(bytes + used, size - used, finest_level[segment], chunk, scratch,
-                                  err));
+    STP_TRY(stp_zstd_level_decode(bytes + used, size - used, stp_segment_finest(segment), chunk,
+                                  scratch, err));
 done:
+    return status;
+}
+
+/* ---- the paper's maps ---- */
+
+static stp_status paper_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
+{
+    block_squares squares = {0};
+    stp_status status = squares_find(chunk, segment, &squares, err);
+    if (status == STP_OK)
+        status = stp_paper_encode(chunk, segment, squares.of, squares.found ? &squares.map : NULL,
+                                  out, err);
+    squares_clear(&squares);
     return status;
 }
 
@@ -562,11 +505,13 @@ stp_status stp_part_encode(const stp_chunk *chunk, int segment, stp_codec codec,
 {
     switch (codec) {
     case STP_CODEC_RAW:
-        return raw_encode(chunk, segment, out, err);
+        return stp_raw_encode(chunk, segment, out, err);
     case STP_CODEC_DRACO:
         return draco_encode(chunk, segment, out, err);
     case STP_CODEC_ZSTD:
         return zstd_encode(chunk, segment, out, err);
+    case STP_CODEC_PAPER:
+        return paper_encode(chunk, segment, out, err);
     default:
         break;
     }
@@ -579,14 +524,17 @@ stp_status stp_part_decode(const uint8_t *bytes, size_t size, int segment, int c
 {
     stp_status status = STP_OK;
     if (codec == STP_CODEC_RAW)
-        status = raw_decode(bytes, size, segment, child_count, chunk, scratch->shares, err);
+        status = stp_raw_decode(bytes, size, segment, child_count, chunk, scratch->shares, err);
     else if (codec == STP_CODEC_DRACO)
         status = draco_decode(bytes, size, segment, child_count, chunk, scratch->shares, err);
     else if (codec == STP_CODEC_ZSTD)
         status = zstd_decode(bytes, size, segment, child_count, chunk, scratch, err);
+    else if (codec == STP_CODEC_PAPER)
+        status = stp_paper_decode(bytes, size, segment, child_count, chunk, scratch->shares, err);
     else
         status = stp_error_set(err, STP_UNSUPPORTED,
                                "codec %d is not known to this program: use a newer stipple", codec);
-    return status == STP_OK && finest_level[segment] == 0 ? stp_patches_check_kinds(chunk, err)
-                                                          : status;
+    return status == STP_OK && stp_segment_finest(segment) == 0
+               ? stp_patches_check_kinds(chunk, err)
+               : status;
 }

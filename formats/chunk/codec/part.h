@@ -1,5 +1,6 @@
 /* Encodes and decodes segments without blocks (STP_CODEC_RAW, _DRACO, _ZSTD): the segment of a
- * chunk, or a block's part of it. The chunk is then the block's patches alone.
+ * chunk, or a block's part of it (also STP_CODEC_PAPER). The chunk is then the block's patches
+ * alone.
  *
  * Segment 0: patch headers, level 3, level 2; segment 1: level 1; segment 2: level 0. Each needs
  * the segments before it. Treats every byte as hostile. Threads: any. */

@@ -1,5 +1,8 @@
 /* Reads and writes patches and samples of the raw codec: their fields in order, little-endian. */
+#include "formats/chunk/codec/raw.h"
+
 #include "formats/chunk/layout.h"
+#include "formats/chunk/patch.h"
 
 #include <string.h>
 
@@ -68,4 +71,79 @@ void stp_sample_read(const uint8_t *bytes, stp_sample *out)
     out->class_id = bytes[11];
     memcpy(out->rgb, bytes + 12, 3);
     out->intensity = bytes[15];
+}
+
+static uint32_t level_count(const stp_chunk *chunk, int level)
+{
+    return chunk->level_begin[level][chunk->patch_count];
+}
+
+static size_t patch_bytes(const stp_chunk *chunk)
+{
+    return STP_PATCH_BYTES + (chunk->linked ? STP_LINK_BYTES : 0);
+}
+
+stp_status stp_raw_patches_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t bytes[STP_PATCH_BYTES + STP_LINK_BYTES];
+    for (uint32_t i = 0; i < chunk->patch_count && status == STP_OK; i++) {
+        stp_patch_write(&chunk->patches[i], bytes);
+        stp_put_u16(bytes + STP_PATCH_BYTES, chunk->patches[i].first_below);
+        status = stp_bytes_append(out, bytes, patch_bytes(chunk), err);
+    }
+    return status;
+}
+
+stp_status stp_raw_patches_decode(stp_cursor *c, uint32_t child_count, stp_chunk *chunk,
+                                  stp_shares *shares, stp_error *err)
+{
+    const size_t bytes = patch_bytes(chunk);
+    if (c->left / bytes < chunk->patch_count)
+        return stp_error_set(err, STP_CORRUPT, "it ends within its patches");
+    for (uint32_t i = 0; i < chunk->patch_count; i++, stp_cursor_skip(c, bytes)) {
+        stp_patch_read(c->bytes, &chunk->patches[i]);
+        chunk->patches[i].first_below = chunk->linked ? stp_get_u16(c->bytes + STP_PATCH_BYTES) : 0;
+    }
+    if (shares)
+        shares->bytes[STP_SHARE_PATCHES] += chunk->patch_count * bytes;
+    return stp_patches_take(chunk, child_count, err);
+}
+
+stp_status stp_raw_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t bytes[STP_SAMPLE_BYTES];
+    if (segment == 0)
+        STP_TRY(stp_raw_patches_encode(chunk, out, err));
+    for (int l = stp_segment_coarsest(segment); l >= stp_segment_finest(segment); l--) {
+        for (uint32_t i = 0; i < level_count(chunk, l); i++) {
+            stp_sample_write(&chunk->samples[l][i], bytes);
+            STP_TRY(stp_bytes_append(out, bytes, STP_SAMPLE_BYTES, err));
+        }
+    }
+done:
+    return status;
+}
+
+stp_status stp_raw_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
+                          stp_chunk *chunk, stp_shares *shares, stp_error *err)
+{
+    stp_cursor c = {bytes, size};
+    size_t needed = segment == 0 ? chunk->patch_count * patch_bytes(chunk) : 0;
+    for (int l = stp_segment_coarsest(segment); l >= stp_segment_finest(segment); l--)
+        needed += (size_t)level_count(chunk, l) * STP_SAMPLE_BYTES;
+    if (size != needed)
+        return stp_error_set(err, STP_CORRUPT, "it has %zu bytes, expected %zu", size, needed);
+    if (segment == 0) {
+        stp_status status = stp_raw_patches_decode(&c, child_count, chunk, shares, err);
+        if (status != STP_OK)
+            return status;
+    }
+    if (shares)
+        stp_shares_add_raw(shares, c.left);
+    for (int l = stp_segment_coarsest(segment); l >= stp_segment_finest(segment); l--)
+        for (uint32_t i = 0; i < level_count(chunk, l); i++, stp_cursor_skip(&c, STP_SAMPLE_BYTES))
+            stp_sample_read(c.bytes, &chunk->samples[l][i]);
+    return STP_OK;
 }

@@ -52,7 +52,7 @@ static stp_status view_create(view *v, const stp_chunk *whole, uint32_t first, u
 }
 
 /* Takes level_begin, samples, squares and rasters from the chunk, whose levels have been placed. */
-static void view_place(view *v, const stp_chunk *whole, uint32_t first)
+static void view_begin(view *v, const stp_chunk *whole, uint32_t first)
 {
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         const uint32_t *begin = whole->level_begin[l] + first;
@@ -120,7 +120,7 @@ static stp_status encode_block(const stp_chunk *chunk, uint32_t b, int first, in
     const uint32_t patch = b ? chunk->block_ends[b - 1] : 0;
     const uint32_t patch_end = chunk->block_count ? chunk->block_ends[b] : chunk->patch_count;
     STP_TRY(view_create(&v, chunk, patch, patch_end, err));
-    view_place(&v, chunk, patch);
+    view_begin(&v, chunk, patch);
     if (chunk->raster_count > 0 && end - first > 1) {
         STP_TRY(stp_alloc(&squares, v.chunk.patch_count, sizeof *squares, "squares", err));
         v.chunk.squares = squares;
@@ -419,7 +419,7 @@ static stp_status decode_block(const uint8_t *bytes, const stp_block_row *row, i
     if (segment == 0)
         expect_row(&v, chunk, row, at);
     else
-        view_place(&v, chunk, at->patch);
+        view_begin(&v, chunk, at->patch);
     STP_TRY(stp_part_decode(bytes + row->begin, row->bytes, segment,
                             (int)stp_codec_of_part((stp_codec)codec), child_count, &v.chunk,
                             scratch, err));

@@ -1,7 +1,7 @@
 /* Encodes and decodes a chunk's payload segments, coarse to fine.
  *
- * A segment of codec STP_CODEC_RAW_BLOCKS, _DRACO_BLOCKS or _ZSTD_BLOCKS is cut into blocks, runs
- * of patches that each decode by themselves (formats/SPEC.md, "Blocks"):
+ * A segment of codec STP_CODEC_RAW_BLOCKS, _DRACO_BLOCKS, _ZSTD_BLOCKS or _PAPER is cut into
+ * blocks, runs of patches that each decode by themselves (formats/SPEC.md, "Blocks"):
  *
  *   u32 block count | an index row for each block | the blocks' parts, one behind the other
  *

@@ -46,14 +46,13 @@ void stp_shares_add_samples(stp_shares *shares, const uint64_t *column_bytes, ui
     shares->bytes[STP_SHARE_FRAME] += bytes;
 }
 
-void stp_shares_add_raw(stp_shares *shares, uint64_t patch_bytes, uint64_t bytes)
+void stp_shares_add_raw(stp_shares *shares, uint64_t bytes)
 {
     static const uint8_t sample_bytes[STP_SHARE_COUNT] = {
         [STP_SHARE_POSITIONS] = 6, [STP_SHARE_NORMALS] = 3,     [STP_SHARE_RADII] = 1,
         [STP_SHARE_COLOURS] = 3,   [STP_SHARE_INTENSITIES] = 1, [STP_SHARE_CLASSES] = 2};
     for (unsigned s = 0; s < STP_SHARE_COUNT; s++)
-        shares->bytes[s] += (bytes - patch_bytes) / STP_SAMPLE_BYTES * sample_bytes[s];
-    shares->bytes[STP_SHARE_PATCHES] += patch_bytes;
+        shares->bytes[s] += bytes / STP_SAMPLE_BYTES * sample_bytes[s];
 }
 
 void stp_share_costs_add(stp_share_costs *costs, stp_share share, const uint8_t *plane,

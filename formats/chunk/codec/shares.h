@@ -28,8 +28,8 @@ typedef struct stp_shares {
 
 /* Adds a table of samples of `bytes` in all, by the bytes of its columns (predict.h). */
 void stp_shares_add_samples(stp_shares *shares, const uint64_t *column_bytes, uint64_t bytes);
-/* Adds a part of codec 0, of `bytes` in all: patches, then samples. */
-void stp_shares_add_raw(stp_shares *shares, uint64_t patch_bytes, uint64_t bytes);
+/* Adds samples of codec 0, of `bytes` in all. */
+void stp_shares_add_raw(stp_shares *shares, uint64_t bytes);
 
 /* Bytes that are packed together. share: of which share; cost: its part of the bytes is in
  * proportion to the sum of costs. */

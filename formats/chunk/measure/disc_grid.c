@@ -32,26 +32,12 @@ static stp_flat_disc scaled(const stp_disc_grid *g, const stp_flat_disc *d)
     return (stp_flat_disc){stp_dvec3_scale(d->centre, g->scale), d->normal, d->radius * g->scale};
 }
 
-/* The patch that holds a level-0 sample. */
-static uint32_t patch_of(const stp_chunk *chunk, uint32_t sample)
-{
-    uint32_t low = 0, high = chunk->patch_count;
-    while (high - low > 1) {
-        uint32_t middle = low + (high - low) / 2;
-        if (chunk->level_begin[0][middle] <= sample)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
-}
-
 static stp_flat_disc disc_of(const stp_disc_grid *g, uint32_t disc)
 {
     if (disc >= g->own_count)
         return scaled(g, &g->around[disc - g->own_count]);
     stp_flat_disc own = stp_flat_disc_from_sample(&g->chunk->samples[0][disc],
-                                                  &g->chunk->patches[patch_of(g->chunk, disc)]);
+                                                  &g->chunk->patches[g->patch_of[disc]]);
     return scaled(g, &own);
 }
 
@@ -135,6 +121,7 @@ static void take_discs(stp_disc_grid *g)
         for (uint32_t i = 0; i < count; i++) {
             stp_flat_disc own = stp_flat_disc_from_lanes(&lanes, i);
             take_disc(g, first + i, &own);
+            g->patch_of[first + i] = (uint16_t)p;
         }
     }
     for (uint32_t d = g->own_count; d < g->count; d++)
@@ -212,7 +199,9 @@ stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, cons
                        .carry = carry,
                        .carry_around = around ? around->carry : NULL};
     g.count = g.own_count + (around ? around->count : 0);
-    const stp_status status = stp_alloc(&g.numbers, g.count, sizeof *g.numbers, "discs", err);
+    stp_status status = stp_alloc(&g.numbers, g.count, sizeof *g.numbers, "discs", err);
+    if (status == STP_OK)
+        status = stp_alloc(&g.patch_of, g.own_count, sizeof *g.patch_of, "discs", err);
     if (status == STP_OK) {
         choose_scale(&g);
         take_discs(&g);
@@ -248,6 +237,7 @@ void stp_disc_grid_clear(stp_disc_grid *g)
 {
     stp_disc_columns_clear(&g->columns);
     free(g->numbers);
+    free(g->patch_of);
     free(g->begin);
     *g = (stp_disc_grid){0};
 }

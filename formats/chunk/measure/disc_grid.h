@@ -26,6 +26,7 @@ typedef struct stp_disc_grid {
     float width, margin; /* of a cell; how far discs may reach out of their cells */
     uint32_t *begin, mask;
     stp_lane_disc *numbers;   /* by disc */
+    uint16_t *patch_of;       /* by own disc: the patch that holds it */
     stp_disc_columns columns; /* by entry */
     uint32_t entries;
     uint32_t large[STP_DISC_LARGE_MAX], large_count;

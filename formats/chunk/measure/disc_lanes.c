@@ -164,13 +164,14 @@ float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float
 }
 
 STP_WIDE
-bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
-                          const stp_over *over, const float point[3], float limit)
+void stp_lane_discs_tell(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
+                         const stp_over *over, const float point[3], float cost[STP_LANE_STEP],
+                         float squared[STP_LANE_STEP])
 {
     float column[STP_LANE_NUMBERS][STEP];
-    const stp_over o = *over;
+    stp_over o = *over;
     const float p[3] = {point[0], point[1], point[2]};
-    int reached = 0;
+    o.near_squared = INFINITY;
     for (uint32_t i = 0; i < STEP; i++)
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             column[c][i] = discs[index[i]].numbers[c];
@@ -178,9 +179,9 @@ bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_L
         float disc[STP_LANE_NUMBERS];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = column[c][i];
-        reached |= stp_lane_value(p, disc, is_own(index[i], &o), STP_OVER_COST, &o) <= limit;
+        cost[i] = stp_lane_value(p, disc, is_own(index[i], &o), STP_OVER_COST, &o);
+        squared[i] = stp_lane_value(p, disc, false, STP_OVER_SQUARED, &o);
     }
-    return reached;
 }
 
 void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],

@@ -125,9 +125,11 @@ uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin,
 /* The cost of a point over a disc that is not under its merged disc. */
 float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float point[3]);
 
-/* Whether the point costs at most `limit` over one of the discs that `index` names. */
-bool stp_lane_discs_reach(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
-                          const stp_over *over, const float point[3], float limit);
+/* The cost of a point over each of the discs that `index` names, however far they are, and the
+ * square of its distance from them. */
+void stp_lane_discs_tell(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
+                         const stp_over *over, const float point[3], float cost[STP_LANE_STEP],
+                         float squared[STP_LANE_STEP]);
 
 /* Pairs of a point and a disc. */
 typedef struct stp_paired_lanes {

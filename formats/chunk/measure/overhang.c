@@ -14,11 +14,11 @@
 
 /* A point whose hinted disc does not show that its cost is small enough. */
 typedef struct suspect {
-    stp_dvec3 x, normal; /* the point; the normal of its merged disc */
-    double slack;        /* possible error of float results */
-    double cost;   /* upper bound of its cost over the hinted disc; TOO_FAR or more if that disc is
-                         too far away */
-    uint32_t disc; /* the hinted disc */
+    stp_dvec3 x, normal;  /* the point; the normal of its merged disc */
+    double slack;         /* possible error of float results */
+    double cost;          /* upper bound of what it needs; TOO_FAR or more: unknown */
+    double squared;       /* squared distance to a disc near it: `disc`. */
+    uint32_t disc;        /* of a check: the hinted disc */
     uint32_t first, last; /* the level-0 discs under the merged disc: [first, last) */
 } suspect;
 
@@ -116,15 +116,39 @@ static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
                       0};
 }
 
-/* Whether one of the discs that the hint cells around the point name answers it. */
-static bool is_answered_about(const measure *m, const suspect *s)
+/* Lowers the suspect's cost to what it needs going by the best of the discs that the hint cells
+ * around it name. Like over_own, it may not be the nearest: the distance to it counts, too. */
+static void look_about(const measure *m, suspect *s)
 {
-    const stp_over over = over_near(m, s->normal, s->slack);
+    stp_over over = over_near(m, s->normal, s->slack);
     const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
-    uint32_t about[STP_LANE_STEP];
+    const float forgives = (float)(forgiven(m, s->slack) - s->slack);
+    float cost[STP_LANE_STEP], squared[STP_LANE_STEP], least = INFINITY;
+    uint32_t about[STP_LANE_STEP], near = 0;
+    over.begin = s->first;
+    over.end = s->last;
     stp_disc_hints_about(m->hints, point, about);
-    return stp_lane_discs_reach(m->grid->numbers, about, &over, point,
-                                (float)(m->greatest - s->slack));
+    stp_lane_discs_tell(m->grid->numbers, about, &over, point, cost, squared);
+    for (unsigned i = 0; i < STP_LANE_STEP; i++) {
+        const float away = sqrtf(squared[i]) - forgives;
+        const float value = cost[i] > away ? cost[i] : away;
+        least = value < least ? value : least;
+        near = squared[i] < squared[near] ? i : near;
+    }
+    s->cost = stp_min(s->cost, (double)least + s->slack);
+    s->disc = about[near];
+    s->squared = (double)squared[near];
+}
+
+/* Whether floats show that the point costs no more than the greatest error over the disc. */
+static bool is_cheap_over(const measure *m, const suspect *s, uint32_t disc)
+{
+    const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
+    const bool own = disc - s->first < s->last - s->first;
+    stp_over over = over_near(m, s->normal, s->slack);
+    over.near_squared = INFINITY;
+    return stp_lane_value(point, m->grid->numbers[disc].numbers, own, STP_OVER_COST, &over) <=
+           (float)(m->greatest - s->slack);
 }
 
 /* Whether some disc near enough answers the point. */
@@ -159,16 +183,14 @@ static void measure_point(measure *m, const suspect *s)
 {
     const stp_merged_disc nearest = {.what = STP_OVER_SQUARED};
     stp_merged_disc merged = m->merged;
-    double squared = INFINITY, own_squared = 0.0, value = INFINITY;
-    uint32_t disc = 0;
-    if (is_answered_about(m, s))
-        return;
+    double squared = s->squared, own_squared = 0.0, value = INFINITY;
+    uint32_t disc = s->disc;
     merged.normal = s->normal;
     merged.begin = s->first;
     merged.end = s->last;
     const bool found =
         stp_disc_grid_least(m->grid, s->x, &nearest, enough(m, s->slack), false, &squared, &disc);
-    if (found && squared <= enough(m, s->slack))
+    if (found && (squared <= enough(m, s->slack) || is_cheap_over(m, s, disc)))
         return;
     if (found)
         value = stp_disc_grid_value(m->grid, disc, s->x, &merged);
@@ -282,28 +304,53 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
                 .normal = disc->normal,
                 .slack = slack,
                 .cost = (double)told[i] + slack,
+                .squared = INFINITY,
                 .disc = lanes.index[i],
                 .first = first,
                 .last = last,
             };
 }
 
+/* Keeps, of the suspects' numbers in left[], those whose cost is above the greatest error, the one
+ * of the greatest cost first. Returns how many. */
+static unsigned keep_above(const measure *m, uint8_t *left, unsigned count)
+{
+    unsigned kept = 0;
+    for (unsigned i = 0; i < count; i++) {
+        const uint8_t at = left[i];
+        if (!(m->suspects[at].cost > m->greatest))
+            continue;
+        left[kept] = at;
+        if (m->suspects[at].cost > m->suspects[left[0]].cost) {
+            left[kept] = left[0];
+            left[0] = at;
+        }
+        kept++;
+    }
+    return kept;
+}
+
 /* Takes the greatest cost first: what it raises the error to may answer the other points. */
 static void measure_suspects(measure *m)
 {
-    while (m->suspect_count > 0) {
-        unsigned most = 0;
-        for (unsigned i = 1; i < m->suspect_count && m->suspects[most].cost < TOO_FAR; i++)
-            most = m->suspects[i].cost > m->suspects[most].cost ? i : most;
-        const suspect *s = &m->suspects[most];
-        if (s->cost > m->greatest && m->check)
-            check_point(m, s);
-        else if (s->cost > m->greatest && m->rows->columns > 0)
-            measure_in_rows(m, s);
-        else if (s->cost > m->greatest)
-            measure_point(m, s);
-        m->suspects[most] = m->suspects[--m->suspect_count];
+    const bool in_rows = m->rows->columns > 0;
+    uint8_t numbers[QUARTER_DISCS * (STP_DISC_POINTS + 1)], *left = numbers;
+    unsigned count = 0;
+    for (; count < m->suspect_count; count++) {
+        left[count] = (uint8_t)count;
+        if (!m->check && !in_rows)
+            look_about(m, &m->suspects[count]);
     }
+    for (; (count = keep_above(m, left, count)) > 0; left++, count--) {
+        const suspect *s = &m->suspects[left[0]];
+        if (m->check)
+            check_point(m, s);
+        else if (in_rows)
+            measure_in_rows(m, s);
+        else
+            measure_point(m, s);
+    }
+    m->suspect_count = 0;
 }
 
 /* Whether a sample is a copy of the one level-0 sample that it stands for. */

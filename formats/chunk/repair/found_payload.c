@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/segment.h"
+#include "formats/chunk/codec/table_code.h"
 #include "formats/chunk/codec/zstd_segment.h"
 #include "formats/chunk/patch.h"
 

@@ -1,8 +1,8 @@
-/* Finds where a leaf's payload of codec 1 to 5 ends, and what it holds, without its directory
+/* Finds where a leaf's payload of codec 1 to 6 ends, and what it holds, without its directory
  * entry.
  *
  * The parent knows the number of patches, and that is enough: each table or frame says how long it
- * is, and the patches say how many rows or families follow. Of codecs 3 to 5, the segments' indices
+ * is, and the patches say how many rows or families follow. Of codecs 3 to 6, the segments' indices
  * say it all. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_REPAIR_FOUND_PAYLOAD_H
 #define STP_FORMATS_CHUNK_REPAIR_FOUND_PAYLOAD_H

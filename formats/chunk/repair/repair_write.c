@@ -2,6 +2,7 @@
 #include "formats/chunk/repair/repair_write.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "formats/chunk/repair/repair_note.h"
 
 #include <inttypes.h>
@@ -154,30 +155,17 @@ static stp_status append(writing *w, uint32_t id, uint32_t *handle, stp_error *e
                        : append_kept(w, id, handle, err);
 }
 
-typedef struct placed {
-    uint64_t offset;
-    uint32_t id;
-} placed;
-
-static int compare_placed(const void *a, const void *b)
-{
-    const placed *x = a, *y = b;
-    if (x->offset != y->offset)
-        return x->offset < y->offset ? -1 : 1;
-    return x->id < y->id ? -1 : x->id > y->id;
-}
-
 /* Appends chunks in the order of the damaged file. */
 static stp_status append_all(writing *w, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_repair_plan *plan = w->plan;
     const stp_damaged *d = plan->damaged;
-    placed *order = NULL;
+    stp_placed *order = NULL;
     STP_TRY(stp_alloc(&order, plan->count, sizeof *order, "chunks", err));
     for (uint32_t id = 0; id < plan->count; id++)
-        order[id] = (placed){d->known[id] ? d->entries[id].offset : UINT64_MAX, id};
-    qsort(order, plan->count, sizeof *order, compare_placed);
+        order[id] = (stp_placed){d->known[id] ? d->entries[id].offset : UINT64_MAX, id};
+    stp_sort_placed(order, plan->count);
     for (uint32_t i = 0; i < plan->count; i++) {
         uint32_t id = order[i].id;
         if (plan->nodes[id].fate == STP_FATE_GONE)

@@ -7,6 +7,7 @@
 #include <dlfcn.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <unistd.h>
 
 struct stp_raster {
@@ -17,12 +18,15 @@ struct stp_raster {
     uint32_t next; /* row */
 };
 
-/* How files begin that may hold heights. reader NULL: the module of TIFF. */
-static const struct {
+/* How files begin that may hold heights. reader NULL: the module of TIFF. Case counts, but in ESRI
+ * ASCII grids, which may begin with spaces. */
+typedef struct raster_kind {
     const char *magic;
     size_t length;
     const stp_raster_reader *reader;
-} kinds[] = {
+} raster_kind;
+
+static const raster_kind kinds[] = {
     {"II*\0", 4, NULL},
     {"MM\0*", 4, NULL},
     {"II+\0", 4, NULL},
@@ -30,23 +34,34 @@ static const struct {
     {"\x89PNG\r\n", 6, &stp_raster_png},
     {"Pf\n", 3, &stp_raster_pnm},
     {"Pf ", 3, &stp_raster_pnm},
+    {"Pf\r", 3, &stp_raster_pnm},
     {"P5\n", 3, &stp_raster_pnm},
     {"P5 ", 3, &stp_raster_pnm},
+    {"P5\r", 3, &stp_raster_pnm},
     {"P2\n", 3, &stp_raster_pnm},
     {"P2 ", 3, &stp_raster_pnm},
+    {"P2\r", 3, &stp_raster_pnm},
     {"ncols", 5, &stp_raster_esri},
-    {"NCOLS", 5, &stp_raster_esri},
+    {"nrows", 5, &stp_raster_esri},
     {"AliconaImaging", 14, &stp_raster_al3d},
     {"\x76\x2f\x31\x01", 4, &stp_raster_image}, /* EXR */
 };
 enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
 
+static bool begins(const raster_kind *kind, const char *bytes, size_t length)
+{
+    const bool is_esri = kind->reader == &stp_raster_esri;
+    for (; is_esri && length > 0 && (*bytes == ' ' || *bytes == '\t'); length--)
+        bytes++;
+    return length >= kind->length && (is_esri ? strncasecmp(bytes, kind->magic, kind->length)
+                                              : memcmp(bytes, kind->magic, kind->length)) == 0;
+}
+
 /* KIND_COUNT: no kind of these. */
 static size_t find_kind(const char *bytes, size_t length)
 {
     size_t i = 0;
-    while (i < KIND_COUNT &&
-           (length < kinds[i].length || memcmp(bytes, kinds[i].magic, kinds[i].length) != 0))
+    while (i < KIND_COUNT && !begins(&kinds[i], bytes, length))
         i++;
     return i;
 }

@@ -66,7 +66,9 @@ static stp_status read_keys(esri_raster *g, stp_error *err)
         }
         const char *number = stp_token(&at, end);
         if (number == NULL || !stp_number_parse(number, at, &g->numbers[key]))
-            return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s has no number",
+            return stp_error_set(err, STP_CORRUPT,
+                                 "%s: line %llu: %.*s needs a number, with a point before "
+                                 "decimals",
                                  g->text.source.path, (unsigned long long)g->text.source.line,
                                  (int)(word_end - word), word);
         g->has[key] = true;

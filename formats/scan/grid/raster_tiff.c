@@ -156,25 +156,28 @@ typedef struct placing {
     double column, row, x, y;
 } placing;
 
-/* By the spacing and a tie point, or by a matrix. Errors: UNSUPPORTED (the matrix turns the grid).
- */
+/* By the spacing and a tie point, or by a matrix. Errors: UNSUPPORTED (the grid is turned or
+ * mirrored). */
 static stp_status find_placing(const tiff_raster *t, placing *out, stp_error *err)
 {
     uint16_t count = 0;
     double *scale = NULL, *tie = NULL, *m = NULL;
+    bool turned = false;
     *out = (placing){0};
     if (TIFFGetField(t->tiff, TAG_SCALE, &count, &scale) && count >= 2) {
         *out = (placing){.dx = scale[0], .dy = scale[1]};
         if (TIFFGetField(t->tiff, TAG_TIE, &count, &tie) && count >= 6)
             *out = (placing){scale[0], scale[1], true, tie[0], tie[1], tie[3], tie[4]};
+        turned = scale[0] < 0.0 || scale[1] < 0.0;
     } else if (TIFFGetField(t->tiff, TAG_TRANSFORM, &count, &m) && count >= 8) {
         *out = (placing){m[0], -m[5], true, 0.0, 0.0, m[3], m[7]};
-        if (m[1] != 0.0 || m[4] != 0.0 || !(out->dx > 0.0) || !(out->dy > 0.0))
-            return stp_error_set(err, STP_UNSUPPORTED,
-                                 "%s: its rows do not run along x, the top row first: turn it "
-                                 "(gdalwarp)",
-                                 t->path);
+        turned = m[1] != 0.0 || m[4] != 0.0 || !(out->dx > 0.0) || !(out->dy > 0.0);
     }
+    if (turned)
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: its rows do not run along x, the top row first: turn it "
+                             "(gdalwarp)",
+                             t->path);
     return STP_OK;
 }
 
@@ -207,10 +210,19 @@ static bool is_read(const tiff_raster *t)
            (t->bits == 8 || t->bits == 16 || t->bits == 32);
 }
 
+/* Whether libtiff makes RGB of the image's colours, as JPEG has them. */
+static bool makes_rgb(const tiff_raster *t)
+{
+    uint16_t compression = COMPRESSION_NONE;
+    return TIFFGetField(t->tiff, TIFFTAG_COMPRESSION, &compression) &&
+           compression == COMPRESSION_JPEG &&
+           TIFFSetField(t->tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+}
+
 static stp_status check_kind(const tiff_raster *t, uint16_t planar, uint16_t photometric,
                              stp_error *err)
 {
-    if (photometric == PHOTOMETRIC_PALETTE || photometric == PHOTOMETRIC_YCBCR ||
+    if (photometric == PHOTOMETRIC_PALETTE || (photometric == PHOTOMETRIC_YCBCR && !makes_rgb(t)) ||
         photometric == PHOTOMETRIC_LOGLUV || photometric == PHOTOMETRIC_CIELAB)
         return stp_error_set(
             err, STP_UNSUPPORTED,
@@ -230,6 +242,27 @@ static stp_status check_kind(const tiff_raster *t, uint16_t planar, uint16_t pho
             "64 bits are read (gdal_translate -ot Float32 converts)",
             t->path, t->bits, t->bits == 1 ? "" : "s");
     return STP_OK;
+}
+
+/* What of an image of heights says which samples there are, or which channel is the heights. */
+static stp_status check_heights(const tiff_raster *t, uint16_t photometric, bool alpha,
+                                stp_error *err)
+{
+    uint32_t type = 0;
+    if (photometric == PHOTOMETRIC_RGB || photometric == PHOTOMETRIC_YCBCR)
+        return STP_OK; /* whoever wants heights refuses them */
+    if (t->channels > (alpha ? 2u : 1u))
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s has %u bands, and none of them is named the heights: "
+                             "gdal_translate -b 1 takes the first",
+                             t->path, t->channels);
+    while (TIFFReadDirectory(t->tiff))
+        if (TIFFGetField(t->tiff, TIFFTAG_SUBFILETYPE, &type) && type == FILETYPE_MASK)
+            return stp_error_set(err, STP_UNSUPPORTED,
+                                 "%s has a mask inside, which is not read: gdalwarp -dstnodata "
+                                 "-9999 makes it numbers",
+                                 t->path);
+    return TIFFSetDirectory(t->tiff, 0) ? STP_OK : damaged(t, err);
 }
 
 /* Bands of rows: those of a row of tiles, or of a strip. */
@@ -323,7 +356,6 @@ static stp_status open_tiff(void *state, stp_raster_info *info, const char *path
     tiff_raster *t = state;
     uint16_t planar = PLANARCONFIG_CONTIG, photometric = PHOTOMETRIC_MINISBLACK;
     uint16_t extra = 0, *extras = NULL;
-    (void)use;
     t->path = path;
     static pthread_once_t once = PTHREAD_ONCE_INIT;
     (void)pthread_once(&once, set_extender);
@@ -345,7 +377,8 @@ static stp_status open_tiff(void *state, stp_raster_info *info, const char *path
                               .height = t->height,
                               .reduced = 1,
                               .channels = t->channels,
-                              .alpha = extra == 1 && (t->channels == 2 || t->channels == 4),
+                              .alpha = extra == 1 && extras[0] != EXTRASAMPLE_UNSPECIFIED &&
+                                       (t->channels == 2 || t->channels == 4),
                               .floats = t->kind == SAMPLEFORMAT_IEEEFP,
                               .full = 1.0};
     if (!info->floats)
@@ -354,6 +387,8 @@ static stp_status open_tiff(void *state, stp_raster_info *info, const char *path
     stp_status status = find_place(t, info, err);
     if (status == STP_OK)
         status = check_kind(t, planar, photometric, err);
+    if (status == STP_OK && use == STP_RASTER_HEIGHTS)
+        status = check_heights(t, photometric, info->alpha, err);
     if (status == STP_OK && step > 1)
         choose_copy(t, step, info);
     if (status == STP_OK && t->width > 0 && t->width <= STP_RASTER_SIDE_LIMIT)

@@ -1,5 +1,5 @@
 /* Records of a PLY file into columns, one for each target. */
-#include "formats/scan/ply/ply.h"
+#include "formats/scan/ply/ply_columns.h"
 
 const stp_ply_property *stp_ply_target_property(const stp_ply *ply, stp_ply_target target)
 {

@@ -1,5 +1,5 @@
 /* Finds out from the data whether wide colours are 8-bit values in disguise. */
-#include "formats/scan/ply/ply.h"
+#include "formats/scan/ply/ply_columns.h"
 #include "formats/scan/value_range.h"
 
 #include <math.h>

@@ -7,7 +7,7 @@
 #ifndef STP_FORMATS_SCAN_PLY_PLY_GRID_H
 #define STP_FORMATS_SCAN_PLY_PLY_GRID_H
 
-#include "formats/scan/ply/ply.h"
+#include "formats/scan/ply/ply_columns.h"
 
 /* Largest number of pixels that the reader passes on. */
 #define STP_PLY_GRID_CELLS 32768u

@@ -1,7 +1,7 @@
 /* The attributes of a PLY file: scalar properties of vertices that points have no field for. */
 #include "base/memory.h"
 #include "formats/attribute/attribute_list.h"
-#include "formats/scan/ply/ply.h"
+#include "formats/scan/ply/ply_columns.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -19,7 +19,7 @@
 
 typedef struct ptx_scan {
     double pose[3][4]; /* world = pose * (x, y, z, 1) */
-    uint64_t point_count;
+    uint64_t columns, rows, point_count;
     uint32_t fields; /* numbers per point; 0: no point has a return */
 } ptx_scan;
 
@@ -199,24 +199,24 @@ static stp_status survey(ptx *p, uint64_t *point_count, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_text *text = &p->text;
-    uint64_t columns = 0, rows = 0, total = 0;
+    uint64_t total = 0;
     for (;;) {
         ptx_scan scan = {.fields = 0};
         stp_dvec3 station = {0.0, 0.0, 0.0};
-        STP_TRY(stp_text_next_count(text, "the number of columns of a scan", &columns, err));
-        if (columns == STP_TEXT_NO_COUNT)
+        STP_TRY(stp_text_next_count(text, "the number of columns of a scan", &scan.columns, err));
+        if (scan.columns == STP_TEXT_NO_COUNT)
             break;
         const uint64_t line = text->source.line;
-        STP_TRY(stp_text_next_count(text, "the number of rows of a scan", &rows, err));
-        if (rows == STP_TEXT_NO_COUNT)
+        STP_TRY(stp_text_next_count(text, "the number of rows of a scan", &scan.rows, err));
+        if (scan.rows == STP_TEXT_NO_COUNT)
             return ends_in_header(text, "the number of rows", err);
-        if (!stp_mul_u64(columns, rows, &scan.point_count) ||
+        if (!stp_mul_u64(scan.columns, scan.rows, &scan.point_count) ||
             !stp_add_u64(total, scan.point_count, &total))
             return stp_error_set(err, STP_CORRUPT,
                                  "%s: line %llu: a scan of %llu columns and %llu rows: no file has "
                                  "so many points; mend the header or export the file again",
                                  text->source.path, (unsigned long long)line,
-                                 (unsigned long long)columns, (unsigned long long)rows);
+                                 (unsigned long long)scan.columns, (unsigned long long)scan.rows);
         STP_TRY(read_pose(text, &scan, &station, err));
         STP_TRY(survey_points(p, &scan, line, err));
         STP_TRY(add_scan(p, &scan, station, err));
@@ -276,6 +276,11 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->stations = p->stations;
     info->station_ups = p->ups;
     info->station_count = (uint32_t)p->scan_count;
+    /* a file's points stand column by column, an image's pixels row by row */
+    const ptx_scan *s = p->scans;
+    if (params->keep_grid && p->scan_count == 1 && s->columns <= UINT32_MAX &&
+        s->rows <= UINT32_MAX)
+        info->grid = (stp_scan_grid){.columns = (uint32_t)s->rows, .rows = (uint32_t)s->columns};
     stp_source_seek(&text->source, p->start, 0);
 done:
     return status;

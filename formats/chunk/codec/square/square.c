@@ -34,6 +34,9 @@
 /* A sample lies this near to its place in a tilted grid, in columns and rows: else one of several
  * grids would do as well as another. */
 #define TILTED_OFF_MOST 0.125
+/* The same of one that spreads: a scanner's angles are rough, and the nearest raster is asked for.
+ */
+#define SPREAD_OFF_MOST 0.375
 /* Squares of fewer samples may lie on several tilted grids by chance: they belong to the one that
  * they are nearest to. */
 #define SURE_SAMPLES 8u
@@ -57,8 +60,10 @@ static bool find_place(const stp_raster *raster, const double position[3], uint3
                        double *off)
 {
     const double(*a)[6] = raster->across;
-    const double off_most = raster->level ? DBL_MAX : TILTED_OFF_MOST;
-    const double limit =
+    const double off_most = raster->level                ? DBL_MAX
+                            : stp_raster_spreads(raster) ? SPREAD_OFF_MOST
+                                                         : TILTED_OFF_MOST;
+    const double most =
         raster->side ? raster->side : (double)STP_SQUARE_PLACES_LIMIT * STP_SQUARE_SIDE;
     const double height = position[raster->axis];
     double rest[2], by[2][2], place[2]; /* by column and row, at this height */
@@ -72,7 +77,8 @@ static bool find_place(const stp_raster *raster, const double position[3], uint3
     place[1] = (rest[1] * by[0][0] - rest[0] * by[1][0]) / det;
     for (unsigned k = 0; k < 2; k++) {
         const double nearest = floor(place[k] + 0.5);
-        if (!(nearest >= 0.0 && nearest < limit) || fabs(place[k] - nearest) > off_most)
+        if (!(nearest >= raster->first[k] && nearest < raster->first[k] + most) ||
+            fabs(place[k] - nearest) > off_most)
             return false;
         out[k] = (uint32_t)nearest;
         *off = fmax(*off, fabs(place[k] - nearest));

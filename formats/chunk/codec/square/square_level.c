@@ -13,9 +13,6 @@
 enum { HEIGHT, GREEN, RED, BLUE, VALUE_COUNT };
 static const uint8_t channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
 
-/* Whole numbers beyond it count as 0. */
-#define WHOLE_MOST 1073741824.0
-
 typedef struct coder {
     const stp_chunk *block;
     stp_square_map *map;
@@ -54,12 +51,6 @@ static int32_t code(const coder *c, const table_row *r, unsigned column, int32_t
     const int32_t low = (value - predicted) & mask;
     *cell = (int16_t)(low > mask >> 1 ? low - mask - 1 : low);
     return value;
-}
-
-/* A whole number near x, for any x. */
-static int32_t whole(double x)
-{
-    return fabs(x) <= WHOLE_MOST ? (int32_t)floor(x + 0.5) : 0;
 }
 
 /* What to expect around a parent. Offsets are in sides of its cell. */
@@ -129,7 +120,7 @@ static int32_t code_rung(const coder *c, const family *f, const table_row *r, do
     uint32_t rung =
         (uint32_t)code(c, r, STP_COLUMN_POSITION_C, (int32_t)place, (int32_t)own, 0xffff);
     rung = rung < c->ladder->count ? rung : c->ladder->count - 1;
-    return whole(c->ladder->rungs[rung] / f->steps - origin) & 0xffff;
+    return stp_square_whole(c->ladder->rungs[rung] / f->steps - origin) & 0xffff;
 }
 
 static void code_height(const coder *c, const family *f, const table_row *r, uint32_t child,
@@ -149,7 +140,7 @@ static void code_height(const coder *c, const family *f, const table_row *r, uin
         const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place & 0xffff, own, 0xffff);
         position = c->decode ? stp_scale_position(&f->scale, (int)axis, coded) : position;
     } else {
-        position = code(c, r, STP_COLUMN_POSITION_C, whole(steps), position, 0xffff);
+        position = code(c, r, STP_COLUMN_POSITION_C, stp_square_whole(steps), position, 0xffff);
     }
     s->position[axis] = (uint16_t)position;
     c->grid->level[c->level].height[child] = ((double)origin + position) * f->steps;
@@ -159,15 +150,13 @@ static void code_height(const coder *c, const family *f, const table_row *r, uin
 static void code_across(const coder *c, const family *f, const table_row *r, uint32_t child,
                         stp_sample *s)
 {
-    const stp_raster *raster = c->grid->raster;
-    const double height = (double)f->patch->origin[raster->axis] + s->position[raster->axis];
-    for (unsigned k = 0; k < 2; k++) {
-        const unsigned axis = (raster->axis + 1 + k) % 3;
-        const double at = c->grid->level[c->level].across[k][child] +
-                          stp_square_tilt(c->grid, c->level, child, (int)k) * height;
-        s->position[axis] =
-            (uint16_t)code(c, r, STP_COLUMN_POSITION_A + k, whole(at - f->patch->origin[axis]),
-                           s->position[axis], 0xffff);
+    const unsigned along = c->grid->raster->axis;
+    for (int k = 0; k < 2; k++) {
+        const unsigned axis = (along + 1 + (unsigned)k) % 3;
+        const int32_t expected =
+            stp_square_across(c->grid, c->level, child, k, f->patch, s->position[along]);
+        s->position[axis] = (uint16_t)code(c, r, STP_COLUMN_POSITION_A + (unsigned)k, expected,
+                                           s->position[axis], 0xffff);
     }
 }
 
@@ -180,10 +169,11 @@ static void code_colours(const coder *c, family *f, const table_row *r,
     for (int v = GREEN; v <= BLUE; v++) {
         const double tied = expected[v] + share * f->left[v];
         uint8_t *value = &s->rgb[channel[v]];
-        *value = (uint8_t)code(c, r, column[v], whole(c->loose ? expected[v] : tied), *value, 0xff);
+        *value = (uint8_t)code(c, r, column[v], stp_square_whole(c->loose ? expected[v] : tied),
+                               *value, 0xff);
         f->left[v] += expected[v] - *value;
-        f->tied += c->decode ? 0 : (uint64_t)abs(*value - whole(tied));
-        f->loose += c->decode ? 0 : (uint64_t)abs(*value - whole(expected[v]));
+        f->tied += c->decode ? 0 : (uint64_t)abs(*value - stp_square_whole(tied));
+        f->loose += c->decode ? 0 : (uint64_t)abs(*value - stp_square_whole(expected[v]));
     }
 }
 
@@ -273,7 +263,7 @@ static void code_normal(const coder *c, const table_row *r, const double directi
     int32_t uv[2];
     stp_normal_codes_get(s->normal, uv);
     for (unsigned i = 0; i < 2; i++) {
-        const int32_t place = whole(direction[i] / (double)(1 << shift));
+        const int32_t place = stp_square_whole(direction[i] / (double)(1 << shift));
         const int32_t own = c->decode ? 0 : stp_normal_grid_place(uv[i], shift);
         const int32_t coded = code(c, r, STP_COLUMN_NORMAL_U + i, place, own, 0xffff);
         uv[i] = c->decode ? stp_normal_grid_code(coded, shift) : uv[i];
@@ -290,7 +280,7 @@ static void code_folded(const coder *c, const table_row *r, const double directi
     int32_t uv[2], own[2], expected[2];
     stp_normal_codes_get(s->normal, uv);
     for (int i = 0; i < 2; i++) {
-        expected[i] = whole(direction[i] / (double)(1 << shift));
+        expected[i] = stp_square_whole(direction[i] / (double)(1 << shift));
         own[i] = stp_normal_grid_place(uv[i], shift);
     }
     if (!c->decode)

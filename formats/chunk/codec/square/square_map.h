@@ -11,6 +11,8 @@
 #include "formats/chunk/codec/inline.h"
 #include "formats/chunk/codec/square/square.h"
 
+#include <math.h>
+
 /* Numbers of a cell in sums. */
 #define STP_SQUARE_SUMS 5
 /* Values of a parent that need room: three colours, or three components of its normal. */
@@ -71,6 +73,24 @@ STP_INLINE double stp_square_tilt(const stp_square_grid *grid, int level, uint32
     const double *a = grid->raster->across[k];
     return a[3] + ((grid->column + grid->level[level].column[sample]) * a[4] +
                    (grid->row + grid->level[level].row[sample]) * a[5]);
+}
+
+/* The whole number nearest to x, halves up; 0 for a number beyond 2^30, or none. */
+STP_INLINE int32_t stp_square_whole(double x)
+{
+    return fabs(x) <= 1073741824.0 ? (int32_t)floor(x + 0.5) : 0;
+}
+
+/* The position along axis k across the height that a sample of a patch should have, by its position
+ * along the height. */
+STP_INLINE int32_t stp_square_across(const stp_square_grid *grid, int level, uint32_t sample, int k,
+                                     const stp_patch *patch, uint16_t position)
+{
+    const unsigned axis = grid->raster->axis;
+    const double height = (double)patch->origin[axis] + position;
+    const double at =
+        grid->level[level].across[k][sample] + stp_square_tilt(grid, level, sample, k) * height;
+    return stp_square_whole(at - patch->origin[(axis + 1 + (unsigned)k) % 3]);
 }
 
 /* The sample in a cell; -1: none, or outside. */
