@@ -36,10 +36,11 @@ stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
     stp_status status = STP_OK;
     stp_ranks *ranks = job->params->ranks;
     job->lists_rejects = source->rejected;
-    job->in_parts = stp_ranks_count(ranks) > 1 && source->part_begin && !job->stats->keeps_grid &&
-                    !job->params->maps;
+    const bool in_parts = stp_ranks_count(ranks) > 1 && source->part_begin &&
+                          !job->stats->keeps_grid && !job->params->maps;
+    job->in_parts = in_parts;
     STP_TRY(stp_ranks_broadcast(ranks, 0, &job->lists_rejects, sizeof job->lists_rejects, err));
-    if (!job->in_parts)
+    if (!in_parts)
         return STP_OK;
     STP_TRY(stp_alloc(&job->begins, (size_t)ranks->count + 1, sizeof *job->begins, "ranks", err));
     for (unsigned rank = 0; rank <= ranks->count; rank++)
