@@ -42,6 +42,7 @@ stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
 /* Says where a block is in the Object Texture. */
 static void place_record(stp_gpu_chunk *record, const stp_resident *resident)
 {
+    record->colours = resident->placement.colours;
     memcpy(record->first, resident->placement.level_begin, sizeof record->first);
     record->first[STP_LEVEL_COUNT - 1] -= resident->placement.patches.begin;
 }

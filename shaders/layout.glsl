@@ -95,7 +95,7 @@ void stp_frame_hold()
 #define STP_PALETTE_VIRIDIS 2
 #define STP_PALETTE_HEAT 3
 
-// The Object Texture: one texel is one sample (formats/chunk/sample.h).
+// The Object Texture: one texel of three words is one sample (patch.glsl).
 layout(binding = 0) uniform usamplerBuffer object_texture;
 // Four texels a patch, STP_PATCH_TEXELS: see patch.glsl.
 layout(binding = 1) uniform usamplerBuffer patch_texture;

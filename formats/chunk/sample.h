@@ -1,15 +1,15 @@
 /* The 16-byte sample, and the patch that holds its lattice.
  *
- * A sample is the same 16 bytes in memory, on the GPU (one RGBA32UI texel, little-endian) and as a
- * payload decodes. Sample positions are unsigned steps from the patch's origin; the patch's origin
- * is signed steps from the chunk's origin; a step is 2^exponent world units; the chunk's origin is
- * world coordinates in double. Everything is quantised once: decoding is exact. Axes: the scan's
- * own, right-handed. Units: the scan's own. Threads: any (pure functions).
+ * A sample is the same 16 bytes in memory and as a payload decodes; on the GPU it may be narrow
+ * (runtime/stream/texels.h). Sample positions are unsigned steps from the patch's origin; the
+ * patch's origin is signed steps from the chunk's origin; a step is 2^exponent world units; the
+ * chunk's origin is world coordinates in double. Everything is quantised once: decoding is exact.
+ * Axes: the scan's own, right-handed. Units: the scan's own. Threads: any (pure functions).
  *
- * Texel words: x = position x | position y << 16
- *              y = position z | radius << 16 | flags << 24
- *              z = octahedral normal (12 bits u, 12 bits v << 12) | class << 24
- *              w = red | green << 8 | blue << 16 | intensity << 24 */
+ * Words, little-endian: x = position x | position y << 16
+ *                       y = position z | radius << 16 | flags << 24
+ *                       z = octahedral normal (12 bits u, 12 bits v << 12) | class << 24
+ *                       w = red | green << 8 | blue << 16 | intensity << 24 */
 #ifndef STP_FORMATS_CHUNK_SAMPLE_H
 #define STP_FORMATS_CHUNK_SAMPLE_H
 

@@ -200,14 +200,28 @@ static GLuint index_of(GLuint name, const stored_sample *s)
     return s->chunk.first[level] + first + name - stp_name_of(patch, level, 0);
 }
 
+static bool read_words(const stp_object_texture *texture, GLuint index, stored_sample *out)
+{
+    const GLuint colours = out->chunk.colours, place = index + (colours >> 30);
+    const GLuint words = 3 * (colours & 0x3fffffffu) + place;
+    uint32_t texel[3];
+    if (!read_item(&texture->samples, index, texture->sample_ranges.capacity, texel, sizeof texel))
+        return false;
+    out->sample = stp_texel_widen(texel);
+    if (colours == STP_TEXELS_NARROW)
+        return true;
+    memcpy(&out->sample, texel, sizeof texel);
+    return read_item(&texture->samples, words, 3 * texture->sample_ranges.capacity, out->sample.rgb,
+                     sizeof(uint32_t));
+}
+
 static bool read_sample(const stp_object_texture *texture, GLuint name, stored_sample *out)
 {
     return read_item(&texture->patches, name >> STP_NAME_PATCH_SHIFT,
                      texture->patch_ranges.capacity, &out->patch, sizeof out->patch) &&
            read_item(&texture->chunks, slot_of(&out->patch), texture->slot_capacity, &out->chunk,
                      sizeof out->chunk) &&
-           read_item(&texture->samples, index_of(name, out), texture->sample_ranges.capacity,
-                     &out->sample, sizeof out->sample);
+           read_words(texture, index_of(name, out), out);
 }
 
 static double depth_of(const stp_gpu_frame *frame, const stored_sample *s)

@@ -190,6 +190,7 @@ static void list_draw(stp_squares *s, const stp_project_params *params, size_t d
             continue;
         *record = record_of(square, raster, &r->mirror.patches[of], &chunk, model);
         record->patch = list->items[i];
+        record->colours = r->placement.colours;
         if (splats)
             set_grid(record, params->frame);
         s->keys[s->count] = key_of(params, block, square, raster);

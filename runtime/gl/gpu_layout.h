@@ -138,12 +138,12 @@ typedef struct stp_gpu_code {
 enum { STP_GPU_CODES = 256 };
 
 typedef struct stp_gpu_chunk {
-    float offset[3]; /* origin minus eye */
+    float offset[3];  /* origin minus eye */
+    uint32_t colours; /* stp_texels_colours */
     uint32_t finest;
     uint32_t id;
     uint32_t depth;
     uint32_t order; /* the block's number in its model: decides between equal depths */
-    uint32_t unused;
     uint32_t first[STP_LEVEL_COUNT]; /* sample of each level, less the first patch for level 3 */
     uint32_t openings[STP_OPENING_WORDS]; /* through which its patches may be seen */
 } stp_gpu_chunk;
@@ -164,7 +164,9 @@ typedef struct stp_gpu_square {
     uint32_t beside[8];
     /* Of a map: dot products with a difference of places in eye space tell by how many columns and
      * rows they differ. */
-    float to_column[4], to_row[4];
+    float to_column[3];
+    uint32_t colours; /* of its block */
+    float to_row[4];
 } stp_gpu_square;
 
 _Static_assert(sizeof(stp_gpu_frame) == 352 + 16 * STP_OPENINGS_LIMIT,

@@ -223,7 +223,8 @@ static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, floa
                                     slot == NO_SLOT ? NULL : &c->slots[slot], err));
     p.placement.patches.count = c->scene->blocks[load->want.block].patch_count;
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        p.placement.samples.count += count[l];
+        p.placement.texels.count += count[l];
+    p.placement.texels.count = (uint32_t)stp_texels_most(p.placement.texels.count);
     *ring_full =
         !stp_upload_ring_take(&c->ring, stp_placement_bytes(&p.placement), &p.piece, &status, err);
     if (*ring_full)
@@ -248,15 +249,17 @@ done:
 /* Makes a DONE load resident. It replaces a coarser version of the block. */
 static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
 {
-    const stp_load_place *p = &load->place;
-    const stp_placement *at = &p->placement;
-    uint64_t begin = stp_upload_ring_offset(p->piece);
-    uint64_t patches = stp_load_patches_offset(at);
+    stp_load_place *p = &load->place;
+    stp_placement *at = &p->placement;
+    uint64_t begin = stp_upload_ring_offset(p->piece), patches = stp_load_patches_offset(at);
+    if (p->narrow)
+        stp_object_texture_narrow(&c->texture, at);
     stp_upload_ring_copy(&c->ring, &c->texture.samples, begin,
-                         at->samples.begin * (uint64_t)sizeof(stp_sample), patches);
+                         at->texels.begin * (uint64_t)STP_TEXEL_BYTES,
+                         at->texels.count * (uint64_t)STP_TEXEL_BYTES);
     stp_upload_ring_copy(&c->ring, &c->texture.patches, begin + patches,
                          at->patches.begin * (uint64_t)sizeof(stp_gpu_patch),
-                         stp_placement_bytes(at) - patches);
+                         at->patches.count * (uint64_t)sizeof(stp_gpu_patch));
     stp_upload_ring_copied(&c->ring, p->piece);
     if (c->slot_of[load->want.block] != NO_SLOT)
         evict(c, c->slot_of[load->want.block]);
@@ -563,7 +566,7 @@ stp_status stp_block_cache_create(stp_block_cache **out, const stp_block_cache_p
     /* Roots are read while GL makes its buffers. */
     STP_TRY(list_roots(c, &roots, &root_count, err));
     stp_stream_want(c->stream, roots, root_count);
-    STP_TRY(stp_object_texture_create(&c->texture, b.sample_capacity, b.patch_capacity,
+    STP_TRY(stp_object_texture_create(&c->texture, b.texel_capacity, b.patch_capacity,
                                       b.slot_capacity, params->software, err));
     STP_TRY(stp_upload_ring_create(&c->ring, b.ring_bytes, params->software, err));
     STP_TRY(load_roots(c, roots, root_count, err));

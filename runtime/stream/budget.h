@@ -11,7 +11,7 @@
 #include "runtime/cut/scene.h"
 
 typedef struct stp_budget {
-    uint32_t sample_capacity, patch_capacity, slot_capacity;
+    uint32_t texel_capacity, patch_capacity, slot_capacity;
     uint64_t ring_bytes;
     uint64_t payload_bytes;
     unsigned decoder_count;

@@ -24,7 +24,7 @@ uint32_t stp_object_texture_texels(void)
 
 static void create_textures(stp_object_texture *t)
 {
-    static const GLenum formats[STP_OBJECT_TEXTURES + 1] = {GL_RGBA32UI, GL_RGBA32UI, GL_RGBA32UI,
+    static const GLenum formats[STP_OBJECT_TEXTURES + 1] = {GL_RGB32UI, GL_RGBA32UI, GL_RGBA32UI,
                                                             GL_RGBA32F};
     stp_gpu_code codes[STP_GPU_CODES];
     stp_gpu_codes_fill(codes);
@@ -37,14 +37,14 @@ static void create_textures(stp_object_texture *t)
         glTextureBuffer(t->textures[i], formats[i], buffers[i]);
 }
 
-stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_capacity,
+stp_status stp_object_texture_create(stp_object_texture *out, uint32_t texel_capacity,
                                      uint32_t patch_capacity, uint32_t slot_capacity, bool software,
                                      stp_error *err)
 {
     stp_object_texture t = {.slot_capacity = slot_capacity};
-    t.sample_ranges.capacity = sample_capacity;
+    t.sample_ranges.capacity = texel_capacity;
     t.patch_ranges.capacity = patch_capacity;
-    t.samples = create_buffer((uint64_t)sample_capacity * sizeof(stp_sample), software);
+    t.samples = create_buffer((uint64_t)texel_capacity * STP_TEXEL_BYTES, software);
     t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch), software);
     t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk), software);
     stp_lazy_buffer_fill(&t.chunks, 0, (uint64_t)slot_capacity * sizeof(stp_gpu_chunk));
@@ -81,13 +81,15 @@ bool stp_object_texture_place(stp_object_texture *t, uint32_t patch_count,
     uint32_t count = 0;
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
         count += sample_count[l];
-    if (!stp_range_pool_take(&t->sample_ranges, count, &p.samples, status, err))
+    if (!stp_range_pool_take(&t->sample_ranges, (uint32_t)stp_texels_most(count), &p.texels, status,
+                             err))
         return false;
     if (!stp_range_pool_take(&t->patch_ranges, patch_count, &p.patches, status, err)) {
-        stp_range_pool_give(&t->sample_ranges, p.samples);
+        stp_range_pool_give(&t->sample_ranges, p.texels);
         return false;
     }
-    uint32_t begin = p.samples.begin;
+    uint32_t begin = p.texels.begin;
+    p.colours = stp_texels_colours(begin, count);
     for (int l = STP_LEVEL_COUNT - 1; l >= 0; l--) {
         p.level_begin[l] = begin;
         begin += sample_count[l];
@@ -106,14 +108,21 @@ stp_status stp_object_texture_check(const stp_object_texture *t, stp_error *err)
 
 uint64_t stp_placement_bytes(const stp_placement *placement)
 {
-    return placement->samples.count * (uint64_t)sizeof(stp_sample) +
+    return placement->texels.count * (uint64_t)STP_TEXEL_BYTES +
            placement->patches.count * (uint64_t)sizeof(stp_gpu_patch);
 }
 
 void stp_object_texture_release(stp_object_texture *t, const stp_placement *placement)
 {
-    stp_range_pool_give(&t->sample_ranges, placement->samples);
+    stp_range_pool_give(&t->sample_ranges, placement->texels);
     stp_range_pool_give(&t->patch_ranges, placement->patches);
+}
+
+void stp_object_texture_narrow(stp_object_texture *t, stp_placement *placement)
+{
+    stp_range_pool_trim(&t->sample_ranges, &placement->texels,
+                        stp_texels_samples(placement->texels.count));
+    placement->colours = STP_TEXELS_NARROW;
 }
 
 static void fill_errors(stp_mirror_patch *out, const stp_patch *patch)

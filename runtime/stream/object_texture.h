@@ -1,8 +1,9 @@
 /* The Object Texture: the GPU's memory for samples and patches, and which ranges of it are in use.
  *
- * One buffer holds samples of 16 bytes, one the patches, one a record for each slot, of which each
- * frame rewrites those of the blocks that it draws; the last one holds what codes stand for.
- * Shaders fetch all as texels. Source: Mar08, "Object Texture". Threads: the render thread. */
+ * One buffer holds samples (runtime/stream/texels.h), one the patches, one a record for each slot,
+ * of which each frame rewrites those of the blocks that it draws; the last one holds what codes
+ * stand for. Shaders fetch all as texels. Source: Mar08, "Object Texture". Threads: the render
+ * thread. */
 #ifndef STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 #define STP_RUNTIME_STREAM_OBJECT_TEXTURE_H
 
@@ -10,10 +11,11 @@
 #include "runtime/cut/level_choice.h"
 #include "runtime/gl/lazy_buffer.h"
 #include "runtime/stream/range_pool.h"
+#include "runtime/stream/texels.h"
 
 #include <epoxy/gl.h>
 
-#define STP_OBJECT_TEXTURE_PATCH_TEXELS (sizeof(stp_gpu_patch) / sizeof(stp_sample))
+#define STP_OBJECT_TEXTURE_PATCH_TEXELS (sizeof(stp_gpu_patch) / 16)
 
 enum { STP_OBJECT_TEXTURES = 3 }; /* besides that of the codes */
 
@@ -28,16 +30,17 @@ typedef struct stp_object_texture {
 
 /* The place of a block. level_begin: absolute index of each level's first sample. */
 typedef struct stp_placement {
-    stp_range samples, patches;
+    stp_range texels, patches;
     uint32_t level_begin[STP_LEVEL_COUNT];
+    uint32_t colours; /* stp_texels_colours */
 } stp_placement;
 
-/* The most texels that a texture may have: a sample is one, a patch
+/* The most texels that a texture may have: a sample is one or more (texels.h), a patch
  * STP_OBJECT_TEXTURE_PATCH_TEXELS. */
 uint32_t stp_object_texture_texels(void);
 
 /* software: see stp_lazy_buffer_create. Errors: GL (no memory), OUT_OF_MEMORY. */
-stp_status stp_object_texture_create(stp_object_texture *out, uint32_t sample_capacity,
+stp_status stp_object_texture_create(stp_object_texture *out, uint32_t texel_capacity,
                                      uint32_t patch_capacity, uint32_t slot_capacity, bool software,
                                      stp_error *err);
 void stp_object_texture_destroy(stp_object_texture *texture);
@@ -51,6 +54,8 @@ bool stp_object_texture_place(stp_object_texture *texture, uint32_t patch_count,
 stp_status stp_object_texture_check(const stp_object_texture *texture, stp_error *err);
 /* Bytes of the Object Texture that a place takes. */
 uint64_t stp_placement_bytes(const stp_placement *placement);
+/* Gives back what narrow samples do not need. */
+void stp_object_texture_narrow(stp_object_texture *texture, stp_placement *placement);
 void stp_object_texture_release(stp_object_texture *texture, const stp_placement *placement);
 
 /* Fill out[chunk->patch_count] with a decoded block's patches, in the GPU's form and in the CPU's.

@@ -140,6 +140,16 @@ void stp_range_pool_give(stp_range_pool *pool, stp_range range)
     pool->unused = at;
 }
 
+void stp_range_pool_trim(stp_range_pool *pool, stp_range *range, uint32_t count)
+{
+    uint32_t before, at, after;
+    split(pool->nodes, pool->root, range->begin, &before, &at);
+    split(pool->nodes, at, range->begin + 1, &at, &after);
+    pool->nodes[at].range.count = range->count = count;
+    sum_up(pool->nodes, at);
+    pool->root = join(pool->nodes, join(pool->nodes, before, at), after);
+}
+
 void stp_range_pool_destroy(stp_range_pool *pool)
 {
     free(pool->nodes);

@@ -26,6 +26,8 @@ bool stp_range_pool_take(stp_range_pool *pool, uint32_t count, stp_range *out, s
                          stp_error *err);
 /* Returns a range from stp_range_pool_take to the pool. */
 void stp_range_pool_give(stp_range_pool *pool, stp_range range);
+/* Returns all but the first `count` elements of a range from stp_range_pool_take, at least one. */
+void stp_range_pool_trim(stp_range_pool *pool, stp_range *range, uint32_t count);
 /* Frees the tree; leaves the pool as zero. */
 void stp_range_pool_destroy(stp_range_pool *pool);
 

@@ -43,7 +43,7 @@ struct stp_stream {
 
 uint64_t stp_load_patches_offset(const stp_placement *placement)
 {
-    return (uint64_t)placement->samples.count * sizeof(stp_sample);
+    return (uint64_t)placement->texels.count * STP_TEXEL_BYTES;
 }
 
 static bool state_has_news(stp_load_state state)
@@ -238,14 +238,21 @@ static void *run_reader(void *context)
 
 /* ---- decoding ---- */
 
-static void write_piece(const stp_load *load, const stp_chunk *chunk, unsigned shapes)
+static void write_piece(stp_load *load, const stp_chunk *chunk, unsigned shapes)
 {
     const stp_placement *p = &load->place.placement;
     uint8_t *memory = load->place.memory;
-    for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++)
-        memcpy(memory + (size_t)(p->level_begin[l] - p->samples.begin) * sizeof(stp_sample),
-               chunk->samples[l],
-               (size_t)chunk->level_begin[l][chunk->patch_count] * sizeof(stp_sample));
+    uint32_t(*texels)[3] = (uint32_t(*)[3])(void *)memory;
+    uint32_t *colours = texels[stp_texels_samples(p->texels.count)];
+    load->place.narrow = stp_texels_are_narrow(chunk);
+    for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++) {
+        const uint32_t first = p->level_begin[l] - p->texels.begin;
+        const uint32_t count = chunk->level_begin[l][chunk->patch_count];
+        if (load->place.narrow)
+            stp_texels_write_narrow(texels + first, chunk->samples[l], count);
+        else
+            stp_texels_write_wide(texels + first, colours + first, chunk->samples[l], count);
+    }
     stp_gpu_patches_fill((stp_gpu_patch *)(void *)(memory + stp_load_patches_offset(p)), chunk,
                          load->place.slot, shapes);
 }

@@ -21,10 +21,12 @@ void main()
     uvec4 before = uvec4(0u, s.end.xyz), first = s.first - before, name = stp_selection_names(s, patch_index[0], p, levels) - before;
     uint begin = uint(gl_InvocationID) * uint(STP_SHARE);
     uint end = min(s.end.w, begin + uint(STP_SHARE));
-    uvec4 set = stp_patch_openings(p, stp_patch_slot(patch_index[0]));
+    uint slot = stp_patch_slot(patch_index[0]);
+    uvec4 set = stp_patch_openings(p, slot);
+    bool narrow = stp_narrow(stp_chunk_fetch(slot).colours);
     for (uint i = begin; i < end; i++) {
         int q = i < s.end.x ? 0 : i < s.end.y ? 1 : i < s.end.z ? 2 : 3;
-        vec4 position = stp_project(texelFetch(object_texture, int(i + first[q])), p.origin, p.step, set);
+        vec4 position = stp_project(stp_sample_words(i + first[q], narrow), p.origin, p.step, set);
         if (position.z > 1.0)
             continue;
         position.z = stp_depth_apart(position.z, STP_ORDER_SAMPLE);

@@ -24,6 +24,7 @@ struct stp_quarter_errors {
 
 struct stp_chunk {
     vec3 offset;          // origin minus eye, world axes
+    uint colours;         // where the fourth words of samples are (stp_sample_fetch)
     uint finest;          // finest level drawn
     uint id;
     uint depth;
@@ -51,7 +52,7 @@ stp_chunk stp_chunk_fetch(uint slot)
     uvec4 a = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS);
     uvec4 b = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 1);
     uvec4 first = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 2);
-    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z, first);
+    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z, b.w, first);
 }
 
 // The openings through which the patches of a block may be seen: bit i % 32 of word i / 32 stands for
@@ -99,6 +100,40 @@ uint stp_name_index(uint name, stp_chunk chunk)
     int level = stp_name_level(name);
     uint begin = level == 3 ? first.w : level == 2 ? first.z : level == 1 ? first.y : first.x;
     return begin + (name & STP_NAME_SAMPLE) - stp_name_of(patch_index, level, 0u);
+}
+
+// Whether the samples of a block are narrow. colours: of the block.
+bool stp_narrow(uint colours)
+{
+    return colours >> 30 == 3u;
+}
+
+// A narrow sample as the words of a sample, the lowest bits first: position x, y 12 each, radius 8; position
+// z 12, normal u 12, red 8; normal v 12, normal known, oriented, closed in 2, fit 2, green 8, blue 8. Class and
+// intensity are 0, other flags not set.
+uvec4 stp_narrow_widen(uvec3 t)
+{
+    uint flags = 0xb320u >> (t.z >> 10 & 12u) & 15u | (t.z >> 8 & 0xc0u);
+    return uvec4(t.x & 4095u | (t.x & 0xfff000u) << 4, t.y & 4095u | t.x >> 8 & 0xff0000u | flags << 24,
+                 t.y >> 12 & 4095u | (t.z & 4095u) << 12, t.y >> 24 | t.z >> 8 & 0xffff00u);
+}
+
+// The first three words of a sample (formats/chunk/sample.h), which are all that projection reads.
+uvec4 stp_sample_words(uint index, bool narrow)
+{
+    uvec3 t = texelFetch(object_texture, int(index)).xyz;
+    return narrow ? stp_narrow_widen(t) : uvec4(t, 0u);
+}
+
+// A sample. If the block is not narrow, the fourth words of its samples follow them, three a texel.
+uvec4 stp_sample_fetch(uint index, uint colours)
+{
+    bool narrow = stp_narrow(colours);
+    uint place = index + (colours >> 30);
+    uint texel = narrow ? 0u : (colours & 0x3fffffffu) + place / 3u;
+    uint colour = texelFetch(object_texture, int(texel))[place % 3u];
+    uvec4 words = stp_sample_words(index, narrow);
+    return narrow ? words : uvec4(words.xyz, colour);
 }
 
 // A patch's origin relative to the eye, world axes, and its step.

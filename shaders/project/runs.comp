@@ -38,7 +38,7 @@ void stp_list(uint listed)
     uint at = atomicAdd(run_count, total);
     atomicAdd(points_listed, s.end.w);
     atomicMax(groups_y, (at + total - 1u) / (groups_x * STP_GROUP_RUNS) + 1u);
-    seen[2u * listed] = floatBitsToUint(vec4(p.origin, p.step)) | uvec4(0u, 0u, 0u, patch_index);
+    seen[2u * listed] = floatBitsToUint(vec4(p.origin, p.step)) | uvec4(0u, 0u, 0u, stp_narrow(chunk.colours) ? patch_index | STP_SEEN_NARROW : patch_index);
     uvec4 places = stp_selection_names(s, 0u, p, levels);
     seen[2u * listed + 1u] = stp_patch_openings(p, slot);
     for (int q = 0; q < STP_QUARTERS; q++)

@@ -20,7 +20,8 @@ layout(std430, binding = 2) buffer stp_runs_block {
 };
 
 // Two uvec4 for each patch in sight. First: bits of its lattice, that is origin relative to the eye,
-// and step, a power of 2, in whose low bits its number is. Second: stp_patch_openings.
+// and step, a power of 2, in whose low bits its number is, and STP_SEEN_NARROW. Second: stp_patch_openings.
+#define STP_SEEN_NARROW 0x400000u // its samples are narrow
 layout(std430, binding = 3) buffer stp_seen_block {
     uvec4 seen[];
 };

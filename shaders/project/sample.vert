@@ -13,7 +13,7 @@ void main()
     uint patch_index = stp_name_patch(id), slot = stp_patch_slot(patch_index);
     stp_chunk chunk = stp_chunk_fetch(slot);
     vec4 lattice = stp_lattice_fetch(patch_index, chunk.offset);
-    uvec4 texel = texelFetch(object_texture, int(stp_name_index(id, chunk)));
+    uvec4 texel = stp_sample_words(stp_name_index(id, chunk), stp_narrow(chunk.colours));
     gl_Position = stp_project(texel, lattice.xyz, lattice.w, stp_chunk_openings(slot));
     gl_Position.z = stp_depth_apart(gl_Position.z, vertices ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
 }

@@ -150,7 +150,8 @@ stp_disc stp_disc_of(uint name, uint id, stp_chunk chunk, vec2 window)
     vec4 lattice = stp_lattice_fetch(stp_name_patch(id), chunk.offset);
 #if STP_LINES
     if ((name & STP_NAME_SEGMENT) != 0u) {
-        stp_disc a = stp_vertex_fetch(index, lattice), b = stp_vertex_fetch(index + 1u, lattice);
+        stp_disc a = stp_vertex_fetch(index, lattice, chunk.colours);
+        stp_disc b = stp_vertex_fetch(index + 1u, lattice, chunk.colours);
         if ((name & STP_NAME_TRIANGLE) == 0u)
             return stp_segment_disc(a, b, window);
         uvec2 ends = stp_level_ends(id, chunk);
@@ -159,9 +160,9 @@ stp_disc stp_disc_of(uint name, uint id, stp_chunk chunk, vec2 window)
 #endif
 #if STP_TRIANGLES
     if ((name & STP_NAME_TRIANGLE) != 0u)
-        return stp_triangle_disc(index, lattice, window);
+        return stp_triangle_disc(index, lattice, chunk.colours, window);
 #endif
-    return stp_disc_alone(stp_vertex_fetch(index, lattice));
+    return stp_disc_alone(stp_vertex_fetch(index, lattice, chunk.colours));
 }
 
 // The pixel of a disc as seen from a window position. name: what it is drawn as; id: of the name.

@@ -15,7 +15,7 @@ const uint RAISED = 0xfffffffeu; // later passes: a nearer depth that has no nam
 bool stp_scatter_place(stp_projected s, out ivec2 pixel, out uint bits)
 {
     float z;
-    bool drawn = stp_place(texelFetch(object_texture, int(s.index)), s.lattice.xyz, s.lattice.w, s.openings, pixel, z);
+    bool drawn = stp_place(stp_sample_words(s.index, s.narrow), s.lattice.xyz, s.lattice.w, s.openings, pixel, z);
     // The list holds patch vertices, the runs hold other samples.
     z = stp_depth_apart(z, STP_LISTED != 0 ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
     bits = floatBitsToUint(z);

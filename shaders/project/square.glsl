@@ -50,6 +50,12 @@ uint stp_square_flags(uint listed)
     return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 3).w;
 }
 
+// Of the square's block.
+uint stp_square_colours(uint listed)
+{
+    return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 6).w;
+}
+
 // The place of a column and a row in Morton order.
 uint stp_square_place(uvec2 at)
 {
@@ -122,7 +128,8 @@ stp_square_sample stp_square_sample_at(uint listed, ivec2 at)
     uint place = stp_square_place(uvec2(at & 7));
     stp_square_sample c;
     c.there = beside != STP_NO_SAMPLE && stp_square_has(s.mask, place);
-    c.texel = texelFetch(object_texture, int(s.first + (c.there ? stp_square_rank(s.mask, place) : 0u)));
+    uint index = s.first + (c.there ? stp_square_rank(s.mask, place) : 0u);
+    c.texel = stp_sample_fetch(index, stp_square_colours(beside == STP_NO_SAMPLE ? listed : beside));
     c.there = c.there && !stp_sample_left_out(c.texel);
     c.lattice = s.lattice;
     c.place = stp_sample_position(c.texel, s.lattice.xyz, s.lattice.w);

@@ -27,13 +27,13 @@ void main()
     vec4 lattice = vec4(p.origin, p.step);
     uint to_name = stp_name_of(patch_index[0], levels.x, 0u) - p.first[levels.x];
     for (uint i = first; i < end; i++) {
-        uvec4 texel = texelFetch(object_texture, int(i));
+        uvec4 texel = stp_sample_words(i, false);
         // The rasteriser takes a segment's name from its last vertex; the name is the first
         // vertex's.
         stp_corner_set(stp_sample_position(texel, p.origin, p.step), i - 1u + to_name | STP_NAME_SEGMENT);
         EmitVertex();
         bool wide = i + 1u < end && stp_ribbon_wide(stp_disc_decode(texel, p.origin, p.step),
-                                                    stp_vertex_fetch(i + 1u, lattice));
+                                                    stp_vertex_fetch(i + 1u, lattice, 0u));
         if (stp_sample_left_out(texel) || wide) // leaves out the next segment
             EndPrimitive();
     }

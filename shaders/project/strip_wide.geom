@@ -86,9 +86,9 @@ void main()
     vec4 lattice = vec4(p.origin, p.step);
     uint to_name = stp_name_of(patch_index[0], levels.x, 0u) - p.first[levels.x];
     for (uint i = first; i < end; i++) {
-        if (stp_sample_left_out(texelFetch(object_texture, int(i))))
+        if (stp_sample_left_out(stp_sample_words(i, false)))
             continue;
-        stp_disc a = stp_vertex_fetch(i, lattice), b = stp_vertex_fetch(i + 1u, lattice);
+        stp_disc a = stp_vertex_fetch(i, lattice, 0u), b = stp_vertex_fetch(i + 1u, lattice, 0u);
         if (stp_ribbon_wide(a, b))
             stp_ribbon_emit(stp_ribbon_between(a, b, i, ends, lattice), i + to_name | STP_NAME_RIBBON);
 #if STP_SPLAT

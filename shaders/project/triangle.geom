@@ -24,10 +24,10 @@ void main()
     uint end = min(p.count[0] / 3u, begin + uint(STP_TRIANGLE_SHARE));
     for (uint i = begin; i < end; i++) {
         uint first = p.first[0] + 3u * i;
-        if (stp_sample_left_out(texelFetch(object_texture, int(first))))
+        if (stp_sample_left_out(stp_sample_words(first, false)))
             continue;
         for (uint k = first; k < first + 3u; k++) {
-            stp_corner_set(stp_sample_position(texelFetch(object_texture, int(k)), p.origin, p.step),
+            stp_corner_set(stp_sample_position(stp_sample_words(k, false), p.origin, p.step),
                            stp_name_of(patch_index[0], 0, 3u * i) | STP_NAME_TRIANGLE);
             EmitVertex();
         }

@@ -17,6 +17,7 @@ layout(local_size_x = STP_PLACE_STEP) in;
 struct stp_projected {
     uint index;     // in the Object Texture
     uint name;
+    bool narrow;
     vec4 lattice;   // of its patch: origin relative to the eye, step
     uvec4 openings; // for stp_culled
 };
@@ -54,6 +55,7 @@ bool stp_find(uint place, out stp_projected s)
 #else
     s.index = stp_name_index(s.name, chunk);
 #endif
+    s.narrow = stp_narrow(chunk.colours);
     s.lattice = stp_lattice_fetch(patch_index, chunk.offset);
     s.openings = stp_chunk_openings(slot);
     return true;
@@ -78,7 +80,8 @@ bool stp_find(uint place, out stp_projected s)
     uint lane = place % STP_RUN_SAMPLES, patch_in_sight = run.y & 0x3fffffu;
     s.index = (run.x & 0x1fffffffu) + lane;
     uvec4 lattice = imageLoad(seen_image, int(2u * patch_in_sight));
-    s.name = ((lattice.w & 0x7fffffu) << STP_NAME_PATCH_SHIFT) + (run.y >> 22) + lane;
+    s.narrow = (lattice.w & STP_SEEN_NARROW) != 0u;
+    s.name = ((lattice.w & STP_SEEN_NARROW - 1u) << STP_NAME_PATCH_SHIFT) + (run.y >> 22) + lane;
     s.lattice = uintBitsToFloat(uvec4(lattice.xyz, lattice.w & 0xff800000u));
     s.openings = imageLoad(seen_image, int(2u * patch_in_sight + 1u));
     return lane <= run.x >> 29;

@@ -22,7 +22,7 @@ void stp_splat_visit(stp_projected s, uint splat)
 {
     ivec2 pixel;
     float z;
-    uvec4 texel = texelFetch(object_texture, int(s.index));
+    uvec4 texel = stp_sample_fetch(s.index, stp_chunk_fetch(stp_patch_slot(stp_name_patch(s.name))).colours);
     if (!stp_place(texel, s.lattice.xyz, s.lattice.w, s.openings, pixel, z))
         return;
     stp_pixel p = stp_disc_pixel(stp_disc_alone(stp_disc_decode(texel, s.lattice.xyz, s.lattice.w)), s.name, s.name,

@@ -52,7 +52,8 @@ static const char decode[] =
     "    for (int i = 0; i < 8; i++) put(float(hidden[i >> 2][i & 3]));\n"
     "    put4(openings[0]); put4(openings[127]);\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
-    "    put3(c.offset); put(float(c.finest)); put(float(c.id));\n"
+    "    put3(c.offset); put(float(c.colours & 65535u)); put(float(c.colours >> 30)); "
+    "put(float(c.finest)); put(float(c.id));\n"
     "    put(float(c.depth)); put(float(c.order)); put4(vec4(c.first));\n"
     "    put4(vec4(stp_chunk_openings(1u)));\n"
     "    vec4 lattice = stp_lattice_fetch(2u, c.offset);\n"
@@ -82,20 +83,27 @@ static const char decode[] =
     "    put3(a.column); put3(a.row); put3(a.up); put(float(stp_square_flags(1u)));\n"
     "    for (int i = 0; i < 9; i++)\n"
     "        if (i != 4) put(float(stp_square_beside(1u, ivec2(i % 3, i / 3) - 1)));\n"
-    "    mat2x3 g = stp_square_grid_fetch(1u); put3(g[0]); put3(g[1]);\n"
+    "    mat2x3 g = stp_square_grid_fetch(1u); put3(g[0]); put3(g[1]); "
+    "put(float(stp_square_colours(1u)));\n"
     "    stp_quarter_errors q = stp_quarter_errors_fetch(2u, p.step);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
-    "    for (int i = 0; i < 3; i++) {\n"
-    "        stp_disc d = stp_disc_decode(texelFetch(object_texture, i), vec3(0.0), 0.5);\n"
+    "    for (uint i = 0u; i < 5u; i++) {\n"
+    "        uvec4 texel = i < 3u ? stp_sample_fetch(1u + i, c.colours)\n"
+    "                             : stp_sample_fetch(2u + i, 0xc0000000u);\n"
+    "        stp_disc d = stp_disc_decode(texel, vec3(0.0), 0.5);\n"
+    "        put(float(texel.y >> 24)); put(d.intensity * 255.0); put(float(d.class_id));\n"
     "        put3(d.position); put3(d.normal); put(d.radius); put3(d.colour);\n"
     "        put(float(d.kind)); put(d.has_normal ? 1.0 : 0.0); put(d.oriented ? 1.0 : 0.0);\n"
     "    }\n"
     "    put(float(at));\n"
     "}\n";
 
+/* Three wide samples from texel 1 on, their colours in texel 4, and two narrow ones. */
+enum { WIDE = 3, SAMPLES = 5, TEXELS = 7 };
+
 /* The expected values, in the order in which the shader writes them. */
 typedef struct expectation {
-    double values[256];
+    double values[512];
     int count;
 } expectation;
 
@@ -184,6 +192,9 @@ static void want_sample(expectation *e, const stp_sample *sample)
     static const stp_patch lattice = {.exponent = -1};
     stp_dvec3 p = stp_sample_position(sample, &lattice);
     vec3s n = stp_normal_decode(sample->normal);
+    want(e, sample->flags);
+    want(e, sample->intensity);
+    want(e, sample->class_id);
     const unsigned both = STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL;
     want(e, p.x);
     want(e, p.y);
@@ -209,6 +220,7 @@ static const stp_gpu_square square = {.origin = {121, 122, 123},
                                       .flags = STP_SQUARE_OVERLAPS | STP_SQUARE_FILLED,
                                       .beside = {141, 142, 143, 144, 145, 146, 147, 148},
                                       .to_column = {149, 150, 151},
+                                      .colours = 155,
                                       .to_row = {152, 153, 154}};
 
 /* Heights go along y, and the axes that follow it are z and x. */
@@ -235,6 +247,7 @@ static void want_square(expectation *e)
         want(e, square.beside[i]);
     want_floats(e, square.to_column, 3);
     want_floats(e, square.to_row, 3);
+    want(e, square.colours);
 }
 
 static void want_frame(expectation *e, const stp_gpu_frame *frame)
@@ -265,6 +278,8 @@ static void want_frame(expectation *e, const stp_gpu_frame *frame)
 static void want_chunk(expectation *e, const stp_gpu_chunk *chunk)
 {
     want_floats(e, chunk->offset, 3);
+    want(e, chunk->colours & 65535u);
+    want(e, chunk->colours >> 30);
     want(e, chunk->finest);
     want(e, chunk->id);
     want(e, chunk->depth);
@@ -331,7 +346,7 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want_names(&e, chunk);
     want_square(&e);
     want_floats(&e, mirror->quarter_error[0][0], 16);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < SAMPLES; i++)
         want_sample(&e, &samples[i]);
     want(&e, e.count);
     return e;
@@ -350,6 +365,7 @@ static GLuint texture_of(const void *data, size_t bytes, GLuint unit, GLenum for
 
 static const stp_gpu_chunk chunks[2] = {{.finest = 9},
                                         {.offset = {51, 52, 53},
+                                         .colours = 2u << 30 | 3,
                                          .finest = 2,
                                          .id = 56,
                                          .depth = 57,
@@ -357,27 +373,43 @@ static const stp_gpu_chunk chunks[2] = {{.finest = 9},
                                          .first = {90000, 60000, 30000, 20000},
                                          .openings = {1, 2, 4, 8}}};
 
-static const stp_sample samples[3] = {{{1, 65535, 3},
-                                       200,
-                                       STP_SAMPLE_HAS_NORMAL | 2u << STP_SAMPLE_KIND_SHIFT,
-                                       {1, 2, 3},
-                                       5,
-                                       {255, 1, 128},
-                                       7},
-                                      {{65535, 2, 40000},
-                                       0,
-                                       STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL,
-                                       {250, 240, 230},
-                                       255,
-                                       {0, 200, 3},
-                                       255},
-                                      {{9, 8, 7},
-                                       255,
-                                       STP_SAMPLE_ORIENTED | 1u << STP_SAMPLE_KIND_SHIFT,
-                                       {0, 255, 15},
-                                       0,
-                                       {9, 8, 7},
-                                       0}};
+static const stp_sample samples[SAMPLES] = {
+    {{1, 65535, 3},
+     200,
+     STP_SAMPLE_HAS_NORMAL | 2u << STP_SAMPLE_KIND_SHIFT,
+     {1, 2, 3},
+     5,
+     {255, 1, 128},
+     7},
+    {{65535, 2, 40000},
+     0,
+     STP_SAMPLE_ORIENTED | STP_SAMPLE_HAS_NORMAL,
+     {250, 240, 230},
+     255,
+     {0, 200, 3},
+     255},
+    {{9, 8, 7},
+     255,
+     STP_SAMPLE_ORIENTED | 1u << STP_SAMPLE_KIND_SHIFT,
+     {0, 255, 15},
+     0,
+     {9, 8, 7},
+     0},
+    {{4095, 1, 2050},
+     200,
+     STP_SAMPLE_HAS_NORMAL | STP_FIT_GIVEN << STP_SAMPLE_FIT_SHIFT,
+     {0xab, 0xcd, 0xef},
+     0,
+     {255, 1, 128},
+     0},
+    {{2, 4094, 4093},
+     1,
+     STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED | STP_SAMPLE_CLOSED |
+         STP_FIT_WIDE << STP_SAMPLE_FIT_SHIFT,
+     {0x5a, 0x3c, 0x21},
+     0,
+     {3, 254, 77},
+     0}};
 
 static void shaders_read_what_c_writes(void **state)
 {
@@ -389,10 +421,14 @@ static void shaders_read_what_c_writes(void **state)
     make_patch(patches, &mirror, &chunks[1]);
     stp_gpu_codes_fill(codes);
     const stp_gpu_square squares[2] = {{.step = 9}, square};
+    uint32_t texels[TEXELS][3];
+    assert_int_equal(stp_texels_colours(1, WIDE), chunks[1].colours);
+    stp_texels_write_wide(texels + 1, texels[1 + WIDE], samples, WIDE);
+    stp_texels_write_narrow(texels + 2 + WIDE, samples + WIDE, SAMPLES - WIDE);
     GLuint buffers[7];
-    float found[256];
+    float found[512];
     GLuint program = compute_program(decode);
-    buffers[0] = texture_of(samples, sizeof samples, STP_UNIT_OBJECT_TEXTURE, GL_RGBA32UI);
+    buffers[0] = texture_of(texels, sizeof texels, STP_UNIT_OBJECT_TEXTURE, GL_RGB32UI);
     buffers[1] = texture_of(patches, sizeof patches, STP_UNIT_PATCHES, GL_RGBA32UI);
     buffers[2] = texture_of(chunks, sizeof chunks, STP_UNIT_CHUNKS, GL_RGBA32UI);
     buffers[5] = texture_of(squares, sizeof squares, STP_UNIT_SQUARES, GL_RGBA32UI);

@@ -6,7 +6,7 @@
 #include "tests/support/views.h"
 
 /* Too little for the whole model. */
-#define SMALL_BYTES (UINT64_C(3) << 20)
+#define SMALL_BYTES (UINT64_C(2) << 20)
 
 enum { COUNT = 120000, SIZE = 200, PIXELS = SIZE * SIZE };
 

@@ -162,7 +162,7 @@ static void textures_bound_the_budget(void **state)
     for (int i = 0; i < 1000; i++)
         blocks[i] = (stp_block){.patch_count = 80, .sample_count = {4000, 800, 200}};
     check_ok(stp_budget_plan(&of_samples, &scene, &limits, err));
-    assert_in_range(of_samples.sample_capacity, limits.texels / 2, limits.texels);
+    assert_in_range(of_samples.texel_capacity, limits.texels / 2, limits.texels);
     for (int i = 0; i < 1000; i++)
         blocks[i] = (stp_block){.patch_count = 800, .sample_count = {800, 800, 800}};
     check_ok(stp_budget_plan(&of_patches, &scene, &limits, err));

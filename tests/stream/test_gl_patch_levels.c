@@ -37,7 +37,9 @@ static held look_at_drawn(const gl_fixture *f)
         stp_gpu_chunk chunk;
         const stp_draw *draw = &look.cut->draws[i];
         const stp_resident *r = gl_fixture_resident(f, i, &chunk);
-        sum.samples += r->placement.samples.count;
+        const uint32_t texels = r->placement.texels.count;
+        const bool narrow = r->placement.colours == STP_TEXELS_NARROW;
+        sum.samples += narrow ? texels : stp_texels_samples(texels);
         for (int l = r->finest; l < STP_LEVEL_COUNT; l++)
             sum.all += look.looked.scene->blocks[r->block].sample_count[l];
         for (uint32_t p = 0; p < r->placement.patches.count; p++) {

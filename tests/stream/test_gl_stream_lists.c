@@ -58,6 +58,11 @@ static void ranges(void **state)
             continue;
         assert_int_equal(taken[count].begin, begin);
         assert_int_equal(taken[count].count, wanted);
+        const uint32_t kept = 1 + draw(&at, wanted);
+        if (draw(&at, 3) == 0) {
+            stp_range_pool_trim(&pool, &taken[count], kept);
+            assert_int_equal(taken[count].count, kept);
+        }
         mark(used, taken[count++], true);
     }
     assert_true(refused > 100);
