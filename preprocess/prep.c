@@ -364,7 +364,10 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
             stp_layers_join(&stats->joined, &job->cloud, &surface, job->pool, job->progress, err));
         STP_TRY(stp_prep_end_stage(job, STP_STAGE_LAYERS, err));
     }
-    STP_TRY(stp_prep_treat_outliers(job, err));
+    if (stats->outliers != STP_OUTLIERS_KEEP) {
+        STP_TRY(stp_prep_treat_outliers(job, err));
+        STP_TRY(stp_prep_end_stage(job, STP_STAGE_OUTLIERS, err));
+    }
     stp_prep_choose_stations(job);
     STP_TRY(find_surface(job, err));
     STP_TRY(find_closed(job, err));
@@ -410,29 +413,6 @@ static stp_resolution resolution_of(const stp_prep_source *source, const stp_pre
                             .floats = source->floats};
 }
 
-/* Whether the scan stays a grid. Other inputs, and what changes or turns points, need them one by
- * one. */
-static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *params)
-{
-    return source->raster.columns > 0 &&
-           (source->attributes & STP_POINT_HAS_NORMAL || source->raster_nodes) &&
-           !params->join_layers && !params->maps && params->outliers == STP_OUTLIERS_KEEP &&
-           params->orient == STP_ORIENT_AUTO;
-}
-
-stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params)
-{
-    const bool grid = keeps_grid(source, params);
-    const uint64_t places = (uint64_t)source->raster.columns * source->raster.rows;
-    return (stp_prep_size){.points = grid ? places : source->point_count,
-                           .number_bytes =
-                               source->kept ? stp_attribute_list_bytes(source->kept) : 0,
-                           .grid = grid,
-                           .bent = grid && source->raster_nodes,
-                           .maps = params->maps != NULL,
-                           .fills = params->maps && params->maps->fill};
-}
-
 void stp_prep_job_begin(stp_prep_job *job)
 {
     const stp_prep_params *params = job->params;
@@ -448,7 +428,7 @@ void stp_prep_job_begin(stp_prep_job *job)
     *job->stats = (stp_prep_stats){.box = stp_dbox_empty(),
                                    .resolution = job->tree.resolution,
                                    .rank_count = params->ranks ? params->ranks->count : 0,
-                                   .keeps_grid = keeps_grid(job->source, params),
+                                   .keeps_grid = stp_prep_size_of(job->source, params).grid,
                                    .join_layers = params->join_layers,
                                    .makes_maps = params->maps != NULL,
                                    .fills_gaps = params->maps && params->maps->fill,
@@ -486,20 +466,6 @@ static void decide_attributes(stp_prep_job *job)
         }
     }
     job->tree.numbers = (stp_point_numbers){&job->kept, job->numbers, job->begins};
-}
-
-stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_prep_plan_clear(&job->plan);
-    STP_TRY(stp_prep_plan_make(&job->plan, job->path, size, job->params,
-                               stp_pool_thread_count(job->pool), err));
-    const stp_spill_params room = {.memory_bytes =
-                                       job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
-                                   .folder = job->plan.folder};
-    STP_TRY(stp_spill_create(&job->spill, &room, err));
-done:
-    return status;
 }
 
 static stp_status run(stp_prep_job *job, stp_error *err)

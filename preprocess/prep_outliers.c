@@ -1,4 +1,4 @@
-/* Treats outliers as the parameters say. */
+/* Marks or drops outliers. */
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/prep_job.h"
 
@@ -31,8 +31,6 @@ stp_status stp_prep_treat_outliers(stp_prep_job *job, stp_error *err)
     stp_cloud *cloud = &job->cloud;
     stp_prep_stats *stats = job->stats;
     uint32_t count = 0, own = 0, *sources = NULL;
-    if (stats->outliers == STP_OUTLIERS_KEEP)
-        return STP_OK;
     STP_TRY(stp_outliers_find(cloud, job->k, stats->outlier_distance, job->pool, job->progress,
                               &count, err));
     stats->outlier_count = count;
@@ -45,7 +43,6 @@ stp_status stp_prep_treat_outliers(stp_prep_job *job, stp_error *err)
             STP_TRY(stp_prep_give_rejects(job, err));
         STP_TRY(recount(job, err));
     }
-    STP_TRY(stp_prep_end_stage(job, STP_STAGE_OUTLIERS, err));
 done:
     stp_spill_free(cloud->spill, sources);
     return status;

@@ -1,6 +1,6 @@
-/* Plans the memory and disk space of a run of preprocessing. */
+/* Plans the memory and disk space of a run of preprocessing, and makes room. */
 #include "base/memory.h"
-#include "preprocess/prep.h"
+#include "preprocess/prep_job.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -149,4 +149,55 @@ void stp_prep_plan_clear(stp_prep_plan *plan)
 {
     free(plan->folder);
     *plan = (stp_prep_plan){0};
+}
+
+/* Whether the scan stays a grid. Other inputs, and what changes or turns points, need them one by
+ * one. */
+static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *params)
+{
+    return source->raster.columns > 0 &&
+           (source->attributes & STP_POINT_HAS_NORMAL || source->raster_nodes) &&
+           !params->join_layers && !params->maps && params->outliers == STP_OUTLIERS_KEEP &&
+           params->orient == STP_ORIENT_AUTO;
+}
+
+stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params)
+{
+    const bool grid = keeps_grid(source, params);
+    const uint64_t places = (uint64_t)source->raster.columns * source->raster.rows;
+    return (stp_prep_size){.points = grid ? places : source->point_count,
+                           .number_bytes =
+                               source->kept ? stp_attribute_list_bytes(source->kept) : 0,
+                           .grid = grid,
+                           .bent = grid && source->raster_nodes,
+                           .maps = params->maps != NULL,
+                           .fills = params->maps && params->maps->fill};
+}
+
+stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_prep_plan_clear(&job->plan);
+    STP_TRY(stp_prep_plan_make(&job->plan, job->path, size, job->params,
+                               stp_pool_thread_count(job->pool), err));
+    const stp_spill_params room = {.memory_bytes =
+                                       job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
+                                   .folder = job->plan.folder};
+    STP_TRY(stp_spill_create(&job->spill, &room, err));
+done:
+    return status;
+}
+
+stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_attribute_list *kept = job->source->kept;
+    const bool grid = job->stats->keeps_grid;
+    job->records = (stp_rank_part){(uint32_t)begin, (uint32_t)end};
+    STP_TRY(stp_cloud_create(&job->cloud, grid ? 0 : (uint32_t)(end - begin), job->spill, err));
+    if (kept && kept->count > 0)
+        STP_TRY(stp_spill_alloc(job->spill, &job->numbers, end - begin,
+                                stp_attribute_list_bytes(kept), "attributes", err));
+done:
+    return status;
 }

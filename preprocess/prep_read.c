@@ -196,20 +196,6 @@ done:
     return status;
 }
 
-stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, stp_error *err)
-{
-    stp_status status = STP_OK;
-    const stp_attribute_list *kept = job->source->kept;
-    const bool grid = job->stats->keeps_grid;
-    job->records = (stp_rank_part){(uint32_t)begin, (uint32_t)end};
-    STP_TRY(stp_cloud_create(&job->cloud, grid ? 0 : (uint32_t)(end - begin), job->spill, err));
-    if (kept && kept->count > 0)
-        STP_TRY(stp_spill_alloc(job->spill, &job->numbers, end - begin,
-                                stp_attribute_list_bytes(kept), "attributes", err));
-done:
-    return status;
-}
-
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -36,7 +36,7 @@ static void test_round_trip(void **state)
     for (size_t i = 0; i < sizeof recipes / sizeof *recipes; i++) {
         stp_chunk *chunk = make_chunk(&recipes[i]);
         assert_true(round_trip(chunk));
-        chunk->samples[0][70].position[0] += 300; /* no place of the grid: it is a point */
+        chunk->samples[0][70].position[0] += 700; /* 1.4 columns: it is a point */
         assert_false(round_trip(chunk));
         stp_chunk_destroy(&chunk);
     }

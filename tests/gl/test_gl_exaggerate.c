@@ -104,7 +104,7 @@ static void as_moved_before(void **state)
                 print_message("%g times, variant %d, road %d: %zu pixels apart, colours by %.2f\n",
                               heights[k], variant, r, apart, mean);
                 assert_true(apart < 700); /* outlines: discs are stretched both ways */
-                assert_true(mean < 4.0);
+                assert_true(mean < (variant < 2 ? 4.0 : 4.5)); /* each has levels of its own */
             }
         }
         gl_fixture_close(&other);
