@@ -1,5 +1,6 @@
 /* Plans the memory and disk space of a run of preprocessing, and makes room. */
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/prep_job.h"
 
 #include <errno.h>

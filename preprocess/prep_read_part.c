@@ -2,6 +2,7 @@
 #include "preprocess/prep_job.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/cloud_parts.h"
 #include "preprocess/viewpoint/claims.h"
 

@@ -6,6 +6,7 @@
 #include "formats/chunk/attribute/attribute_file.h"
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/verify/verify_tree.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/surface/surface.h"
 #include "preprocess/viewpoint/claims.h"
 

@@ -2,6 +2,7 @@
 #include "preprocess/append/append_job.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_cells.h"
 
 #include <stdlib.h>
 #include <string.h>

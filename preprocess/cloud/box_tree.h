@@ -7,27 +7,14 @@
 #ifndef STP_PREPROCESS_CLOUD_BOX_TREE_H
 #define STP_PREPROCESS_CLOUD_BOX_TREE_H
 
-#include "base/pool.h"
-#include "base/spill.h"
-#include "base/vec.h"
+#include "preprocess/cloud/cloud.h"
 #include "preprocess/cloud/nearest_list.h"
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Enough for 2^32 points. */
-#define STP_BOX_TIERS 8
-
-struct stp_cloud;
-
-typedef struct stp_box_tree {
-    stp_dbox *boxes;                   /* tier by tier, leaves first */
-    uint32_t begin[STP_BOX_TIERS + 1]; /* where each tier begins; then the end of the last tier */
-    unsigned tier_count;               /* 0: no points */
-} stp_box_tree;
-
 /* Builds the tree over the sorted points. Errors: OUT_OF_MEMORY, IO. */
-stp_status stp_box_tree_create(stp_box_tree *out, const struct stp_cloud *cloud, stp_pool *pool,
+stp_status stp_box_tree_create(stp_box_tree *out, const stp_cloud *cloud, stp_pool *pool,
                                stp_error *err);
 void stp_box_tree_clear(stp_box_tree *tree, stp_spill *spill);
 
@@ -37,12 +24,12 @@ void stp_box_tree_clear(stp_box_tree *tree, stp_spill *spill);
 /* Fills the list with the nearest distinct positions to a point's position, without its own,
  * exactly. If the list is full before, its farthest entry bounds the search: the entries must then
  * be places of the cloud at true distances. Otherwise leave the list empty. */
-void stp_box_tree_nearest(const struct stp_cloud *cloud, uint32_t self, stp_nearest_list *list);
+void stp_box_tree_nearest(const stp_cloud *cloud, uint32_t self, stp_nearest_list *list);
 
 /* Calls visit(context, begin, end) for the run of points of each leaf, in the points' order. A node
  * for which test(context, box) is false is skipped with everything below it. The walk ends when
  * visit returns false; then the function returns false. */
-bool stp_box_tree_walk(const struct stp_cloud *cloud, bool (*test)(void *, const stp_dbox *),
+bool stp_box_tree_walk(const stp_cloud *cloud, bool (*test)(void *, const stp_dbox *),
                        bool (*visit)(void *, uint32_t begin, uint32_t end), void *context);
 
 #endif

@@ -9,7 +9,6 @@
 #include "base/pool.h"
 #include "base/spill.h"
 #include "base/vec.h"
-#include "preprocess/cloud/box_tree.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -51,6 +50,15 @@ typedef struct stp_cell {
 #define STP_MARK_WIDE 16u    /* because of noise, its plane has more than the nearest points */
 #define STP_MARK_WIDEST 32u  /* likewise, and still more points */
 
+/* A tree of boxes over runs of the order (box_tree.h). */
+/* Enough for 2^32 points. */
+#define STP_BOX_TIERS 8
+typedef struct stp_box_tree {
+    stp_dbox *boxes;                   /* tier by tier, leaves first */
+    uint32_t begin[STP_BOX_TIERS + 1]; /* where each tier begins; then the end of the last tier */
+    unsigned tier_count;               /* 0: no points */
+} stp_box_tree;
+
 struct stp_cloud_blocks;
 
 typedef struct stp_cloud {
@@ -69,22 +77,6 @@ typedef struct stp_cloud {
     bool *missed; /* becomes true if a point is asked for that is not here; NULL: not wanted */
 } stp_cloud;
 
-/* Makes room for `capacity` points; the cloud is empty. Errors: OUT_OF_MEMORY, IO. */
-stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill, stp_error *err);
-/* Sorts the points along the Morton curve of their bounding cube (ties by coordinates, then by
- * source), cuts the order into cells, and allocates the arrays by point. Errors: OUT_OF_MEMORY, IO.
- */
-stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
-/* Cuts points, which are sorted, into cells, and allocates the arrays by point: the end of
- * stp_cloud_sort. Errors: likewise. */
-stp_status stp_cloud_arrange(stp_cloud *cloud, stp_pool *pool, stp_error *err);
-/* Cuts a run of points, which follow the Morton curve of the cloud's box, into cells behind those
- * that there are. Errors: OUT_OF_MEMORY, IO. */
-stp_status stp_cloud_cut(stp_cloud *cloud, uint32_t begin, uint32_t end, stp_error *err);
-/* Frees what the sort made. The points may then change and be sorted again. */
-void stp_cloud_unsort(stp_cloud *cloud);
-/* Gives back the disk space of a cell's points, sheets and marks, which nobody needs any more. */
-void stp_cloud_forget(stp_cloud *cloud, const stp_cell *cell);
 /* stp_pool_run for tasks that walk through arrays by point. Keeps to the spill's memory limit
  * between tasks. */
 stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
@@ -133,8 +125,5 @@ static inline vec3s stp_cloud_normal(const stp_cloud *cloud, uint32_t i)
     vec3s normal = cloud->points[i].normal;
     return cloud->marks[i] & STP_MARK_TURNED ? glms_vec3_negate(normal) : normal;
 }
-
-/* Frees what the cloud owns. */
-void stp_cloud_clear(stp_cloud *cloud);
 
 #endif

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/morton.h"
 
 #include <stdlib.h>

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/sort.h"
+#include "preprocess/cloud/box_tree.h"
 #include "preprocess/cloud/cloud_blocks.h"
 
 #include <stdlib.h>

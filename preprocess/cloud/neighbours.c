@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/wide.h"
+#include "preprocess/cloud/box_tree.h"
 
 #include <float.h>
 #include <stdlib.h>

@@ -3,7 +3,9 @@
 
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/cloud_parts.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/cloud/unit.h"
 
 #include <stdatomic.h>

@@ -2,6 +2,7 @@
 #include "preprocess/maps/map_around.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/box_tree.h"
 
 #include <stdlib.h>
 

@@ -2,6 +2,7 @@
 #include "preprocess/maps/part_cut.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/cloud/neighbours.h"
 #include "preprocess/maps/halve.h"
 #include "preprocess/orient/forest.h"

@@ -2,6 +2,7 @@
 #include "preprocess/orient/crumbs.h"
 
 #include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/orient/kept_walk.h"
 
 #include <string.h>

@@ -2,6 +2,7 @@
 #include "preprocess/orient/facing.h"
 
 #include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/orient/kept_walk.h"
 
 /* Log odds that a normal leans to its station, per unit of cosine. Measured on the statue and the

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/prefix_sum.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/orient/facing.h"
 #include "preprocess/orient/forest.h"
 #include "preprocess/orient/place_list.h"

@@ -3,6 +3,7 @@
 #ifndef STP_PREPROCESS_ORIENT_KEPT_WALK_H
 #define STP_PREPROCESS_ORIENT_KEPT_WALK_H
 
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/orient/sheets.h"
 
 /* A walk over a cell's kept points (graph.h), in their order:

@@ -1,6 +1,7 @@
 /* Lists of places as steps of few bytes. */
 #include "preprocess/orient/place_list.h"
 
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/cloud/neighbours.h"
 
 /* A place is stored as the step to it from `self`, since neighbours are usually near. A byte holds

@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/orient/kept_walk.h"
 
 #include <stdlib.h>

@@ -2,6 +2,7 @@
 #include "preprocess/surface/given_normals.h"
 
 #include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/cloud/nearest_list.h"
 
 #include <stdlib.h>
 

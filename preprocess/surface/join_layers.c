@@ -1,6 +1,8 @@
 /* Moves points onto the planes of their neighbourhoods. */
 #include "preprocess/surface/join_layers.h"
 
+#include "preprocess/cloud/cloud_cells.h"
+
 #include <stdlib.h>
 
 #define TIMES 2

@@ -1,6 +1,8 @@
 /* Finds the neighbours on a point's own sheet. */
 #include "preprocess/surface/layer.h"
 
+#include "preprocess/cloud/nearest_list.h"
+
 /* Goes from the point's own height up and down to the first gaps. */
 stp_layer stp_layer_find(const stp_cloud *cloud, uint32_t self, vec3s normal, const uint32_t *list,
                          unsigned k, float gap)

@@ -2,6 +2,7 @@
 #include "preprocess/surface/normals.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/surface/layer.h"
 #include "preprocess/surface/moments.h"
 

@@ -2,6 +2,7 @@
 #include "preprocess/surface/spacing.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/nearest_list.h"
 
 #include <stdlib.h>
 

@@ -6,6 +6,7 @@
 #include "formats/chunk/block_cut.h"
 #include "formats/chunk/block_table.h"
 #include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/patch/world_lattice.h"
 #include "preprocess/tree/cell_cut.h"
 #include "preprocess/tree/leaf_order.h"

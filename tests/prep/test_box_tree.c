@@ -1,6 +1,7 @@
 /* Tests the tree of boxes over runs of points: searches must miss nothing. */
 #include "base/random.h"
 #include "preprocess/cloud/box_tree.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "tests/fixtures/cloud_fixture.h"
 
 #define NEIGHBOURS 12u

@@ -1,5 +1,6 @@
 /* Tests the normals of depth images against the surfaces that the images show. */
 #include "base/sort.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/orient/pixel_sheets.h"
 #include "preprocess/surface/image_normals.h"
 #include "tests/fixtures/first_view_fixture.h"

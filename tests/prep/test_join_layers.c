@@ -1,5 +1,6 @@
 /* Tests joining layers: points move onto the surface that their layers share, against known
  * surfaces. */
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/surface/join_layers.h"
 #include "tests/fixtures/cloud_fixture.h"
 #include "tests/fixtures/size.h"

@@ -3,6 +3,7 @@
  * volumes, and hardly any points; meshes; the same bytes for any threads and memory. */
 #include "preprocess/maps/face_tree.h"
 #include "preprocess/maps/map_distance.h"
+#include "preprocess/maps/maps_make.h"
 #include "preprocess/maps/part_cut.h"
 #include "preprocess/maps/part_merge.h"
 #include "tests/fixtures/prep_fixture.h"

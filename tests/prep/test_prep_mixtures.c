@@ -1,5 +1,6 @@
 /* Tests that verify accepts what prep writes: small random mixtures, through prep and as trees of
  * small chunks. long_prep_mixtures.c tries larger ones. */
+#include "preprocess/cloud/cloud_cells.h"
 #include "tests/fixtures/mixture_fixture.h"
 #include "tests/fixtures/size.h"
 

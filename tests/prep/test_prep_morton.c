@@ -2,6 +2,7 @@
  * then by source; piles along their own curve. The result must be the same for any number of
  * threads and any order of the input. */
 #include "base/random.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/morton.h"
 #include "tests/fixtures/cloud_fixture.h"
 #include "tests/fixtures/size.h"

@@ -1,5 +1,7 @@
 /* Tests the neighbour search against brute force, on point sets that are hard for searches. */
 #include "base/random.h"
+#include "preprocess/cloud/cloud_cells.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/cloud/unit.h"
 #include "tests/fixtures/cloud_fixture.h"
 #include "tests/fixtures/size.h"

@@ -1,5 +1,6 @@
 /* Tests local spacings: noise, outliers, steps in density, duplicates. */
 #include "base/random.h"
+#include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/surface/spacing.h"
 #include "tests/fixtures/cloud_fixture.h"
 

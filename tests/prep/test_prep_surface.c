@@ -1,6 +1,8 @@
 /* Tests that the results of units equal those of the whole cloud at once, found with one index over
  * all points. */
 #include "base/random.h"
+#include "preprocess/cloud/cloud_cells.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "preprocess/orient/place_list.h"
 #include "preprocess/surface/normals.h"
 #include "preprocess/surface/spacing.h"

@@ -1,5 +1,6 @@
 /* Tests orienting real scans without their normals, against their meshes' normals. Skips unless
  * STIPPLE_SCANS names a folder of scans: the project may not distribute them. */
+#include "preprocess/cloud/nearest_list.h"
 #include "tests/fixtures/orientation_fixture.h"
 #include "tests/fixtures/scan/scan_fixture.h"
 

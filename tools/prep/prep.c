@@ -2,6 +2,7 @@
 #include "tools/commands.h"
 
 #include "base/json.h"
+#include "preprocess/cloud/nearest_list.h"
 #include "tools/cli/cli_value.h"
 #include "tools/file/codec_options.h"
 #include "tools/prep/prep_append.h"

@@ -1,5 +1,5 @@
 /* Makes elevation maps of a cloud's surface. */
-#include "preprocess/maps/maps.h"
+#include "preprocess/maps/maps_make.h"
 
 #include "base/memory.h"
 #include "preprocess/gaps/map_account.h"

@@ -1,7 +1,8 @@
 /* The cells of a cloud in Morton order. */
-#include "preprocess/cloud/cloud.h"
+#include "preprocess/cloud/cloud_cells.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/box_tree.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/morton.h"
 
