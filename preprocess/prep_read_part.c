@@ -22,15 +22,6 @@ typedef struct part_counts {
     uint32_t failed; /* 1: its part could not be read */
 } part_counts;
 
-/* Where the part of a rank begins. */
-static uint32_t begin_of(const stp_prep_source *source, const stp_ranks *ranks, unsigned rank)
-{
-    const uint64_t count = source->point_count;
-    return (uint32_t)(rank == ranks->count
-                          ? count
-                          : source->part_begin(source->context, count * rank / ranks->count));
-}
-
 stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
 {
     const stp_prep_source *source = job->source;
@@ -44,8 +35,10 @@ stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
     if (!in_parts)
         return STP_OK;
     STP_TRY(stp_alloc(&job->begins, (size_t)ranks->count + 1, sizeof *job->begins, "ranks", err));
-    for (unsigned rank = 0; rank <= ranks->count; rank++)
-        job->begins[rank] = begin_of(source, ranks, rank);
+    for (unsigned rank = 0; rank < ranks->count; rank++)
+        job->begins[rank] = (uint32_t)source->part_begin(source->context,
+                                                         source->point_count * rank / ranks->count);
+    job->begins[ranks->count] = (uint32_t)source->point_count;
 done:
     return status;
 }

@@ -58,7 +58,7 @@ void stp_texels_write_wide(uint32_t (*out)[3], uint32_t *colours, const stp_samp
 {
     for (uint32_t i = 0; i < count; i++) {
         memcpy(out[i], &samples[i], STP_TEXEL_BYTES);
-        memcpy(&colours[i], samples[i].rgb, sizeof *colours);
+        memcpy(&colours[i], (const uint8_t *)&samples[i] + STP_TEXEL_BYTES, sizeof *colours);
     }
 }
 
