@@ -288,7 +288,6 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
     r->frame = stp_frame_describe(view, params, &r->scene);
     r->eye = stp_unexaggerated(params, view->eye);
     stp_renderer_bind_frame(r);
-    stp_block_cache_look(r->cache, &r->frame, r->eye);
     begun = stp_clock_seconds();
     if (settles || !params->stream)
         stp_fade_forget(&r->fade);
@@ -296,6 +295,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
         stp_occlude_pause(r);
         STP_TRY(stp_settle_step(r, d, err));
     } else {
+        stp_block_cache_look(r->cache, &r->frame, r->eye);
         r->kept = NULL;
         STP_TRY(stp_tiles_begin(&r->tiles, view->width, view->height,
                                 stp_pool_thread_count(r->pool), err));
