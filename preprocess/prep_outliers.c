@@ -37,7 +37,9 @@ stp_status stp_prep_treat_outliers(stp_prep_job *job, stp_error *err)
     if (stats->outliers == STP_OUTLIERS_DROP && count > 0) {
         STP_TRY(stp_outliers_drop(cloud, count, job->pool, &sources, &own, err));
         stats->rejected[STP_REJECT_OUTLIER] = count;
-        for (uint32_t i = 0; i < own; i++)
+        /* if all points are on every rank, rank 0 tells of all */
+        const bool tells = cloud->blocks || stp_ranks_is_first(job->params->ranks);
+        for (uint32_t i = 0; tells && i < own; i++)
             STP_TRY(stp_prep_reject(job, sources[i], STP_REJECT_OUTLIER, err));
         if (job->in_parts)
             STP_TRY(stp_prep_give_rejects(job, err));

@@ -125,11 +125,16 @@ check_bytes "$all" "$FOLDER/stray.xyz" --outliers mark
 grep -Eq '"outliers_marked":[[:space:]]*[1-9]' "$FOLDER/one.json" || fail "no outliers were found"
 check_bytes "$all 3" "$FOLDER/stray.xyz" "$FOLDER/scans" --outliers drop
 expect_shared 105000 3
-"$STIPPLE" prep "$FOLDER/stray.xyz" "$FOLDER/scans" --outliers drop --rejects "$FOLDER/one.csv" -o "$FOLDER/one.stipple" \
-    --quiet --force || fail "no list of rejects"
-run "${launch[@]}" -n 3 "$STIPPLE" prep "$FOLDER/stray.xyz" "$FOLDER/scans" --outliers drop --rejects "$FOLDER/m.csv" \
-    -o "$model" --threads 1 --quiet --force --stats "$FOLDER/stats.json"
-cmp -s "$FOLDER/m.csv" "$FOLDER/one.csv" || fail "3 ranks: another list of rejects"
+check_rejects() { # further options
+    local input=("$FOLDER/stray.xyz" "$FOLDER/scans" --outliers drop --force --quiet "$@")
+    "$STIPPLE" prep "${input[@]}" --rejects "$FOLDER/one.csv" -o "$FOLDER/one.stipple" || fail "no list of rejects"
+    run "${launch[@]}" -n 3 "$STIPPLE" prep "${input[@]}" --rejects "$FOLDER/m.csv" -o "$model" --threads 1 \
+        --stats "$FOLDER/stats.json"
+    [ "$(wc -l <"$FOLDER/one.csv")" -gt 1 ] || fail "no rejects: $*"
+    cmp -s "$FOLDER/m.csv" "$FOLDER/one.csv" || fail "3 ranks: another list of rejects: $*"
+}
+check_rejects --layers joined # all points are on every rank
+check_rejects
 expect_shared 105000 3
 check_bytes "$all 3" "$FOLDER/scans"
 expect_shared 45000 3
