@@ -19,6 +19,18 @@ static inline void stp_sort_doubles(double *values, size_t count)
         qsort(values, count, sizeof *values, stp_compare_doubles);
 }
 
+static inline int stp_compare_u32(const void *a, const void *b)
+{
+    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+static inline void stp_sort_u32(uint32_t *values, size_t count)
+{
+    if (count > 0)
+        qsort(values, count, sizeof *values, stp_compare_u32);
+}
+
 /* Something of a file: its number, and the byte where it lies. */
 typedef struct stp_placed {
     uint64_t offset;

@@ -2,6 +2,7 @@
 #include "formats/chunk/block_cut.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 
 #include <stdlib.h>
 
@@ -39,12 +40,6 @@ stp_status stp_chunk_cut(stp_chunk *chunk, const uint32_t *run_ends, uint32_t ru
     return STP_OK;
 }
 
-static int compare_ends(const void *a, const void *b)
-{
-    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
 stp_status stp_chunk_cut_by_parent(stp_chunk *chunk, const stp_chunk *parent, uint32_t child,
                                    uint32_t least, stp_error *err)
 {
@@ -61,7 +56,7 @@ stp_status stp_chunk_cut_by_parent(stp_chunk *chunk, const stp_chunk *parent, ui
     }
     if (count == 0 || sum != chunk->patch_count)
         goto done;
-    qsort(ends, count, sizeof *ends, compare_ends);
+    stp_sort_u32(ends, count);
     if (ends[count - 1] == chunk->patch_count)
         STP_TRY(stp_chunk_cut(chunk, ends, count, least, err));
 done:

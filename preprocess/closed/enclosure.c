@@ -331,15 +331,9 @@ static stp_status find_outside(const enclosing *e, stp_outside *out, stp_error *
 /* Adds up what the ranks counted. */
 static stp_status sum_closed(enclosing *e, stp_error *err)
 {
-    stp_status status = STP_OK;
-    stp_ranks *ranks = e->params->ranks;
-    const unsigned own = atomic_exchange(&e->closed_count, 0);
-    for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
-        unsigned count = own;
-        STP_TRY(stp_ranks_broadcast(ranks, rank, &count, sizeof count, err));
-        atomic_fetch_add(&e->closed_count, count);
-    }
-done:
+    uint64_t count = atomic_load(&e->closed_count);
+    const stp_status status = stp_ranks_sum(e->params->ranks, &count, 1, err);
+    atomic_store(&e->closed_count, (unsigned)count);
     return status;
 }
 

@@ -50,9 +50,10 @@ typedef struct stp_cell {
 #define STP_MARK_WIDE 16u    /* because of noise, its plane has more than the nearest points */
 #define STP_MARK_WIDEST 32u  /* likewise, and still more points */
 
-/* A tree of boxes over runs of the order (box_tree.h). */
 /* Enough for 2^32 points. */
 #define STP_BOX_TIERS 8
+
+/* A tree of boxes over runs of the order (box_tree.h). */
 typedef struct stp_box_tree {
     stp_dbox *boxes;                   /* tier by tier, leaves first */
     uint32_t begin[STP_BOX_TIERS + 1]; /* where each tier begins; then the end of the last tier */

@@ -9,9 +9,10 @@
 
 #define BLOCK 65536u
 #define CODE_BITS (3 * STP_MORTON_BITS)
-/* Points are parted in place by digits of 9 bits: 8 grid cells per axis. */
+/* Points are parted in place by digits of 6 bits: 4 grid cells per axis. Each part that is being
+ * filled keeps a page in memory, so more parts at a time exceed a small memory limit. */
 #define PART_BITS 6
-#define PART_COUNT 64u
+#define PART_COUNT (1u << PART_BITS)
 /* Parts up to this size are sorted by keys outside the point array. */
 #define KEYED_POINTS 131072u
 /* Digits of the radix sort of keys. */

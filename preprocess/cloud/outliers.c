@@ -2,6 +2,7 @@
 #include "preprocess/cloud/outliers.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/cloud_parts.h"
@@ -28,6 +29,7 @@
 typedef struct reach {
     uint64_t step, own, others;
 } reach;
+_Static_assert(STP_NEIGHBOURS_LIMIT <= 64, "a bit for each neighbour");
 
 /* Neighbour lists of the points in doubt. Duplicates have one row, that of the first. */
 typedef struct table {
@@ -490,12 +492,6 @@ done:
 
 /* ---- dropping ---- */
 
-static int compare_sources(const void *a, const void *b)
-{
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
-}
-
 /* Leaves this rank's outliers out, and sorts the rest with that of the other ranks. */
 static stp_status keep_others(stp_cloud *cloud, stp_pool *pool, stp_error *err)
 {
@@ -527,7 +523,7 @@ stp_status stp_outliers_drop(stp_cloud *cloud, uint32_t count, stp_pool *pool, u
         else if (!cloud->blocks)
             cloud->points[kept++] = cloud->points[i];
     }
-    qsort(taken, taken_count, sizeof *taken, compare_sources);
+    stp_sort_u32(taken, taken_count);
     if (cloud->blocks) {
         STP_TRY(keep_others(cloud, pool, err));
     } else {

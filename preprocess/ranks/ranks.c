@@ -49,6 +49,18 @@ done:
     return status;
 }
 
+stp_status stp_ranks_share(stp_ranks *ranks, void *array, uint32_t count, size_t size,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (unsigned rank = 0; rank < stp_ranks_count(ranks) && status == STP_OK; rank++) {
+        const stp_rank_part part = stp_ranks_part(ranks, rank, count);
+        status = stp_ranks_broadcast(ranks, rank, (char *)array + part.begin * size,
+                                     (part.end - part.begin) * size, err);
+    }
+    return status;
+}
+
 stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -63,6 +63,9 @@ stp_status stp_ranks_broadcast(stp_ranks *ranks, unsigned from, void *data, size
 /* The same for bytes whose number only rank `from` knows. */
 stp_status stp_ranks_broadcast_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes,
                                      stp_error *err);
+/* Gives each rank's part (stp_ranks_part) of an array of `count` items to every rank. */
+stp_status stp_ranks_share(stp_ranks *ranks, void *array, uint32_t count, size_t size,
+                           stp_error *err);
 /* Gives bytes of rank `from`, which is not 0, to rank 0. The other ranks do nothing. */
 stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes, stp_error *err);
 

@@ -38,11 +38,7 @@ stp_status stp_tier_file_write(stp_tier_file *file, stp_tier_chunk *tier, uint32
     STP_TRY(stp_alloc(&sizes, count, sizeof *sizes, "chunks", err));
     for (uint32_t i = own.begin; i < own.end; i++)
         sizes[i] = tier[i].entry.segment_end[STP_SEGMENT_COUNT - 1];
-    for (unsigned rank = 0; rank < ranks->count; rank++) {
-        const stp_rank_part part = stp_ranks_part(ranks, rank, count);
-        STP_TRY(stp_ranks_broadcast(ranks, rank, sizes + part.begin,
-                                    (part.end - part.begin) * sizeof *sizes, err));
-    }
+    STP_TRY(stp_ranks_share(ranks, sizes, count, sizeof *sizes, err));
     for (uint32_t i = 0; i < count; file->end += sizes[i++]) {
         if (ranks->self == 0 || i < own.begin || i >= own.end)
             continue;

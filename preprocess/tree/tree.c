@@ -356,11 +356,7 @@ static stp_status build_tier(tree *t, stp_error *err)
     STP_TRY(stp_cloud_fetch(t->cloud, err));
     STP_TRY(build_own(t, err));
     stp_cloud_let_go(t->cloud);
-    for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
-        const stp_rank_part part = stp_ranks_part(ranks, rank, t->tier_count);
-        STP_TRY(stp_ranks_broadcast(ranks, rank, t->reaches.boxes + part.begin,
-                                    (part.end - part.begin) * sizeof *t->reaches.boxes, err));
-    }
+    STP_TRY(stp_ranks_share(ranks, t->reaches.boxes, t->tier_count, sizeof *t->reaches.boxes, err));
     stp_chunk_boxes_join(&t->reaches);
     STP_TRY(share_around(t, err));
 done:

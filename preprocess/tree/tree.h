@@ -49,8 +49,8 @@ stp_point_item_params stp_tree_item_params(const stp_tree_params *params, const 
 /* Builds all chunks, appends them to the writer and finishes it (*writer becomes NULL in any case).
  * *writer is NULL on ranks other than 0, which write their payloads into the same file
  * (tier_file.h). Uses up the cloud: its points may be lost. The cloud may be empty if there are
- * other sources of leaves. Chunks are built on the pool in waves and written in order: the same
- * bytes for any number of threads. Errors: those of stp_chunk_build and the writer, CANCELLED. */
+ * other sources of leaves. Chunks are built on the pool and written in order: the same bytes for
+ * any number of threads. Errors: those of stp_chunk_build and the writer, CANCELLED. */
 stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
                           const stp_tree_params *params, stp_metadata_maker *metadata,
                           void *context, stp_pool *pool, const stp_progress *progress,

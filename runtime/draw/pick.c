@@ -202,8 +202,7 @@ static GLuint index_of(GLuint name, const stored_sample *s)
 
 static bool read_words(const stp_object_texture *texture, GLuint index, stored_sample *out)
 {
-    const GLuint colours = out->chunk.colours, place = index + (colours >> 30);
-    const GLuint words = 3 * (colours & 0x3fffffffu) + place;
+    const GLuint colours = out->chunk.colours;
     uint32_t texel[3];
     if (!read_item(&texture->samples, index, texture->sample_ranges.capacity, texel, sizeof texel))
         return false;
@@ -211,8 +210,8 @@ static bool read_words(const stp_object_texture *texture, GLuint index, stored_s
     if (colours == STP_TEXELS_NARROW)
         return true;
     memcpy(&out->sample, texel, sizeof texel);
-    return read_item(&texture->samples, words, 3 * texture->sample_ranges.capacity, out->sample.rgb,
-                     sizeof(uint32_t));
+    return read_item(&texture->samples, stp_texels_colour_word(colours, index),
+                     3 * texture->sample_ranges.capacity, out->sample.rgb, sizeof(uint32_t));
 }
 
 static bool read_sample(const stp_object_texture *texture, GLuint name, stored_sample *out)

@@ -29,6 +29,12 @@ static inline uint32_t stp_texels_samples(uint32_t most)
  * and c the others, that of the sample at index i is word (i + s) % 3 of texel c + (i + s) / 3. */
 uint32_t stp_texels_colours(uint32_t begin, uint32_t samples);
 
+/* The word, counted from the first texel's, of a sample's colour. index: of the sample's texel. */
+static inline uint32_t stp_texels_colour_word(uint32_t colours, uint32_t index)
+{
+    return 3 * (colours & ~STP_TEXELS_NARROW) + (colours >> 30) + index;
+}
+
 /* Whether all samples of a decoded block are narrow. */
 bool stp_texels_are_narrow(const stp_chunk *chunk);
 /* Writes the samples of a level into out[i], i from 0 on. */
