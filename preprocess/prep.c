@@ -29,8 +29,6 @@
 #define UNIT_POINT_BYTES 448u
 #define UNIT_ROOM 8u
 #define UNIT_POINTS_MAX (4u * STP_CELL_POINTS)
-/* The part of the memory for voxels. Only points and their marks are held besides. */
-#define CLOSED_ROOM 8u
 /* Bits of a grid's normals at most: 0.16 degrees. The heights tell them in any case. */
 #define GRID_NORMAL_BITS 10u
 /* Their heights, if they are floats, are off by at most the greatest of their noise, their range
@@ -213,18 +211,13 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
     bool guessed =
         stats->orientation == STP_ORIENTATION_PROPAGATED ||
         (stats->orientation == STP_ORIENTATION_MIXED && !stp_orient_stations(&job->orient));
-    /* Voxels are as fine as memory allows, and all ranks need the same. */
-    uint64_t memory = job->plan.memory_bytes;
-    stp_status status = stp_ranks_broadcast(job->params->ranks, 0, &memory, sizeof memory, err);
-    if (status != STP_OK)
-        return status;
     const stp_enclosure_params params = {
         .lambda = job->tree.lambda,
-        .memory_bytes = memory / CLOSED_ROOM,
         .guessed = guessed,
         .ranks = job->params->ranks,
     };
-    status = stp_enclosure_find(&job->outside, &job->cloud, &params, job->pool, err);
+    const stp_status status =
+        stp_enclosure_find(&job->outside, &job->cloud, &params, job->pool, err);
     if (status != STP_OK)
         return status;
     stats->closed_count = job->outside.point_count;

@@ -6,8 +6,7 @@
  * (grid/height_grid.h). Memory: as given. If the points and what is known of them, about 90 bytes
  * per point, do not fit, they go to temporary files (base/spill.h). Lines and triangles are held in
  * memory as a whole. A failure or a kill leaves no file. Threads: those of the pool. The output has
- * the same bytes for any number of threads, and for any memory if `closed` proves the same: its
- * voxels are as fine as an eighth of the memory allows. */
+ * the same bytes for any number of threads and any memory. */
 #ifndef STP_PREPROCESS_PREP_H
 #define STP_PREPROCESS_PREP_H
 

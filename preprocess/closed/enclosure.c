@@ -17,8 +17,12 @@
 #define VOXEL_GROWTH 1.2
 /* Empty voxels around the box: discs reach beyond their centres. */
 #define MARGIN 8
-/* Sets of voxels in memory at once: occupied, outside, and three while openings are sealed. */
-#define SETS 5u
+/* The blocks of voxels that a model may have: the least number, and one more for so many points. So
+ * the voxels' size depends on the model alone, not on memory. Five sets of bits (occupied, outside,
+ * and three while openings are sealed) take 40 bytes a point then; surfaces have a block for 700 to
+ * 2000 points. */
+#define VOXEL_BLOCKS_LEAST 4096u
+#define VOXEL_BLOCK_POINTS 512u
 /* Voxels. A disc with a greater radius closes nothing: it would cost too much. */
 #define RADIUS_LIMIT 48.0
 /* Voxels. How far from a point its open voxels are looked for. */
@@ -274,12 +278,13 @@ static bool measure(enclosing *e, int blocks[3])
     return true;
 }
 
-/* Makes a grid whose voxels fit the spacing and whose blocks fit the memory. *found is false if
+/* Makes a grid whose voxels fit the spacing and whose blocks are not too many. *found is false if
  * there is none. */
 static stp_status fit_grid(enclosing *e, stp_pool *pool, bool *found, stp_error *err)
 {
     stp_status status = STP_OK;
     double spacing = 0.0;
+    const uint32_t most = VOXEL_BLOCKS_LEAST + e->cloud->count / VOXEL_BLOCK_POINTS;
     *found = false;
     if (e->cloud->count < POINTS_LEAST)
         return STP_OK;
@@ -294,8 +299,7 @@ static stp_status fit_grid(enclosing *e, stp_pool *pool, bool *found, stp_error 
         STP_TRY(stp_voxel_grid_create(&e->grid, blocks, e->cloud->spill, err));
         STP_TRY(look_at_own(e, claim, pool, err));
         STP_TRY(stp_voxel_share_claims(&e->grid, e->params->ranks, err));
-        *found = stp_voxel_grid_claimed(&e->grid) * SETS * sizeof(stp_voxel_bits) <=
-                 e->params->memory_bytes;
+        *found = stp_voxel_grid_claimed(&e->grid) <= most;
         if (!*found)
             stp_voxel_grid_clear(&e->grid);
     }

@@ -17,8 +17,7 @@
 #include "preprocess/ranks/ranks.h"
 
 typedef struct stp_enclosure_params {
-    double lambda;         /* radius of a disc over its spacing */
-    uint64_t memory_bytes; /* for the voxels */
+    double lambda; /* radius of a disc over its spacing */
     /* The signs of the normals are guesses. A point that is closed on its other side is turned, and
      * only closed points count as oriented. */
     bool guessed;
@@ -26,9 +25,9 @@ typedef struct stp_enclosure_params {
 } stp_enclosure_params;
 
 /* Sets STP_MARK_CLOSED in a cloud whose spacings, normals and signs are known. *out says where an
- * eye is outside; free it with stp_outside_clear. If the voxels that the spacing asks for do not
- * fit the given memory, no point is closed. The result is the same for any number of threads
- * and ranks. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
+ * eye is outside; free it with stp_outside_clear. If the spacing asks for too many voxels, no point
+ * is closed. The result is the same for any number of threads and ranks and any memory. Errors:
+ * OUT_OF_MEMORY, IO, CANCELLED. */
 stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
                               const stp_enclosure_params *params, stp_pool *pool, stp_error *err);
 

@@ -8,8 +8,7 @@
 #include <string.h>
 
 #define POINTS 60000u
-static const stp_enclosure_params guessed = {
-    .lambda = 1.7, .memory_bytes = UINT64_C(1) << 30, .guessed = true};
+static const stp_enclosure_params guessed = {.lambda = 1.7, .guessed = true};
 
 /* How many points are closed; `wrong` counts those that point inwards or whose orientation is
  * unknown. */
@@ -138,19 +137,20 @@ static void holes(void **state)
     }
 }
 
-/* Without memory for voxels, nothing is closed, and no guess counts as known. */
-static void no_memory(void **state)
+/* In a box too large for the voxels, nothing is closed, and no guess counts as known. */
+static void too_large(void **state)
 {
     (void)state;
     surface_cloud s = scan_without(GEN_SPHERE, POINTS, (stp_dvec3){0}, 0.0);
-    stp_enclosure_params little = guessed;
-    stp_outside out = {0};
-    stp_error err = {0};
-    little.memory_bytes = 1000;
-    assert_int_equal(stp_enclosure_find(&out, &s.cloud, &little, s.pool, &err), STP_OK);
+    const stp_dbox box = s.cloud.box;
+    s.cloud.box.max.x += 1000.0;
+    stp_outside out = find(&s);
     assert_int_equal(tally_of(&s).closed, 0);
     assert_int_equal(out.point_count, 0);
-    assert_int_equal(stp_enclosure_find(&out, &s.cloud, &guessed, s.pool, &err), STP_OK);
+    for (uint32_t p = 0; p < s.cloud.count; p++)
+        assert_false(surface_is_oriented(&s, p));
+    s.cloud.box = box;
+    out = find(&s);
     assert_int_equal(out.point_count, POINTS);
     stp_outside_clear(&out);
     surface_clear(&s);
@@ -239,7 +239,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(solids),    cmocka_unit_test(open_surfaces), cmocka_unit_test(holes),
-        cmocka_unit_test(no_memory), cmocka_unit_test(few_points),    cmocka_unit_test(in_the_file),
+        cmocka_unit_test(too_large), cmocka_unit_test(few_points),    cmocka_unit_test(in_the_file),
         cmocka_unit_test(malformed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -8,6 +8,12 @@ scan="$FOLDER/scan.ply"
 mkdir "$FOLDER/models" "$FOLDER/temp ö"
 "$STIPPLE" gen bumpy -n 200000 --noise 0.1 --order random -o "$scan" --quiet || fail "no scan"
 "$STIPPLE" prep "$scan" -o "$FOLDER/reference.stipple" --threads 1 --quiet || fail "no reference"
+# A sphere sampled densely beside a large one sampled coarsely: voxels small enough for the one are
+# many for the other, 22 MB of them.
+awk 'BEGIN { for (i = 0; i < 60000; i++) {
+    large = i % 3 == 0; n = large ? 20000 : 40000; at = large ? i / 3 : i - int(i / 3) - 1
+    z = (2 * at + 1) / n - 1; r = sqrt(1 - z * z); size = large ? 5 : 1
+    print size * r * cos(2.39996323 * at) + 8 * large, size * r * sin(2.39996323 * at), size * z } }' >"$FOLDER/two.xyz"
 
 # Must give the same bytes; uses files if the points do not fit into memory.
 check_bytes() { # threads, memory, temporary files (yes or no)
@@ -34,6 +40,12 @@ check_bytes 1 90M yes
 check_bytes 4 210M yes
 check_bytes 2 256M yes
 check_bytes 4 8G no
+for memory in 2G 256M 91M; do
+    "$STIPPLE" prep "$FOLDER/two.xyz" -o "$FOLDER/two-$memory.stipple" --threads 1 --memory $memory \
+        --temp "$FOLDER/temp ö" --stats "$FOLDER/stats.json" --force --quiet || fail "two spheres, $memory"
+    [ "$(field points_closed)" = 60000 ] || fail "two spheres, $memory: not closed"
+    cmp -s "$FOLDER/two-$memory.stipple" "$FOLDER/two-2G.stipple" || fail "two spheres, $memory: other bytes"
+done
 if is_long; then
     check_bytes 2 130M yes
     check_bytes 1 1G no
