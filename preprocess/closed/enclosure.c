@@ -296,7 +296,7 @@ static stp_status fit_grid(enclosing *e, stp_pool *pool, bool *found, stp_error 
         e->voxel = s * spacing;
         if (!measure(e, blocks))
             continue;
-        STP_TRY(stp_voxel_grid_create(&e->grid, blocks, e->cloud->spill, err));
+        STP_TRY(stp_voxel_grid_create(&e->grid, blocks, e->cloud->spill, pool, err));
         STP_TRY(look_at_own(e, claim, pool, err));
         STP_TRY(stp_voxel_share_claims(&e->grid, e->params->ranks, err));
         *found = stp_voxel_grid_claimed(&e->grid) <= most;

@@ -10,10 +10,10 @@
 #define CLAIMED UINT32_MAX
 
 stp_status stp_voxel_grid_create(stp_voxel_grid *out, const int blocks[3], stp_spill *spill,
-                                 stp_error *err)
+                                 stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_voxel_grid g = {.blocks = {blocks[0], blocks[1], blocks[2]}, .spill = spill};
+    stp_voxel_grid g = {.blocks = {blocks[0], blocks[1], blocks[2]}, .spill = spill, .pool = pool};
     STP_TRY(stp_alloc(&g.number, stp_voxel_place_count(&g), sizeof *g.number, "a grid", err));
     STP_TRY(stp_alloc(&g.reached, stp_voxel_place_count(&g), 1, "a grid", err));
     *out = g;
@@ -27,7 +27,8 @@ void stp_voxel_grid_clear(stp_voxel_grid *grid)
 {
     stp_spill_free(grid->spill, grid->outside);
     stp_spill_free(grid->spill, grid->occupied);
-    free(grid->reached);
+    free(grid->places);
+    free((void *)grid->reached);
     free((void *)grid->number);
     *grid = (stp_voxel_grid){0};
 }
@@ -57,15 +58,52 @@ uint32_t stp_voxel_grid_claimed(const stp_voxel_grid *grid)
 
 stp_status stp_voxel_grid_make(stp_voxel_grid *grid, stp_error *err)
 {
+    stp_status status = STP_OK;
+    const uint32_t count = stp_voxel_grid_claimed(grid);
+    STP_TRY(stp_alloc(&grid->places, count, sizeof *grid->places, "a grid", err));
     for (size_t i = 0; i < stp_voxel_place_count(grid); i++)
-        if (stp_voxel_number(grid, i) != 0)
-            atomic_store_explicit(&grid->number[i], ++grid->block_count, memory_order_relaxed);
-    stp_status status = stp_spill_alloc(grid->spill, &grid->occupied, grid->block_count,
-                                        sizeof *grid->occupied, "a grid", err);
-    if (status != STP_OK)
-        return status;
-    return stp_spill_alloc(grid->spill, &grid->outside, grid->block_count, sizeof *grid->outside,
-                           "a grid", err);
+        if (stp_voxel_number(grid, i) != 0) {
+            grid->places[grid->block_count++] = (uint32_t)i;
+            atomic_store_explicit(&grid->number[i], grid->block_count, memory_order_relaxed);
+        }
+    STP_TRY(stp_spill_alloc(grid->spill, &grid->occupied, count, sizeof *grid->occupied, "a grid",
+                            err));
+    STP_TRY(
+        stp_spill_alloc(grid->spill, &grid->outside, count, sizeof *grid->outside, "a grid", err));
+done:
+    return status;
+}
+
+/* ---- passes ---- */
+
+/* Blocks of a task of the pool. */
+#define RUN_BLOCKS 16u
+
+typedef struct block_pass {
+    const stp_voxel_grid *grid;
+    uint32_t count;
+    stp_voxel_task *task;
+    void *context;
+} block_pass;
+
+static stp_status run_blocks(void *context, size_t index, unsigned worker, stp_error *err)
+{
+    const block_pass *p = context;
+    const uint32_t begin = (uint32_t)index * RUN_BLOCKS, left = p->count - begin;
+    const uint32_t end = begin + (left < RUN_BLOCKS ? left : RUN_BLOCKS);
+    (void)worker;
+    (void)err;
+    stp_spill_relieve(p->grid->spill);
+    for (uint32_t i = begin; i < end; i++)
+        p->task(p->context, i);
+    return STP_OK;
+}
+
+stp_status stp_voxel_grid_run(const stp_voxel_grid *grid, uint32_t count, stp_voxel_task *task,
+                              void *context, stp_error *err)
+{
+    block_pass p = {grid, count, task, context};
+    return stp_pool_run(grid->pool, (count + RUN_BLOCKS - 1) / RUN_BLOCKS, run_blocks, &p, err);
 }
 
 /* ---- the flood ---- */
@@ -75,24 +113,27 @@ typedef struct face {
     uint32_t row[BLOCK];
 } face;
 
-/* The queue of places to look at: a ring with each place at most once. */
+/* A flood goes in rounds. In each, threads look at places side by side. A place where water may
+ * have come in is looked at in the next round. Threads may see water early or late, but what is
+ * wet in the end is the same. */
 typedef struct flood {
     stp_voxel_grid *grid;
     const stp_voxel_bits *walls;
-    uint32_t *queue;
-    uint8_t *queued;
-    size_t capacity, begin, count;
+    uint32_t *queue, *next; /* the places of this round and of the next one, each once */
+    _Atomic uint8_t *sides; /* by place: bits of the sides where water may have come in */
+    atomic_uint next_count;
 } flood;
 
 /* Sides of a block, by axis: low, then high. */
 #define SIDES 6
+#define ALL_SIDES ((1u << SIDES) - 1)
 
-static void enqueue(flood *f, size_t place)
+/* Adds a place to the next round, unless it waits for its turn already. */
+static void enqueue(flood *f, size_t place, unsigned sides)
 {
-    if (f->queued[place])
-        return;
-    f->queued[place] = 1;
-    f->queue[(f->begin + f->count++) % f->capacity] = (uint32_t)place;
+    if (atomic_fetch_or_explicit(&f->sides[place], (uint8_t)sides, memory_order_acq_rel) == 0)
+        f->next[atomic_fetch_add_explicit(&f->next_count, 1, memory_order_relaxed)] =
+            (uint32_t)place;
 }
 
 /* The place beyond a side of a block. False: beyond the grid. */
@@ -106,6 +147,11 @@ static bool beyond(const stp_voxel_grid *g, const int at[3], int side, size_t *p
     return true;
 }
 
+static inline uint32_t row_of(const stp_voxel_bits *b, int z, int y)
+{
+    return __atomic_load_n(&b->row[z][y], __ATOMIC_RELAXED);
+}
+
 /* The set voxels at one side of a block. For a side across x, row z has bit y. */
 static face face_of(const stp_voxel_bits *b, int side)
 {
@@ -113,12 +159,12 @@ static face face_of(const stp_voxel_bits *b, int side)
     int last = side % 2 ? BLOCK - 1 : 0;
     for (int i = 0; i < BLOCK; i++) {
         if (side / 2 == 2)
-            out.row[i] = stp_voxel_row(b, last, i);
+            out.row[i] = row_of(b, last, i);
         else if (side / 2 == 1)
-            out.row[i] = stp_voxel_row(b, i, last);
+            out.row[i] = row_of(b, i, last);
         else
             for (int y = 0; y < BLOCK; y++)
-                out.row[i] |= (stp_voxel_row(b, i, y) >> last & 1u) << y;
+                out.row[i] |= (row_of(b, i, y) >> last & 1u) << y;
     }
     return out;
 }
@@ -135,7 +181,7 @@ static face seen_beyond(const flood *f, const int at[3], int side)
     uint32_t number = stp_voxel_number(g, place);
     if (number != 0)
         return face_of(&g->outside[number - 1], side ^ 1);
-    return g->reached[place] ? all : none;
+    return stp_voxel_reached(g, place) ? all : none;
 }
 
 /* A block during its flood. */
@@ -166,18 +212,21 @@ static inline bool wet_row(basin *b, int z, int y, uint32_t water)
     return true;
 }
 
-static void pour(basin *b, int side, const face *in)
+/* Lets water in from a side. Returns whether any is new. */
+static bool pour(basin *b, int side, const face *in)
 {
+    bool came = false;
     int last = side % 2 ? BLOCK - 1 : 0;
     for (int i = 0; i < BLOCK; i++) {
         if (side / 2 == 2)
-            wet_row(b, last, i, in->row[i]);
+            came |= wet_row(b, last, i, in->row[i]);
         else if (side / 2 == 1)
-            wet_row(b, i, last, in->row[i]);
+            came |= wet_row(b, i, last, in->row[i]);
         else
             for (int y = 0; y < BLOCK; y++)
-                wet_row(b, i, y, (in->row[i] >> y & 1u) << last);
+                came |= wet_row(b, i, y, (in->row[i] >> y & 1u) << last);
     }
+    return came;
 }
 
 /* Grows one row from its neighbours in the block. Returns whether it grew. */
@@ -207,46 +256,81 @@ static void enqueue_beyond(flood *f, const int at[3], int side)
 {
     size_t next = 0;
     if (beyond(f->grid, at, side, &next))
-        enqueue(f, next);
+        enqueue(f, next, 1u << (side ^ 1));
 }
 
-static void flood_empty(flood *f, size_t place, const int at[3])
+static void flood_empty(flood *f, size_t place, const int at[3], unsigned sides)
 {
     bool comes = false;
     for (int side = 0; side < SIDES && !comes; side++) {
+        if (!(sides >> side & 1))
+            continue;
         face in = seen_beyond(f, at, side);
         for (int i = 0; i < BLOCK; i++)
             comes |= in.row[i] != 0;
     }
-    if (!comes || f->grid->reached[place])
+    if (!comes || stp_voxel_reached(f->grid, place))
         return;
-    f->grid->reached[place] = 1;
+    atomic_store_explicit(&f->grid->reached[place], 1, memory_order_relaxed);
     for (int side = 0; side < SIDES; side++)
         enqueue_beyond(f, at, side);
 }
 
-static void flood_block(flood *f, uint32_t number, const int at[3])
+/* Writes what is wet. Returns the sides where water is new. */
+static unsigned keep_water(stp_voxel_bits *outside, const basin *b)
+{
+    unsigned sides = 0;
+    for (int z = 0; z < BLOCK; z++)
+        for (int y = 0; y < BLOCK; y++) {
+            const uint32_t fresh = b->wet[z][y] & ~outside->row[z][y];
+            if (fresh == 0)
+                continue;
+            __atomic_store_n(&outside->row[z][y], b->wet[z][y], __ATOMIC_RELAXED);
+            sides |= fresh & 1u ? 1u << 0 : 0u;
+            sides |= fresh >> (BLOCK - 1) ? 1u << 1 : 0u;
+            sides |= y == 0 ? 1u << 2 : y == BLOCK - 1 ? 1u << 3 : 0u;
+            sides |= z == 0 ? 1u << 4 : z == BLOCK - 1 ? 1u << 5 : 0u;
+        }
+    return sides;
+}
+
+static void flood_block(flood *f, uint32_t number, const int at[3], unsigned sides)
 {
     stp_voxel_bits *outside = &f->grid->outside[number - 1];
+    const stp_voxel_bits *walls = &f->walls[number - 1];
+    bool came = false;
     basin b;
-    face before[SIDES];
-    for (int i = 0; i < BLOCK * BLOCK; i++) {
-        b.wet[i / BLOCK][i % BLOCK] = stp_voxel_row(outside, i / BLOCK, i % BLOCK);
-        b.open[i / BLOCK][i % BLOCK] = ~stp_voxel_row(&f->walls[number - 1], i / BLOCK, i % BLOCK);
-    }
-    for (int side = 0; side < SIDES; side++) {
-        face in = seen_beyond(f, at, side);
-        before[side] = face_of(outside, side);
-        pour(&b, side, &in);
-    }
+    memcpy(b.wet, outside->row, sizeof b.wet);
+    for (int z = 0; z < BLOCK; z++)
+        for (int y = 0; y < BLOCK; y++)
+            b.open[z][y] = ~walls->row[z][y];
+    for (int side = 0; side < SIDES; side++)
+        if (sides >> side & 1) {
+            face in = seen_beyond(f, at, side);
+            came |= pour(&b, side, &in);
+        }
+    if (!came)
+        return;
     flood_basin(&b);
-    for (int i = 0; i < BLOCK * BLOCK; i++)
-        stp_voxel_row_set(outside, i / BLOCK, i % BLOCK, b.wet[i / BLOCK][i % BLOCK]);
-    for (int side = 0; side < SIDES; side++) {
-        face after = face_of(outside, side);
-        if (memcmp(&before[side], &after, sizeof after) != 0)
+    sides = keep_water(outside, &b);
+    for (int side = 0; side < SIDES; side++)
+        if (sides >> side & 1)
             enqueue_beyond(f, at, side);
-    }
+}
+
+static void look_at_place(void *context, uint32_t index)
+{
+    flood *f = context;
+    const size_t place = f->queue[index];
+    const uint32_t number = stp_voxel_number(f->grid, place);
+    /* first, so that later water waits for the next round */
+    const unsigned sides = atomic_exchange_explicit(&f->sides[place], 0, memory_order_acq_rel);
+    int at[3];
+    stp_voxel_place_split(f->grid, place, at);
+    if (number != 0)
+        flood_block(f, number, at, sides);
+    else
+        flood_empty(f, place, at, sides);
 }
 
 static bool on_border(const stp_voxel_grid *g, const int at[3])
@@ -257,43 +341,44 @@ static bool on_border(const stp_voxel_grid *g, const int at[3])
     return false;
 }
 
+static void dry_block(void *context, uint32_t block)
+{
+    const flood *f = context;
+    memset(&f->grid->outside[block], 0, sizeof *f->grid->outside);
+}
+
 /* Resets: nothing is outside, and every place at the border is queued. */
-static void begin_flood(flood *f)
+static stp_status begin_flood(flood *f, stp_error *err)
 {
     stp_voxel_grid *g = f->grid;
-    memset(g->reached, 0, f->capacity);
-    for (uint32_t i = 0; i < g->block_count; i++)
-        memset((void *)&g->outside[i], 0, sizeof g->outside[i]);
-    for (size_t place = 0; place < f->capacity; place++) {
+    memset((void *)g->reached, 0, stp_voxel_place_count(g));
+    for (size_t place = 0; place < stp_voxel_place_count(g); place++) {
         int at[3];
         stp_voxel_place_split(g, place, at);
         if (on_border(g, at))
-            enqueue(f, place);
+            enqueue(f, place, ALL_SIDES);
     }
+    return stp_voxel_grid_run(g, g->block_count, dry_block, f, err);
 }
 
 stp_status stp_voxel_grid_flood(stp_voxel_grid *grid, const stp_voxel_bits *walls, stp_error *err)
 {
     stp_status status = STP_OK;
-    flood f = {.grid = grid, .walls = walls, .capacity = stp_voxel_place_count(grid)};
-    STP_TRY(stp_alloc(&f.queue, f.capacity, sizeof *f.queue, "a grid", err));
-    STP_TRY(stp_alloc(&f.queued, f.capacity, 1, "a grid", err));
-    begin_flood(&f);
-    while (f.count > 0) {
-        int at[3];
-        size_t place = f.queue[f.begin];
-        f.begin = (f.begin + 1) % f.capacity;
-        f.count--;
-        f.queued[place] = 0;
-        stp_voxel_place_split(grid, place, at);
-        uint32_t number = stp_voxel_number(grid, place);
-        if (number != 0)
-            flood_block(&f, number, at);
-        else
-            flood_empty(&f, place, at);
+    flood f = {.grid = grid, .walls = walls};
+    const size_t places = stp_voxel_place_count(grid);
+    STP_TRY(stp_alloc(&f.queue, places, sizeof *f.queue, "a grid", err));
+    STP_TRY(stp_alloc(&f.next, places, sizeof *f.next, "a grid", err));
+    STP_TRY(stp_alloc(&f.sides, places, 1, "a grid", err));
+    STP_TRY(begin_flood(&f, err));
+    for (uint32_t count; (count = atomic_exchange(&f.next_count, 0)) > 0;) {
+        uint32_t *queue = f.next;
+        f.next = f.queue;
+        f.queue = queue;
+        STP_TRY(stp_voxel_grid_run(grid, count, look_at_place, &f, err));
     }
 done:
-    free(f.queued);
+    free((void *)f.sides);
+    free(f.next);
     free(f.queue);
     return status;
 }
@@ -307,11 +392,11 @@ stp_voxel stp_voxel_grid_at(const stp_voxel_grid *grid, int x, int y, int z)
         return STP_VOXEL_OUTSIDE;
     uint32_t number = stp_voxel_block_of(grid, x, y, z, &place), bit = 1u << (x % BLOCK);
     if (number == 0)
-        return grid->reached[place] ? STP_VOXEL_OUTSIDE : STP_VOXEL_INSIDE;
-    if (stp_voxel_row(&grid->occupied[number - 1], z % BLOCK, y % BLOCK) & bit)
+        return stp_voxel_reached(grid, place) ? STP_VOXEL_OUTSIDE : STP_VOXEL_INSIDE;
+    if (grid->occupied[number - 1].row[z % BLOCK][y % BLOCK] & bit)
         return STP_VOXEL_OCCUPIED;
-    return stp_voxel_row(&grid->outside[number - 1], z % BLOCK, y % BLOCK) & bit ? STP_VOXEL_OUTSIDE
-                                                                                 : STP_VOXEL_INSIDE;
+    return grid->outside[number - 1].row[z % BLOCK][y % BLOCK] & bit ? STP_VOXEL_OUTSIDE
+                                                                     : STP_VOXEL_INSIDE;
 }
 
 bool stp_voxel_grid_clear_of(const stp_voxel_grid *grid, int x, int y, int z, int side)
@@ -320,10 +405,10 @@ bool stp_voxel_grid_clear_of(const stp_voxel_grid *grid, int x, int y, int z, in
     uint32_t number = stp_voxel_block_of(grid, x, y, z, &place);
     uint32_t wanted = (side == BLOCK ? UINT32_MAX : (1u << side) - 1) << x % BLOCK;
     if (number == 0)
-        return grid->reached[place];
+        return stp_voxel_reached(grid, place);
     for (int k = 0; k < side; k++)
         for (int j = 0; j < side; j++)
-            if (~stp_voxel_row(&grid->outside[number - 1], z % BLOCK + k, y % BLOCK + j) & wanted)
+            if (~grid->outside[number - 1].row[z % BLOCK + k][y % BLOCK + j] & wanted)
                 return false;
     return true;
 }

@@ -2,10 +2,12 @@
  *
  * Voxels are bits in blocks of 32 x 32 x 32. A block that nobody claims takes five bytes.
  * Everything beyond the grid is outside. Units: voxels; voxel (i, j, k) is the cube from (i, j, k)
- * to (i + 1, j + 1, k + 1). Threads: claims and marks from any thread; everything else from one. */
+ * to (i + 1, j + 1, k + 1). Threads: claims and marks from any thread; everything else from one,
+ * which lets those of a pool flood and seal. The result is the same for any number of them. */
 #ifndef STP_PREPROCESS_CLOSED_VOXEL_GRID_H
 #define STP_PREPROCESS_CLOSED_VOXEL_GRID_H
 
+#include "base/pool.h"
 #include "base/spill.h"
 
 #include <stdatomic.h>
@@ -17,24 +19,27 @@
 /* Most blocks along an axis. */
 #define STP_VOXEL_BLOCKS_LIMIT 128
 
-/* A bit for each voxel of a block: [z][y], bit x. */
+/* A bit for each voxel of a block: [z][y], bit x. Plain numbers, so that loops over rows go in
+ * lanes; where threads meet, __atomic_* reads and writes them. */
 typedef struct stp_voxel_bits {
-    _Atomic uint32_t row[STP_VOXEL_BLOCK][STP_VOXEL_BLOCK];
+    uint32_t row[STP_VOXEL_BLOCK][STP_VOXEL_BLOCK];
 } stp_voxel_bits;
 
 typedef struct stp_voxel_grid {
     int blocks[3];                      /* along each axis */
     _Atomic uint32_t *number;           /* by place: the block's number from 1; 0: no block */
-    uint8_t *reached;                   /* by place: the block has no number and is outside */
+    _Atomic uint8_t *reached;           /* by place: the block has no number and is outside */
+    uint32_t *places;                   /* by number - 1 */
     stp_voxel_bits *occupied, *outside; /* by number - 1 */
     uint32_t block_count;               /* blocks with a number */
     stp_spill *spill;                   /* where blocks lie, borrowed */
+    stp_pool *pool;                     /* borrowed */
 } stp_voxel_grid;
 
 /* Creates a grid of this many blocks along each axis, 1 to the limit. No block is claimed. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_voxel_grid_create(stp_voxel_grid *out, const int blocks[3], stp_spill *spill,
-                                 stp_error *err);
+                                 stp_pool *pool, stp_error *err);
 void stp_voxel_grid_clear(stp_voxel_grid *grid);
 
 /* Claims the blocks of a box of voxels, ends included: its voxels may be occupied later. Voxels
@@ -75,6 +80,11 @@ size_t stp_voxel_grid_openings(const stp_voxel_grid *grid, int *out, size_t capa
 
 /* ---- for passes over all blocks ---- */
 
+typedef void stp_voxel_task(void *context, uint32_t index);
+/* Calls task for each index below count, on the pool. Keeps to the spill's limit of memory. */
+stp_status stp_voxel_grid_run(const stp_voxel_grid *grid, uint32_t count, stp_voxel_task *task,
+                              void *context, stp_error *err);
+
 static inline size_t stp_voxel_place_count(const stp_voxel_grid *g)
 {
     return (size_t)g->blocks[0] * (size_t)g->blocks[1] * (size_t)g->blocks[2];
@@ -90,14 +100,9 @@ static inline uint32_t stp_voxel_number(const stp_voxel_grid *g, size_t place)
     return atomic_load_explicit(&g->number[place], memory_order_relaxed);
 }
 
-static inline uint32_t stp_voxel_row(const stp_voxel_bits *bits, int z, int y)
+static inline bool stp_voxel_reached(const stp_voxel_grid *g, size_t place)
 {
-    return atomic_load_explicit(&bits->row[z][y], memory_order_relaxed);
-}
-
-static inline void stp_voxel_row_set(stp_voxel_bits *bits, int z, int y, uint32_t row)
-{
-    atomic_store_explicit(&bits->row[z][y], row, memory_order_relaxed);
+    return atomic_load_explicit(&g->reached[place], memory_order_relaxed) != 0;
 }
 
 /* Splits a place into its block coordinates. */
@@ -130,9 +135,9 @@ static inline void stp_voxel_grid_mark(stp_voxel_grid *grid, int x, int y, int z
     if (stp_voxel_beyond(grid, x, y, z))
         return;
     stp_voxel_bits *b = &grid->occupied[stp_voxel_block_of(grid, x, y, z, &place) - 1];
-    _Atomic uint32_t *row = &b->row[z & (STP_VOXEL_BLOCK - 1)][y & (STP_VOXEL_BLOCK - 1)];
-    if (!(atomic_load_explicit(row, memory_order_relaxed) & bit))
-        atomic_fetch_or_explicit(row, bit, memory_order_relaxed);
+    uint32_t *row = &b->row[z & (STP_VOXEL_BLOCK - 1)][y & (STP_VOXEL_BLOCK - 1)];
+    if (!(__atomic_load_n(row, __ATOMIC_RELAXED) & bit))
+        __atomic_fetch_or(row, bit, __ATOMIC_RELAXED);
 }
 
 #endif

@@ -4,11 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A block's voxels without the atomics. */
-typedef struct plain_bits {
-    uint32_t row[STP_VOXEL_BLOCK][STP_VOXEL_BLOCK];
-} plain_bits;
-
 stp_status stp_voxel_share_claims(stp_voxel_grid *grid, stp_ranks *ranks, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -37,32 +32,24 @@ done:
     return status;
 }
 
-static void take_rows(plain_bits *out, const stp_voxel_bits *bits)
+static void add_rows(stp_voxel_bits *bits, const stp_voxel_bits *more)
 {
     for (int z = 0; z < STP_VOXEL_BLOCK; z++)
         for (int y = 0; y < STP_VOXEL_BLOCK; y++)
-            out->row[z][y] = stp_voxel_row(bits, z, y);
-}
-
-static void add_rows(stp_voxel_bits *bits, const plain_bits *more)
-{
-    for (int z = 0; z < STP_VOXEL_BLOCK; z++)
-        for (int y = 0; y < STP_VOXEL_BLOCK; y++)
-            stp_voxel_row_set(bits, z, y, stp_voxel_row(bits, z, y) | more->row[z][y]);
+            bits->row[z][y] |= more->row[z][y];
 }
 
 stp_status stp_voxel_share_occupied(stp_voxel_grid *grid, stp_ranks *ranks, stp_error *err)
 {
-    static const plain_bits none;
+    static const stp_voxel_bits none;
     stp_status status = STP_OK;
     stp_bytes own = {0}, packet = {0};
-    plain_bits rows;
+    stp_voxel_bits rows;
     for (uint32_t i = 0; stp_ranks_count(ranks) > 1 && i < grid->block_count; i++) {
-        take_rows(&rows, &grid->occupied[i]);
-        if (memcmp(&rows, &none, sizeof none) == 0)
+        if (memcmp(&grid->occupied[i], &none, sizeof none) == 0)
             continue;
         STP_TRY(stp_bytes_append(&own, &i, sizeof i, err));
-        STP_TRY(stp_bytes_append(&own, &rows, sizeof rows, err));
+        STP_TRY(stp_bytes_append(&own, &grid->occupied[i], sizeof none, err));
     }
     for (unsigned rank = 0; rank < stp_ranks_count(ranks) && stp_ranks_count(ranks) > 1; rank++) {
         uint32_t block;

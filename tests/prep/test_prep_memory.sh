@@ -40,12 +40,15 @@ check_bytes 1 90M yes
 check_bytes 4 210M yes
 check_bytes 2 256M yes
 check_bytes 4 8G no
-for memory in 2G 256M 91M; do
-    "$STIPPLE" prep "$FOLDER/two.xyz" -o "$FOLDER/two-$memory.stipple" --threads 1 --memory $memory \
-        --temp "$FOLDER/temp ö" --stats "$FOLDER/stats.json" --force --quiet || fail "two spheres, $memory"
-    [ "$(field points_closed)" = 60000 ] || fail "two spheres, $memory: not closed"
-    cmp -s "$FOLDER/two-$memory.stipple" "$FOLDER/two-2G.stipple" || fail "two spheres, $memory: other bytes"
-done
+check_closed() { # threads, memory
+    "$STIPPLE" prep "$FOLDER/two.xyz" -o "$FOLDER/two-$2.stipple" --threads "$1" --memory "$2" \
+        --temp "$FOLDER/temp ö" --stats "$FOLDER/stats.json" --force --quiet || fail "two spheres, $2"
+    [ "$(field points_closed)" = 60000 ] || fail "two spheres, $2: not closed"
+    cmp -s "$FOLDER/two-$2.stipple" "$FOLDER/two-2G.stipple" || fail "two spheres, $2: other bytes"
+}
+check_closed 4 2G
+check_closed 2 256M
+check_closed 1 91M
 if is_long; then
     check_bytes 2 130M yes
     check_bytes 1 1G no
