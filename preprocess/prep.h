@@ -154,6 +154,7 @@ typedef struct stp_prep_stats {
     unsigned normal_bits;   /* of the grid of normals that the input did not give; 0: no points */
     uint32_t images;        /* of depth cameras that stay grids of pixels (depth_image.h) */
     uint32_t images_turned; /* those of them whose squares' columns are the image's rows */
+    uint32_t pixels_loose;  /* points of no image, or off its rays, beside them */
     bool keeps_grid;        /* the scan is a grid of heights and stays one (height_grid.h) */
     bool join_layers;       /* was requested */
     bool makes_maps;        /* was requested */

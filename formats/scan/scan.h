@@ -35,6 +35,7 @@ typedef enum stp_reject {
     STP_REJECT_WHERE,      /* does not fulfil the condition; set by the caller of the reader */
     STP_REJECT_LOST,       /* behind the place where the file is cut or damaged (salvage) */
     STP_REJECT_TWICE,      /* another file has a sample at its place in their grid; likewise */
+    STP_REJECT_ORIGIN,     /* a pixel of an image that is exactly at its origin: a hole */
     STP_REJECT_COUNT
 } stp_reject;
 

@@ -125,7 +125,7 @@ void prep_grids_print(const stp_prep_stats *stats, const prep_inputs *in,
             path = in->paths[i];
         }
     if (!why)
-        why = heights == 0 ? "some points lie more than a quarter of a pixel off its rays, or most "
+        why = heights == 0 ? "many points lie more than a quarter of a pixel off its rays, or most "
                              "of its pixels are missing"
               : is_mixed   ? "other inputs are no grids of heights"
               : read > 1 && in->numbers.joined.list.count > 0

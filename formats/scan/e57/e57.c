@@ -207,18 +207,19 @@ static void set_positions(const reader *r, stp_point *points, size_t count)
     }
 }
 
-/* Sets rejects from the records' states: 0 valid, 1 only the direction, 2 nothing. */
+/* Sets rejects from the records' states: 0 valid, 1 only the direction, 2 nothing. The scanner
+ * stands at the origin of the scan's own coordinates, so it saw no point there. */
 static void set_rejects(const reader *r, stp_point *points, size_t count)
 {
     const stp_e57_scan *scan = r->vector.scan;
     const stp_e57_target target =
         scan->fields[STP_E57_X].present ? STP_E57_CARTESIAN_INVALID : STP_E57_SPHERICAL_INVALID;
-    const double *states = r->vector.columns[target];
-    if (!scan->fields[target].present)
-        return;
+    const double *states = scan->fields[target].present ? r->vector.columns[target] : NULL;
     for (size_t i = 0; i < count; i++)
-        if (states[i] != 0.0)
+        if (states && states[i] != 0.0)
             points[i].reject = states[i] == 1.0 ? STP_REJECT_NO_RETURN : STP_REJECT_INVALID;
+        else if (scan->has_grid && stp_dvec3_equal(points[i].position, (stp_dvec3){0.0, 0.0, 0.0}))
+            points[i].reject = STP_REJECT_ORIGIN;
 }
 
 static void apply_pose(const reader *r, stp_point *points, size_t count)
