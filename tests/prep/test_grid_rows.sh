@@ -95,7 +95,7 @@ on_walls turned $((240 * 160))
 
 # Sentences.
 model rough "$FOLDER/rough.ptx" --grid
-expect_text err "rough.ptx: rows and columns are not kept: some points lie more than a quarter of a pixel off its rays"
+expect_text err "rough.ptx: rows and columns are not kept: many points lie more than a quarter of a pixel off its rays"
 model two "$FOLDER/two.ptx" --grid
 expect_text err "two.ptx: rows and columns are not kept: it holds several scans"
 printf '%s\n' "0 0 0" "1 0 0" "0 1 0" >"$FOLDER/loose.xyz"
