@@ -51,7 +51,11 @@ typedef struct stp_point {
     uint8_t reject;   /* stp_reject; if it is not NONE, all other members mean nothing */
     uint16_t station; /* index into the scan's stations, counted from 1; 0: unknown */
     uint8_t outlier;  /* 1: marked as an outlier; only written, never read */
+    uint32_t pixel;   /* if info.pixels_told: its place in its image (stp_scan_image), row by row;
+                         STP_POINT_NO_PIXEL: it has none */
 } stp_point;
+
+#define STP_POINT_NO_PIXEL UINT32_MAX
 
 enum {
     STP_POINT_HAS_NORMAL = 1u << 0,
@@ -107,7 +111,7 @@ typedef struct stp_scan_params {
     bool numbers;       /* reading also keeps the numbers of all attributes (stp_scan_numbers) */
     bool keep_withheld; /* points that LAS, LAZ or EPT mark as withheld are no rejects; an attribute
                            `withheld` says which */
-    bool keep_grid;     /* of PTX, the points of a single scan are the pixels of an image */
+    bool keep_grid;     /* of PTX and E57, the points of a scan are the pixels of an image */
     bool salvage;       /* of a file that is cut or damaged, the records up to there are points and
                            all others that it declares are lost (STP_REJECT_LOST) */
     const stp_scan_region
@@ -152,6 +156,14 @@ typedef struct stp_scan_grid {
     const stp_grid_cell *cells; /* owned by the scan, like stations */
     uint32_t cell_count;
 } stp_scan_grid;
+
+/* One of several images in a file. A record's place among its records is its pixel, row by row,
+ * unless the points tell their pixels. */
+typedef struct stp_scan_image {
+    uint64_t first, count;  /* its records of the file */
+    uint32_t columns, rows; /* fewer pixels than 2^32 - 1 */
+    uint16_t station;       /* which saw it, from 1 */
+} stp_scan_image;
 
 /* A grid of heights in the plane. Point i of the file is at row i / columns, column i % columns:
  * at x + column dx, y - row dy. columns 0: there is no such grid. */
@@ -211,6 +223,10 @@ typedef struct stp_scan_info {
     const stp_dvec3 *station_ups; /* the scanners' up axes, of any length; NULL: not given */
     stp_station_word station_word;
     stp_scan_grid grid;
+    const stp_scan_image *images; /* of several scans, or if points tell their pixels; owned by the
+                                     scan, like stations */
+    uint32_t image_count;
+    bool pixels_told; /* by stp_point.pixel */
     stp_scan_raster raster;
     const stp_attribute_list *extra; /* attributes beside those of stp_point; NULL: none. Owned by
                                         the scan, like stations */

@@ -96,6 +96,8 @@ static const char *own_fault(const prep_inputs *in, const stp_prep_file *file)
 {
     if (file->raster.columns > 0)
         return in->params.recompute_normals ? "--recompute-normals asks points for them" : NULL;
+    if (file->image_count > 0)
+        return NULL;
     if (file->station_count > 1)
         return "it holds several scans";
     if (file->grid.columns == 0)

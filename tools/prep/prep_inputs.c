@@ -323,6 +323,18 @@ done:
     return status;
 }
 
+static stp_status copy_images(stp_prep_file *file, const stp_scan_info *info, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&file->images, info->image_count, sizeof *file->images, "images", err));
+    if (file->images)
+        memcpy(file->images, info->images, info->image_count * sizeof *file->images);
+    file->image_count = info->image_count;
+    file->pixels_told = info->pixels_told;
+done:
+    return status;
+}
+
 /* Decides whether the input's positions are moved, and says so in its notes. */
 static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *info,
                                 stp_error *err)
@@ -446,6 +458,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     const stp_scan_info *info = stp_scan_get_info(scan);
     STP_TRY(add_stations(in, info, &in->files[i], in->paths[i], err));
     STP_TRY(copy_grid(&in->files[i], &info->grid, err));
+    STP_TRY(copy_images(&in->files[i], info, err));
     in->files[i].raster = info->raster;
     STP_TRY(copy_notes(&in->files[i], info, err));
     STP_TRY(note_part(in, i, err));
@@ -562,6 +575,7 @@ void prep_inputs_clear(prep_inputs *in)
     for (size_t i = 0; in->files && i < in->count; i++) {
         clear_notes(&in->files[i]);
         free((void *)in->files[i].grid.cells);
+        free(in->files[i].images);
         free(in->files[i].raster_nodes);
     }
     for (size_t i = 0; in->facts && i < in->count; i++) {

@@ -72,7 +72,7 @@ void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
 {
     const cli_option options[PREP_GRID_OPTIONS] = {
         {"--grid", 0, CLI_FLAG, &grid->keep, NULL,
-         "keep rows and columns, also those of PTX, or say why they are not kept", NULL},
+         "keep rows and columns, also of PTX and E57, or say why they are not kept", NULL},
         {"--colour", 0, CLI_STRING, &grid->colour, "C.png",
          "colours of a grid of heights or depths: an image of the same size", NULL},
         {"--mask", 0, CLI_STRING, &grid->mask, "M.png",
