@@ -28,8 +28,8 @@ static void add_sample(stp_prep_job *job, const stp_point *point, uint64_t recor
 {
     stp_height_grid *grid = &job->grid;
     const bool parts = has_parts(job);
-    const uint64_t place =
-        parts ? stp_grid_part_place(&job->part, grid, record - job->part.first) : record;
+    const uint64_t place = parts ? stp_grid_part_place(&job->part, grid, record - job->part.first)
+                                 : stp_scan_raster_place(&grid->raster, record);
     if (parts && *reject == STP_REJECT_NONE && !isnan(grid->z[place]))
         *reject = STP_REJECT_TWICE;
     if (*reject == STP_REJECT_NONE)

@@ -165,15 +165,46 @@ typedef struct stp_scan_image {
     uint16_t station;       /* which saw it, from 1 */
 } stp_scan_image;
 
-/* A grid of heights in the plane. Point i of the file is at row i / columns, column i % columns:
- * at x + column dx, y - row dy. columns 0: there is no such grid. */
+/* A grid of heights in the plane. A sample lies at x + column dx, y - row dy; the first row is the
+ * top one. columns 0: there is no such grid. */
 typedef struct stp_scan_raster {
     uint32_t columns, rows;
-    double x, y, dx, dy;
+    double x, y, dx, dy; /* dx and dy are positive */
+    double skew[2]; /* of a turned grid: what a column adds to y, and a row to x. Then nodes (see
+                       below) tell where it lies */
+    unsigned order; /* of the file's points: STP_RASTER_*; 0: row by row */
 } stp_scan_raster;
 
-/* Another coordinate system bends a raster. Then nodes tell where it lies: the places of some of
- * its samples, row by row. They are STP_RASTER_NODE columns and rows apart, the last ones less. */
+/* The file's points stand column by column; from the last column on; from the last row on. */
+enum { STP_RASTER_BY_COLUMN = 1u, STP_RASTER_FROM_RIGHT = 2u, STP_RASTER_FROM_BELOW = 4u };
+
+/* The column (out[0]) and row of the file's point i. */
+static inline void stp_scan_raster_find(const stp_scan_raster *raster, uint64_t i, uint32_t out[2])
+{
+    const bool by_column = raster->order & STP_RASTER_BY_COLUMN;
+    const uint32_t run = by_column ? raster->rows : raster->columns;
+    const uint32_t within = (uint32_t)(i % run), runs = (uint32_t)(i / run);
+    out[0] = by_column ? runs : within;
+    out[1] = by_column ? within : runs;
+    if (raster->order & STP_RASTER_FROM_RIGHT)
+        out[0] = raster->columns - 1 - out[0];
+    if (raster->order & STP_RASTER_FROM_BELOW)
+        out[1] = raster->rows - 1 - out[1];
+}
+
+/* The place of the file's point i, row by row. */
+static inline uint64_t stp_scan_raster_place(const stp_scan_raster *raster, uint64_t i)
+{
+    uint32_t at[2];
+    if (raster->order == 0)
+        return i;
+    stp_scan_raster_find(raster, i, at);
+    return (uint64_t)at[1] * raster->columns + at[0];
+}
+
+/* Another coordinate system bends a raster, or it is turned. Then nodes tell where it lies: the
+ * places of some of its samples, row by row. They are STP_RASTER_NODE columns and rows apart, the
+ * last ones less. */
 #define STP_RASTER_NODE 64u
 
 /* The number of nodes along so many columns or rows. */
@@ -196,7 +227,8 @@ static inline uint32_t stp_raster_node_column(uint32_t node, uint32_t columns)
 static inline stp_dvec3 stp_scan_raster_at(const stp_scan_raster *raster, double column, double row,
                                            double z)
 {
-    return (stp_dvec3){raster->x + column * raster->dx, raster->y - row * raster->dy, z};
+    return (stp_dvec3){raster->x + column * raster->dx + row * raster->skew[1],
+                       raster->y - row * raster->dy + column * raster->skew[0], z};
 }
 
 typedef struct stp_scan_info {

@@ -344,9 +344,11 @@ static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *
     if (info->raster.columns > 0 && params.grid && params.grid->dx > 0.0)
         return STP_OK; /* --spacing: columns and rows have no place in the world */
     STP_TRY(prep_system_choose(&in->system, in->paths[i], &params, info, &in->facts[i].way, err));
+    const bool turned = info->raster.skew[0] != 0.0 || info->raster.skew[1] != 0.0;
+    if (in->facts[i].way.projection || turned)
+        STP_TRY(prep_system_move_raster(&in->files[i], in->facts[i].way.projection, err));
     if (in->facts[i].way.projection == NULL)
         return prep_system_tell(&in->files[i], in->paths[i], info, err);
-    STP_TRY(prep_system_move_raster(&in->files[i], in->facts[i].way.projection, err));
     STP_TRY(prep_system_note(&in->files[i], in->facts[i].way.projection, err));
 done:
     return status;
