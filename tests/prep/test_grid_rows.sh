@@ -114,6 +114,9 @@ model loose "$FOLDER/loose.xyz"
 without "rows and columns"
 printf 'ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n4 5 7\n' >"$FOLDER/a.asc"
 printf 'ncols 3\nnrows 2\nxllcorner 0.5\nyllcorner 9\ncellsize 1\n1 2 3\n4 5 7\n' >"$FOLDER/b.asc"
+run "$STIPPLE" prep "$FOLDER/a.asc" --height-scale 0 -o "$FOLDER/flat.stipple"
+expect_code 1
+expect_text err "--height-scale 0: give a number other than 0"
 model heights "$FOLDER/a.asc" --grid
 without "rows and columns"
 model heights "$FOLDER/a.asc" --outliers mark

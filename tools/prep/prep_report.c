@@ -223,12 +223,14 @@ static void print_displacement(const stp_prep_stats *s)
                 d->changed);
     else if (d->beyond > 0 && r->precision > 0.0)
         fprintf(
-            stderr,
-            "%" PRIu64 " of them are off by more than %.3g, %s: their neighbours are too far for "
-            "a disc's size and finer steps; give --precision exact, which makes such discs "
-            "smaller, or --outliers drop\n",
-            d->beyond, r->precision,
-            r->precision == 0.5 * r->step ? "half the input's own scale" : "the precision given");
+            stderr, "%" PRIu64 " of them are off by more than %.3g, %s: %s\n", d->beyond,
+            r->precision,
+            r->precision == 0.5 * r->step ? "half the input's own scale" : "the precision given",
+            s->keeps_grid ? "a grid's samples lie too far apart for finer steps, also with "
+                            "--precision exact"
+                          : "their neighbours are too far for a disc's size and finer steps; give "
+                            "--precision exact, which makes such discs smaller, or --outliers "
+                            "drop");
     else if (d->beyond > 0)
         fprintf(stderr,
                 "%" PRIu64
