@@ -25,6 +25,7 @@ static const struct {
 typedef struct record {
     stp_dvec3 own; /* in the scanner's coordinates */
     uint32_t column, row;
+    bool is_near;
 } record;
 
 static double hit(double from, double way, double low, double high)
@@ -42,7 +43,7 @@ static record look(int scan, uint32_t column, uint32_t row, double near)
     const double x = c * own.x - s * own.y, y = s * own.x + c * own.y;
     const double t = fmin(hit(from.x, x, -4.0, 4.0),
                           fmin(hit(from.y, y, -3.0, 3.0), hit(from.z, own.z, -1.0, 2.0)));
-    return (record){stp_dvec3_scale(own, near * t), column, row};
+    return (record){stp_dvec3_scale(own, near * t), column, row, near < 1.0};
 }
 
 /* Lists a scan's records: not row by row, each 97th is missing, the last ones of the first scan are
@@ -197,15 +198,18 @@ static void run(images *m, unsigned threads, stp_prep_stats *stats)
     stp_pool_destroy(&pool);
 }
 
-/* Counts a patch's samples, and checks their columns and rows, which may be swapped. Returns
- * whether it is a square. */
+/* Counts a patch's samples, and checks their columns and rows, which may be swapped. What is in no
+ * square is a later record of its pixel: a near one. Returns whether the patch is a square. */
 static bool note_patch(const record *records, const stp_chunk *chunk, uint32_t p, uint8_t *seen)
 {
     const stp_sample *samples = chunk->samples[0] + chunk->level_begin[0][p];
     const stp_square *square = chunk->squares ? &chunk->squares[p] : NULL;
     unsigned k = 0;
-    for (unsigned i = 0; i < chunk->patches[p].counts[0]; i++)
-        seen[prep_number_of(&samples[i])]++;
+    for (unsigned i = 0; i < chunk->patches[p].counts[0]; i++) {
+        const record *r = &records[prep_number_of(&samples[i])];
+        seen[r - records]++;
+        assert_true(square || r->is_near);
+    }
     for (unsigned i = 0; square && i < 64; i++) {
         if (!(square->samples >> i & 1u))
             continue;
