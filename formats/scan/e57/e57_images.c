@@ -7,7 +7,7 @@
 #include <stdlib.h>
 
 /* Most pixels of an image for each record. */
-#define SPARSEST 16.0
+#define SPARSEST 4.0
 
 /* The least and the greatest column, then row. */
 typedef struct extent {
