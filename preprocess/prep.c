@@ -280,7 +280,8 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
     const stp_status status = stp_depth_images_create(depths, &job->cloud, job->source,
                                                       job->stats->normals_seen > 0, &items, err);
     if (depths->leaf_count > 0) {
-        job->stats->images = (uint32_t)depths->pixels.count;
+        job->stats->images = depths->image_count;
+        job->stats->pixels_loose = depths->loose_count;
         for (size_t i = 0; i < depths->pixels.count; i++)
             job->stats->images_turned += depths->cameras[i].turned ? 1u : 0u;
         job->tree.sources.depths = depths;

@@ -32,6 +32,9 @@ typedef struct stp_prep_file {
     uint32_t note_count;
     bool unreadable; /* nothing from it is stored */
     stp_scan_grid grid;
+    stp_scan_image *images; /* as stp_scan_info has them */
+    uint32_t image_count;
+    bool pixels_told;
     stp_scan_raster raster;
     stp_dvec3 *raster_nodes; /* of a raster that was moved (scan.h), z is 0; NULL: it was not */
     stp_station_word station_word;
@@ -84,7 +87,7 @@ typedef struct stp_prep_source {
 /* How much is to be prepared. */
 typedef struct stp_prep_size {
     uint64_t points;
-    uint64_t number_bytes; /* of a point's attributes */
+    uint64_t number_bytes; /* of a point's attributes and its pixel */
     bool grid;             /* stp_prep_stats.keeps_grid */
     bool bent;             /* and its raster was moved */
     bool maps;             /* stp_prep_params.maps */
@@ -153,6 +156,7 @@ typedef struct stp_prep_stats {
     unsigned normal_bits;   /* of the grid of normals that the input did not give; 0: no points */
     uint32_t images;        /* of depth cameras that stay grids of pixels (depth_image.h) */
     uint32_t images_turned; /* those of them whose squares' columns are the image's rows */
+    uint32_t pixels_loose;  /* points of no image, or off its rays, beside them */
     bool keeps_grid;        /* the scan is a grid of heights and stays one (height_grid.h) */
     bool join_layers;       /* was requested */
     bool makes_maps;        /* was requested */

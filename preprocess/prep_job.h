@@ -98,10 +98,12 @@ void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
  * of the source, EMPTY, CORRUPT (more points than the source counts), CANCELLED, OUT_OF_MEMORY, IO.
  */
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err);
-/* Decides whether each rank reads a part of the inputs alone: not of grids of heights, and of what
- * becomes elevation maps. All ranks decide alike.
+/* Decides whether each rank reads a part of the inputs alone: not of grids of heights, of several
+ * images in one file, and of what becomes elevation maps. All ranks decide alike.
  * Errors: CANCELLED, IO. */
 stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err);
+/* Whether points of some file tell their pixels. */
+bool stp_prep_tells_pixels(const stp_prep_source *source);
 /* How much a run has to prepare, once parts are chosen. */
 stp_prep_size stp_prep_job_size(const stp_prep_job *job);
 /* Tells the source of a rejected record, at once or when all parts are read. Errors: those of the

@@ -162,13 +162,22 @@ static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *par
            params->orient == STP_ORIENT_AUTO;
 }
 
+bool stp_prep_tells_pixels(const stp_prep_source *source)
+{
+    for (size_t f = 0; f < source->file_count; f++)
+        if (source->files[f].pixels_told)
+            return true;
+    return false;
+}
+
 stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params)
 {
     const bool grid = keeps_grid(source, params);
     const uint64_t places = (uint64_t)source->raster.columns * source->raster.rows;
     return (stp_prep_size){.points = grid ? places : source->point_count,
                            .number_bytes =
-                               source->kept ? stp_attribute_list_bytes(source->kept) : 0,
+                               (source->kept ? stp_attribute_list_bytes(source->kept) : 0) +
+                               (stp_prep_tells_pixels(source) ? sizeof(uint32_t) : 0),
                            .grid = grid,
                            .bent = grid && source->raster_nodes,
                            .maps = params->maps != NULL,

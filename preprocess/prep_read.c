@@ -28,8 +28,8 @@ static void add_sample(stp_prep_job *job, const stp_point *point, uint64_t recor
 {
     stp_height_grid *grid = &job->grid;
     const bool parts = has_parts(job);
-    const uint64_t place =
-        parts ? stp_grid_part_place(&job->part, grid, record - job->part.first) : record;
+    const uint64_t place = parts ? stp_grid_part_place(&job->part, grid, record - job->part.first)
+                                 : stp_scan_raster_place(&grid->raster, record);
     if (parts && *reject == STP_REJECT_NONE && !isnan(grid->z[place]))
         *reject = STP_REJECT_TWICE;
     if (*reject == STP_REJECT_NONE)
@@ -108,6 +108,15 @@ static void compare_coarse(stp_prep_job *job, const stp_point *points, const uin
     }
 }
 
+/* Keeps the pixels that the points read last tell, which begin at `place`. */
+static void keep_pixels(stp_prep_job *job, const stp_point *points, uint64_t place, size_t count)
+{
+    const size_t file = job->source->file ? *job->source->file : 0;
+    const bool told = job->source->files[file].pixels_told;
+    for (size_t i = 0; job->cloud.pixels && i < count && place + i < job->source->point_count; i++)
+        job->cloud.pixels[place + i] = told ? points[i].pixel : STP_POINT_NO_PIXEL;
+}
+
 /* Keeps the attributes of the points read last, which begin at `place`. */
 static void keep_numbers(stp_prep_job *job, const stp_point *points, uint64_t place, size_t count)
 {
@@ -180,6 +189,7 @@ static stp_status read_records(stp_prep_job *job, stp_error *err)
                                             err));
         }
         keep_numbers(job, points, stats->points_in, count);
+        keep_pixels(job, points, stats->points_in, count);
         for (size_t i = 0; i < count; i++) {
             if (points[i].station > source->station_count)
                 points[i].station = 0;
@@ -212,6 +222,9 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
         STP_TRY(stp_prep_read_part(job, read_records, err));
     } else {
         STP_TRY(stp_prep_make_room(job, 0, source->point_count, err));
+        if (stp_prep_tells_pixels(source) && !stats->keeps_grid)
+            STP_TRY(stp_spill_alloc(job->spill, &cloud->pixels, source->point_count,
+                                    sizeof *cloud->pixels, "pixels", err));
         STP_TRY(read_records(job, err));
     }
     if (!(source->attributes & STP_POINT_HAS_COLOUR))

@@ -28,8 +28,10 @@ stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
     stp_status status = STP_OK;
     stp_ranks *ranks = job->params->ranks;
     job->lists_rejects = source->rejected;
-    const bool in_parts = stp_ranks_count(ranks) > 1 && source->part_begin &&
-                          !job->stats->keeps_grid && !job->params->maps;
+    bool in_parts = stp_ranks_count(ranks) > 1 && source->part_begin && !job->stats->keeps_grid &&
+                    !job->params->maps;
+    for (size_t f = 0; f < source->file_count; f++)
+        in_parts = in_parts && source->files[f].image_count == 0;
     job->in_parts = in_parts;
     STP_TRY(stp_ranks_broadcast(ranks, 0, &job->lists_rejects, sizeof job->lists_rejects, err));
     if (!in_parts)

@@ -56,7 +56,7 @@ const char *stp_reject_name(stp_reject reject)
         [STP_REJECT_NO_RETURN] = "no_return", [STP_REJECT_INVALID] = "invalid",
         [STP_REJECT_OUTLIER] = "outlier",     [STP_REJECT_OUTSIDE] = "outside",
         [STP_REJECT_WHERE] = "where",         [STP_REJECT_LOST] = "lost",
-        [STP_REJECT_TWICE] = "twice",
+        [STP_REJECT_TWICE] = "twice",         [STP_REJECT_ORIGIN] = "origin",
     };
     return names[reject];
 }

@@ -35,6 +35,7 @@ typedef enum stp_reject {
     STP_REJECT_WHERE,      /* does not fulfil the condition; set by the caller of the reader */
     STP_REJECT_LOST,       /* behind the place where the file is cut or damaged (salvage) */
     STP_REJECT_TWICE,      /* another file has a sample at its place in their grid; likewise */
+    STP_REJECT_ORIGIN,     /* a pixel of an image that is exactly at its origin: a hole */
     STP_REJECT_COUNT
 } stp_reject;
 
@@ -50,7 +51,11 @@ typedef struct stp_point {
     uint8_t reject;   /* stp_reject; if it is not NONE, all other members mean nothing */
     uint16_t station; /* index into the scan's stations, counted from 1; 0: unknown */
     uint8_t outlier;  /* 1: marked as an outlier; only written, never read */
+    uint32_t pixel;   /* if info.pixels_told: its place in its image (stp_scan_image), row by row;
+                         STP_POINT_NO_PIXEL: it has none */
 } stp_point;
+
+#define STP_POINT_NO_PIXEL UINT32_MAX
 
 enum {
     STP_POINT_HAS_NORMAL = 1u << 0,
@@ -106,7 +111,7 @@ typedef struct stp_scan_params {
     bool numbers;       /* reading also keeps the numbers of all attributes (stp_scan_numbers) */
     bool keep_withheld; /* points that LAS, LAZ or EPT mark as withheld are no rejects; an attribute
                            `withheld` says which */
-    bool keep_grid;     /* of PTX, the points of a single scan are the pixels of an image */
+    bool keep_grid;     /* of PTX and E57, the points of a scan are the pixels of an image */
     bool salvage;       /* of a file that is cut or damaged, the records up to there are points and
                            all others that it declares are lost (STP_REJECT_LOST) */
     const stp_scan_region
@@ -152,15 +157,54 @@ typedef struct stp_scan_grid {
     uint32_t cell_count;
 } stp_scan_grid;
 
-/* A grid of heights in the plane. Point i of the file is at row i / columns, column i % columns:
- * at x + column dx, y - row dy. columns 0: there is no such grid. */
+/* One of several images in a file. A record's place among its records is its pixel, row by row,
+ * unless the points tell their pixels. */
+typedef struct stp_scan_image {
+    uint64_t first, count;  /* its records of the file */
+    uint32_t columns, rows; /* fewer pixels than 2^32 - 1 */
+    uint16_t station;       /* which saw it, from 1 */
+} stp_scan_image;
+
+/* A grid of heights in the plane. A sample lies at x + column dx, y - row dy; the first row is the
+ * top one. columns 0: there is no such grid. */
 typedef struct stp_scan_raster {
     uint32_t columns, rows;
-    double x, y, dx, dy;
+    double x, y, dx, dy; /* dx and dy are positive */
+    double skew[2]; /* of a turned grid: what a column adds to y, and a row to x. Then nodes (see
+                       below) tell where it lies */
+    unsigned order; /* of the file's points: STP_RASTER_*; 0: row by row */
 } stp_scan_raster;
 
-/* Another coordinate system bends a raster. Then nodes tell where it lies: the places of some of
- * its samples, row by row. They are STP_RASTER_NODE columns and rows apart, the last ones less. */
+/* The file's points stand column by column; from the last column on; from the last row on. */
+enum { STP_RASTER_BY_COLUMN = 1u, STP_RASTER_FROM_RIGHT = 2u, STP_RASTER_FROM_BELOW = 4u };
+
+/* The column (out[0]) and row of the file's point i. */
+static inline void stp_scan_raster_find(const stp_scan_raster *raster, uint64_t i, uint32_t out[2])
+{
+    const bool by_column = raster->order & STP_RASTER_BY_COLUMN;
+    const uint32_t run = by_column ? raster->rows : raster->columns;
+    const uint32_t within = (uint32_t)(i % run), runs = (uint32_t)(i / run);
+    out[0] = by_column ? runs : within;
+    out[1] = by_column ? within : runs;
+    if (raster->order & STP_RASTER_FROM_RIGHT)
+        out[0] = raster->columns - 1 - out[0];
+    if (raster->order & STP_RASTER_FROM_BELOW)
+        out[1] = raster->rows - 1 - out[1];
+}
+
+/* The place of the file's point i, row by row. */
+static inline uint64_t stp_scan_raster_place(const stp_scan_raster *raster, uint64_t i)
+{
+    uint32_t at[2];
+    if (raster->order == 0)
+        return i;
+    stp_scan_raster_find(raster, i, at);
+    return (uint64_t)at[1] * raster->columns + at[0];
+}
+
+/* Another coordinate system bends a raster, or it is turned. Then nodes tell where it lies: the
+ * places of some of its samples, row by row. They are STP_RASTER_NODE columns and rows apart, the
+ * last ones less. */
 #define STP_RASTER_NODE 64u
 
 /* The number of nodes along so many columns or rows. */
@@ -183,7 +227,8 @@ static inline uint32_t stp_raster_node_column(uint32_t node, uint32_t columns)
 static inline stp_dvec3 stp_scan_raster_at(const stp_scan_raster *raster, double column, double row,
                                            double z)
 {
-    return (stp_dvec3){raster->x + column * raster->dx, raster->y - row * raster->dy, z};
+    return (stp_dvec3){raster->x + column * raster->dx + row * raster->skew[1],
+                       raster->y - row * raster->dy + column * raster->skew[0], z};
 }
 
 typedef struct stp_scan_info {
@@ -210,6 +255,10 @@ typedef struct stp_scan_info {
     const stp_dvec3 *station_ups; /* the scanners' up axes, of any length; NULL: not given */
     stp_station_word station_word;
     stp_scan_grid grid;
+    const stp_scan_image *images; /* of several scans, or if points tell their pixels; owned by the
+                                     scan, like stations */
+    uint32_t image_count;
+    bool pixels_told; /* by stp_point.pixel */
     stp_scan_raster raster;
     const stp_attribute_list *extra; /* attributes beside those of stp_point; NULL: none. Owned by
                                         the scan, like stations */

@@ -146,7 +146,7 @@ void stp_append_items(const stp_append *a, stp_item *items, uint32_t begin, uint
                       const stp_point_item_params *params)
 {
     const stp_cloud *cloud = &a->job.cloud;
-    stp_point_items_make(items, cloud, begin, count, params);
+    stp_point_items_make(items, cloud, begin, begin + count, NULL, params);
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t source = cloud->points[begin + i].source;
         if (source >= a->read_count)

@@ -253,5 +253,6 @@ void stp_cloud_clear(stp_cloud *cloud)
     stp_cloud_unsort(cloud);
     stp_cloud_blocks_destroy(cloud->blocks);
     stp_spill_free(cloud->spill, cloud->points);
+    stp_spill_free(cloud->spill, cloud->pixels);
     *cloud = (stp_cloud){0};
 }

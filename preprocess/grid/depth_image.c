@@ -17,6 +17,8 @@
 #define PATCH_LEAST 8u
 /* Discs have sizes of so many steps an octave, lest noise makes each a size of its own. */
 #define SIZE_STEPS 4.0
+/* If more than one of so many points is in no image, all are points of none. */
+#define LOOSE_PART 8u
 
 /* ---- squares ---- */
 
@@ -199,7 +201,8 @@ static stp_status cut_leaves(stp_depth_images *images, const stp_point_item_para
     const cutting c = {images, params};
     listing l = {0};
     for (size_t i = 0; i < images->pixels.count; i++)
-        STP_TRY(cut_image(&l, images, (uint32_t)i, err));
+        if (images->pixels.list[i].has_points)
+            STP_TRY(cut_image(&l, images, (uint32_t)i, err));
     images->squares = l.squares;
     images->square_count = (uint32_t)l.count;
     l.squares = NULL;
@@ -210,16 +213,72 @@ done:
     return status;
 }
 
-/* Finds the rays of an image. *found: whether it has points, and these lie on rays. */
-static stp_status add_camera(stp_depth_images *made, size_t i, bool *found, stp_error *err)
+/* ---- images ---- */
+
+/* Finds the rays of all images. Those that have none, or no points, lose their pixels. */
+static stp_status add_cameras(stp_depth_images *made, const struct stp_prep_source *source,
+                              stp_error *err)
 {
-    const stp_pixel_image *image = &made->pixels.list[i];
-    stp_depth_camera *camera = &made->cameras[i];
-    camera->first_square = made->pieces.square_count;
-    *found = image->has_points;
-    return *found ? stp_depth_pieces_add(&made->pieces, made->cloud, image, found, &camera->turned,
-                                         err)
-                  : STP_OK;
+    stp_status status = STP_OK;
+    STP_TRY(stp_pixel_images_create(&made->pixels, made->cloud, source, err));
+    STP_TRY(stp_alloc(&made->cameras, made->pixels.count, sizeof *made->cameras, "images", err));
+    for (size_t i = 0; i < made->pixels.count; i++) {
+        stp_pixel_image *image = &made->pixels.list[i];
+        stp_depth_camera *camera = &made->cameras[i];
+        camera->first_square = made->pieces.square_count;
+        if (image->has_points)
+            STP_TRY(stp_depth_pieces_add(&made->pieces, made->cloud, image, &image->has_points,
+                                         &camera->turned, err));
+        made->image_count += image->has_points;
+    }
+done:
+    return status;
+}
+
+/* Marks the points that are in no image. */
+static stp_status find_loose(stp_depth_images *made, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_cloud *cloud = made->cloud;
+    STP_TRY(stp_alloc(&made->loose, cloud->count / 64 + 1, sizeof *made->loose, "marks", err));
+    for (uint32_t i = 0; i < cloud->count; i++)
+        made->loose[i / 64] |= UINT64_C(1) << i % 64;
+    made->loose_count = cloud->count;
+    for (size_t i = 0; i < made->pixels.count; i++) {
+        const stp_pixel_image *image = &made->pixels.list[i];
+        for (uint64_t k = 0; image->has_points && k < stp_pixel_count(image); k++) {
+            const uint32_t point = image->points[k];
+            stp_cloud_stride(cloud->spill, k, 1);
+            if (point == STP_PIXEL_NONE)
+                continue;
+            made->loose[point / 64] &= ~(UINT64_C(1) << point % 64);
+            made->loose_count--;
+        }
+    }
+done:
+    return status;
+}
+
+uint32_t stp_depth_loose(const stp_depth_images *images, uint32_t begin, uint32_t end)
+{
+    uint32_t count = 0;
+    for (uint32_t i = begin; images->loose_count > 0 && i < end; i++)
+        count += stp_depth_is_loose(images, i);
+    return count;
+}
+
+/* Measures the steps between pixels and cuts the images into leaves. */
+static stp_status make_leaves(stp_depth_images *made, bool noisy,
+                              const stp_point_item_params *params, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (size_t i = 0; noisy && i < made->pixels.count; i++)
+        if (made->pixels.list[i].has_points)
+            STP_TRY(stp_pixel_step_most(&made->cameras[i].step_most, made->cloud,
+                                        &made->pixels.list[i], err));
+    STP_TRY(cut_leaves(made, params, err));
+done:
+    return status;
 }
 
 stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud,
@@ -228,19 +287,14 @@ stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud
 {
     stp_status status = STP_OK;
     stp_depth_images made = {.cloud = cloud};
-    bool found = true;
-    STP_TRY(stp_pixel_images_create(&made.pixels, cloud, source, err));
-    found = made.pixels.point_count == cloud->count;
-    STP_TRY(stp_alloc(&made.cameras, made.pixels.count, sizeof *made.cameras, "images", err));
-    for (size_t i = 0; found && i < made.pixels.count; i++) {
-        STP_TRY(add_camera(&made, i, &found, err));
-        if (found && noisy)
-            STP_TRY(
-                stp_pixel_step_most(&made.cameras[i].step_most, cloud, &made.pixels.list[i], err));
-    }
-    if (found)
-        STP_TRY(cut_leaves(&made, params, err));
-    if (found && made.square_count <= cloud->count / PATCH_LEAST) {
+    STP_TRY(add_cameras(&made, source, err));
+    if (made.image_count == 0)
+        goto done;
+    STP_TRY(find_loose(&made, err));
+    if (made.loose_count <= cloud->count / LOOSE_PART)
+        STP_TRY(make_leaves(&made, noisy, params, err));
+    if (made.leaf_count > 0 &&
+        made.square_count <= (cloud->count - made.loose_count) / PATCH_LEAST) {
         *out = made;
         made = (stp_depth_images){.cloud = cloud};
     }
@@ -255,18 +309,14 @@ stp_status stp_depth_images_fit(bool *out, size_t *images, const stp_cloud *part
 {
     stp_status status = STP_OK;
     stp_depth_images made = {.cloud = part};
-    uint64_t sums[2] = {0, 0}; /* images on rays; points of no image */
-    STP_TRY(stp_pixel_images_create(&made.pixels, part, source, err));
-    STP_TRY(stp_alloc(&made.cameras, made.pixels.count, sizeof *made.cameras, "images", err));
-    for (size_t i = 0; i < made.pixels.count; i++) {
-        bool found = false;
-        STP_TRY(add_camera(&made, i, &found, err));
-        sums[0] += found;
-    }
-    sums[1] = part->count - made.pixels.point_count;
-    STP_TRY(stp_ranks_sum(ranks, sums, 2, err));
+    uint64_t sums[3] = {0, 0, part->count}; /* images on rays; points of no image; points */
+    STP_TRY(add_cameras(&made, source, err));
+    STP_TRY(find_loose(&made, err));
+    sums[0] = made.image_count;
+    sums[1] = made.loose_count;
+    STP_TRY(stp_ranks_sum(ranks, sums, 3, err));
     *images = made.pixels.count;
-    *out = sums[0] == made.pixels.count && sums[1] == 0;
+    *out = sums[0] > 0 && sums[1] <= sums[2] / LOOSE_PART;
 done:
     stp_depth_images_clear(&made);
     return status;
@@ -277,6 +327,7 @@ void stp_depth_images_clear(stp_depth_images *images)
     if (images->cloud)
         stp_pixel_images_clear(&images->pixels, images->cloud);
     free(images->cameras);
+    free(images->loose);
     stp_depth_pieces_clear(&images->pieces);
     free(images->squares);
     free(images->leaves);

@@ -1,8 +1,9 @@
 /* Depth cameras' and scanners' images that stay grids of pixels, and the leaves that they become:
  * patches are squares of 8 x 8 pixels, cut where the depth jumps.
  *
- * The points lie on rays (depth_rays.h); if some point does not, the images become points as any
- * other scan.
+ * The points lie on rays (depth_rays.h). A few that do not, and points of other scans if they are
+ * few, are loose: they stay in their cells of the cloud, beside the images. If they are many, the
+ * images become points as any other scan.
  *
  * Neighbouring pixels lie on one surface if each is near the other's plane: two pixels' width, and
  * what the image's noise allows (pixel_image.h). A patch has the pixels of a square that such
@@ -35,13 +36,16 @@ typedef struct stp_depth_images {
     stp_pixel_images pixels;
     stp_depth_camera *cameras; /* by image */
     stp_depth_pieces pieces;
+    uint64_t *loose;           /* by point of the cloud, a bit each: it is in no image */
     stp_depth_square *squares; /* leaf by leaf */
     stp_leaf_run *leaves;      /* of squares */
     uint32_t square_count, leaf_count;
+    uint32_t image_count; /* of those that have pixels */
+    uint32_t loose_count;
 } stp_depth_images;
 
-/* Cuts the images of a cloud, whose normals are known, into leaves. No leaves: some point belongs
- * to no image, or is on no ray, or pixels lie apart. noisy: normals come from images. params: what
+/* Cuts the images of a cloud, whose normals are known, into leaves. No leaves: many points belong
+ * to no image or are on no ray, or pixels lie apart. noisy: normals come from images. params: what
  * samples will be stored with. Errors: OUT_OF_MEMORY, IO. Free with stp_depth_images_clear. */
 stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, bool noisy,
@@ -57,6 +61,13 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
                                 const stp_point_item_params *params, stp_built_chunk *out,
                                 stp_error *err);
 void stp_depth_images_clear(stp_depth_images *images);
+
+/* How many of the points [begin, end) of the cloud are in no image. */
+uint32_t stp_depth_loose(const stp_depth_images *images, uint32_t begin, uint32_t end);
+static inline bool stp_depth_is_loose(const stp_depth_images *images, uint32_t point)
+{
+    return images->loose[point / 64] >> point % 64 & 1u;
+}
 
 /* The point of a place in a chunk's grid, of an image; STP_PIXEL_NONE: none. */
 static inline uint32_t stp_depth_point(const stp_depth_images *images, uint32_t image,

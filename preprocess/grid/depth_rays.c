@@ -17,6 +17,8 @@ static const double off_most[2] = {0.125, 0.25};
 #define SPREAD_LEAST 1e-9
 /* Pixels around a piece that are asked if its own do not tell its rays. */
 #define MARGIN_MOST 128u
+/* If more than one of so many pixels would have to leave an image, it is none. */
+#define LOOSE_PART 16u
 
 typedef struct rectangle {
     uint32_t column, row, columns, rows;
@@ -25,7 +27,8 @@ typedef struct rectangle {
 /* What rays are found in. */
 typedef struct seen_image {
     const stp_cloud *cloud;
-    const stp_pixel_image *image;
+    stp_pixel_image *image;
+    uint64_t loose; /* points that were taken out */
 } seen_image;
 
 static uint64_t pixels_of(const rectangle *in)
@@ -254,9 +257,42 @@ static void set_rays(uint32_t *of, const seen_image *s, const rectangle *in, uin
                (in->column + c) / STP_SQUARE_SIDE] = rays;
 }
 
-/* Cuts a rectangle into pieces of a side. *found: whether they have rays. */
-static stp_status cut(stp_depth_pieces *out, uint32_t *of, const seen_image *s, const rectangle *in,
-                      uint32_t side, double most, bool *found, stp_error *err)
+/* Takes the point that is farthest off its ray out of the image. */
+static void take_out_worst(seen_image *s, const rectangle *in, const stp_depth_rays *rays)
+{
+    uint64_t worst = 0;
+    double most = -1.0;
+    for (uint64_t i = 0; i < pixels_of(in); i++) {
+        uint32_t at[2];
+        double off[2];
+        const stp_cloud_point *p = point_of(s, in, i, at);
+        const double far = p ? off_ray(rays, p->position, at, off) : -1.0;
+        if (!(far > most))
+            continue;
+        most = far;
+        worst = (uint64_t)at[1] * s->image->columns + at[0];
+    }
+    s->image->points[worst] = STP_PIXEL_NONE;
+    s->loose++;
+}
+
+/* Takes points out of a piece's image until the others lie on rays. False if none is left. */
+static bool fit_without_worst(seen_image *s, const rectangle *in, stp_depth_rays *rays)
+{
+    rays->tilt[0][1] = rays->tilt[1][2] =
+        1.0; /* any, for points on the other side of the station */
+    do {
+        if (fit_piece(s, in, rays, off_most[1]))
+            return true;
+        take_out_worst(s, in, rays);
+    } while (choose_axis(s, in, rays));
+    return false;
+}
+
+/* Cuts a rectangle into pieces of a side. loosens: points that are on no ray leave the image.
+ * *found: whether they have rays. */
+static stp_status cut(stp_depth_pieces *out, uint32_t *of, seen_image *s, const rectangle *in,
+                      uint32_t side, double most, bool loosens, bool *found, stp_error *err)
 {
     stp_status status = STP_OK;
     const size_t before = out->count;
@@ -265,9 +301,9 @@ static stp_status cut(stp_depth_pieces *out, uint32_t *of, const seen_image *s, 
         for (uint64_t c = 0; *found && c < in->columns; c += side) {
             const rectangle part = part_of(in, (uint32_t)c, (uint32_t)r, side);
             stp_depth_rays rays = {.first = {part.column, part.row}, .side = side};
-            if (!choose_axis(s, &part, &rays))
+            if (!choose_axis(s, &part, &rays) || (loosens && !fit_without_worst(s, &part, &rays)))
                 continue;
-            *found = fit_piece(s, &part, &rays, most);
+            *found = loosens || fit_piece(s, &part, &rays, most);
             STP_TRY(stp_grow(&out->rays, &out->capacity, out->count + 1, sizeof *out->rays, "rays",
                              err));
             set_rays(of, s, &part, (uint32_t)out->count);
@@ -280,40 +316,56 @@ done:
 }
 
 /* Cuts a rectangle as little as its points allow. */
-static stp_status cut_least(stp_depth_pieces *out, uint32_t *of, const seen_image *s,
-                            const rectangle *in, bool *found, stp_error *err)
+static stp_status cut_least(stp_depth_pieces *out, uint32_t *of, seen_image *s, const rectangle *in,
+                            stp_error *err)
 {
     stp_status status = STP_OK;
-    *found = false;
-    for (int i = 0; !*found && i < 2; i++)
-        for (uint32_t side = PIECE_MOST; !*found && side >= PIECE_LEAST; side /= 2)
-            STP_TRY(cut(out, of, s, in, side, off_most[i], found, err));
+    bool found = false;
+    for (int i = 0; !found && i < 2; i++)
+        for (uint32_t side = PIECE_MOST; !found && side >= PIECE_LEAST; side /= 2)
+            STP_TRY(cut(out, of, s, in, side, off_most[i], false, &found, err));
+    if (!found)
+        STP_TRY(cut(out, of, s, in, PIECE_LEAST, 0.0, true, &found, err));
+done:
+    return status;
+}
+
+/* Cuts an image: as a whole, else block by block. *found: few points had to leave it. */
+static stp_status cut_image(stp_depth_pieces *out, uint32_t *of, seen_image *s, bool *found,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    const rectangle all = {0, 0, s->image->columns, s->image->rows};
+    STP_TRY(cut(out, of, s, &all, WHOLE, off_most[0], false, found, err));
+    if (*found)
+        goto done;
+    *found = true;
+    for (uint32_t r = 0; *found && r < all.rows; r += PIECE_MOST)
+        for (uint32_t c = 0; *found && c < all.columns; c += PIECE_MOST) {
+            const rectangle block = part_of(&all, c, r, PIECE_MOST);
+            STP_TRY(cut_least(out, of, s, &block, err));
+            *found = s->loose <= pixels_of(&all) / LOOSE_PART;
+        }
 done:
     return status;
 }
 
 stp_status stp_depth_pieces_add(stp_depth_pieces *pieces, const stp_cloud *cloud,
-                                const stp_pixel_image *image, bool *found, bool *turned,
-                                stp_error *err)
+                                stp_pixel_image *image, bool *found, bool *turned, stp_error *err)
 {
     stp_status status = STP_OK;
-    const seen_image s = {cloud, image};
-    const rectangle all = {0, 0, image->columns, image->rows};
-    const uint32_t across = stp_depth_squares(all.columns), down = stp_depth_squares(all.rows);
+    seen_image s = {cloud, image, 0};
+    const size_t squares =
+        (size_t)stp_depth_squares(image->columns) * stp_depth_squares(image->rows);
     const size_t first = pieces->count;
-    STP_TRY(stp_grow(&pieces->of_square, &pieces->square_capacity,
-                     pieces->square_count + (size_t)across * down, sizeof *pieces->of_square,
-                     "squares", err));
+    STP_TRY(stp_grow(&pieces->of_square, &pieces->square_capacity, pieces->square_count + squares,
+                     sizeof *pieces->of_square, "squares", err));
     uint32_t *of = pieces->of_square + pieces->square_count;
-    pieces->square_count += (size_t)across * down;
-    STP_TRY(cut(pieces, of, &s, &all, WHOLE, off_most[0], found, err));
-    if (!*found) {
-        *found = true;
-        for (uint32_t r = 0; *found && r < all.rows; r += PIECE_MOST)
-            for (uint32_t c = 0; *found && c < all.columns; c += PIECE_MOST) {
-                const rectangle block = part_of(&all, c, r, PIECE_MOST);
-                STP_TRY(cut_least(pieces, of, &s, &block, found, err));
-            }
+    pieces->square_count += squares;
+    STP_TRY(cut_image(pieces, of, &s, found, err));
+    if (*found && s.loose > 0) { /* what is left may need fewer pieces */
+        pieces->count = first;
+        STP_TRY(cut_image(pieces, of, &s, found, err));
     }
     double area = 0.0;
     for (size_t i = first; i < pieces->count; i++) {

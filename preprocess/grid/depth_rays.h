@@ -5,7 +5,8 @@
  * turned in space, or of a scanner, whose steps are equal angles, are not. So an image is cut into
  * pieces of 64 x 64 to 8 x 8 pixels, whose tangents are linear to 1/8 pixel; where even 8 x 8 are
  * not, since a scanner's angles are rough, to 1/4 pixel. Each piece has an axis and rays of its
- * own, by least squares. Threads: one maker. */
+ * own, by least squares. Where 8 x 8 pixels have no rays at all, the points that are farthest off
+ * are taken out of the image, one by one, until the others have. Threads: one maker. */
 #ifndef STP_PREPROCESS_GRID_DEPTH_RAYS_H
 #define STP_PREPROCESS_GRID_DEPTH_RAYS_H
 
@@ -35,11 +36,11 @@ static inline uint32_t stp_depth_squares(uint32_t pixels)
     return (pixels - 1) / STP_SQUARE_SIDE + 1;
 }
 
-/* Appends the rays of an image. *found: whether all its points lie on them. *turned: whether, as
- * the points are seen, rows turn left to columns. Errors: OUT_OF_MEMORY. */
+/* Appends the rays of an image, and takes points that are on none out of it. *found: whether few
+ * were. *turned: whether, as the points are seen, rows turn left to columns. Errors: OUT_OF_MEMORY.
+ */
 stp_status stp_depth_pieces_add(stp_depth_pieces *pieces, const stp_cloud *cloud,
-                                const stp_pixel_image *image, bool *found, bool *turned,
-                                stp_error *err);
+                                stp_pixel_image *image, bool *found, bool *turned, stp_error *err);
 void stp_depth_pieces_clear(stp_depth_pieces *pieces);
 
 /* A point relative to the station, axes in order from the rays' axis on. */

@@ -44,6 +44,7 @@ bool stp_grid_parts_join(stp_scan_raster *out, const stp_scan_raster *parts, siz
     if (columns * rows >= UINT32_MAX)
         return false;
     *out = parts[0];
+    out->order = 0;
     out->columns = (uint32_t)columns;
     out->rows = (uint32_t)rows;
     out->x += low[0] * out->dx;
@@ -59,7 +60,7 @@ stp_status stp_grid_part_begin(stp_grid_part *part, const stp_height_grid *grid,
                           .count = (uint64_t)file->columns * file->rows,
                           .column = (uint32_t)nearbyint((file->x - whole->x) / whole->dx),
                           .row = (uint32_t)nearbyint((whole->y - file->y) / whole->dy),
-                          .columns = file->columns,
+                          .raster = *file,
                           .box = grid->box};
     const stp_status status =
         stp_alloc(&next.there, (size_t)(next.count / WORD + 1), sizeof *next.there, "marks", err);
@@ -75,8 +76,9 @@ stp_status stp_grid_part_begin(stp_grid_part *part, const stp_height_grid *grid,
 
 uint64_t stp_grid_part_place(const stp_grid_part *part, const stp_height_grid *grid, uint64_t index)
 {
-    const uint64_t column = index % part->columns, row = index / part->columns;
-    return (part->row + row) * grid->raster.columns + part->column + column;
+    uint32_t at[2];
+    stp_scan_raster_find(&part->raster, index, at);
+    return (uint64_t)(part->row + at[1]) * grid->raster.columns + part->column + at[0];
 }
 
 void stp_grid_part_forget(const stp_grid_part *part, stp_height_grid *grid)

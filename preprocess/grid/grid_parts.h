@@ -13,11 +13,11 @@ bool stp_grid_parts_join(stp_scan_raster *out, const stp_scan_raster *parts, siz
 
 /* The file at hand. Zero: none. */
 typedef struct stp_grid_part {
-    uint64_t first, count; /* of the file's records among all records */
-    uint32_t column, row;  /* of its first sample, in the whole */
-    uint32_t columns;      /* its own */
-    uint64_t *there;       /* a bit for each of its places: a file before has a sample there */
-    stp_dbox box;          /* of all samples before */
+    uint64_t first, count;  /* of the file's records among all records */
+    uint32_t column, row;   /* of its first sample, in the whole */
+    stp_scan_raster raster; /* its own */
+    uint64_t *there;        /* a bit for each of its places: a file before has a sample there */
+    stp_dbox box;           /* of all samples before */
 } stp_grid_part;
 
 /* Goes on to a file whose records begin at `first`, in place of the one before. Errors:

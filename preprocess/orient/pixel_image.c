@@ -21,17 +21,37 @@ static void list_images(stp_pixel_images *images, const stp_prep_source *source)
     for (size_t f = 0; f < source->file_count; f++) {
         const stp_prep_file *file = &source->files[f];
         const stp_scan_grid *grid = &file->grid;
+        const stp_dvec3 *stations = source->stations + file->station_begin;
         const uint64_t own = (uint64_t)grid->columns * grid->rows;
         if (own > 0 && own <= file->point_count && grid->cell_count == 0 &&
-            file->station_count == 1) {
+            file->station_count == 1)
+            images->list[images->count++] = (stp_pixel_image){.station = stations[0],
+                                                              .first = first,
+                                                              .count = own,
+                                                              .columns = grid->columns,
+                                                              .rows = grid->rows};
+        for (uint32_t i = 0; i < file->image_count; i++) {
+            const stp_scan_image *image = &file->images[i];
+            if (image->first + image->count > file->point_count) /* it is not read as a whole */
+                break;
             images->list[images->count++] =
-                (stp_pixel_image){.station = source->stations[file->station_begin],
-                                  .first = first,
-                                  .columns = grid->columns,
-                                  .rows = grid->rows};
+                (stp_pixel_image){.station = stations[image->station - 1],
+                                  .first = first + image->first,
+                                  .count = image->count,
+                                  .told = file->pixels_told,
+                                  .columns = image->columns,
+                                  .rows = image->rows};
         }
         first += file->point_count;
     }
+}
+
+static size_t count_images(const stp_prep_source *source)
+{
+    size_t count = source->file_count;
+    for (size_t f = 0; f < source->file_count; f++)
+        count += source->files[f].image_count;
+    return count;
 }
 
 /* The image that a point belongs to, or NULL: the last one that begins no later than its record. */
@@ -46,7 +66,27 @@ static stp_pixel_image *image_of(const stp_pixel_images *images, const stp_cloud
             high = middle;
     }
     stp_pixel_image *m = low > 0 ? &images->list[low - 1] : NULL;
-    return m && point->source - m->first < stp_pixel_count(m) ? m : NULL;
+    return m && point->source - m->first < m->count ? m : NULL;
+}
+
+/* The pixel of a point, or STP_PIXEL_NONE. */
+static uint64_t pixel_of(const stp_cloud *cloud, const stp_pixel_image *m, uint32_t point)
+{
+    const uint32_t source = cloud->points[point].source;
+    const uint64_t pixel = m->told ? cloud->pixels[source] : source - m->first;
+    return pixel < stp_pixel_count(m) ? pixel : STP_PIXEL_NONE;
+}
+
+/* Puts a point into its image. Returns whether one more pixel has a point. */
+static bool add_point(const stp_cloud *cloud, const stp_pixel_image *m, uint32_t point)
+{
+    const uint64_t pixel = pixel_of(cloud, m, point);
+    if (pixel == STP_PIXEL_NONE)
+        return false;
+    const uint32_t before = m->points[pixel];
+    if (before == STP_PIXEL_NONE || cloud->points[point].source < cloud->points[before].source)
+        m->points[pixel] = point;
+    return before == STP_PIXEL_NONE;
 }
 
 /* Leaves no pixels to images that have no points. Returns how many the others have. */
@@ -71,7 +111,7 @@ stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud
 {
     stp_status status = STP_OK;
     stp_pixel_images images = {0};
-    STP_TRY(stp_alloc(&images.list, source->file_count, sizeof *images.list, "images", err));
+    STP_TRY(stp_alloc(&images.list, count_images(source), sizeof *images.list, "images", err));
     list_images(&images, source);
     const uint64_t pixels = empty_images(&images, cloud);
     STP_TRY(stp_spill_alloc(cloud->spill, &images.points, pixels, sizeof *images.points, "pixels",
@@ -83,10 +123,7 @@ stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud
         images.points[i] = STP_PIXEL_NONE;
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
         const stp_pixel_image *m = image_of(&images, &cloud->points[i]);
-        if (!m)
-            continue;
-        m->points[cloud->points[i].source - m->first] = i;
-        images.point_count++;
+        images.point_count += m && add_point(cloud, m, i);
     }
     *out = images;
     images = (stp_pixel_images){0};

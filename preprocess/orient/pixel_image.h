@@ -14,7 +14,8 @@ struct stp_prep_source;
 
 typedef struct stp_pixel_image {
     stp_dvec3 station;
-    uint64_t first;         /* record of its first pixel */
+    uint64_t first, count; /* its records */
+    bool told;             /* the cloud's pixels say which pixel a record is; else its place does */
     uint32_t columns, rows; /* columns is 0 if no point of the cloud is in the image */
     bool has_points;
     uint32_t *points; /* by pixel, row by row: the point, or STP_PIXEL_NONE */
@@ -28,8 +29,9 @@ typedef struct stp_pixel_images {
     uint64_t point_count;
 } stp_pixel_images;
 
-/* Lists the images that one station saw and whose pixels are their files' records, and finds the
- * points of a cloud in them. Errors: OUT_OF_MEMORY, IO. Free with stp_pixel_images_clear. */
+/* Lists the images that one station saw each and whose pixels are their files' records, and finds
+ * the points of a cloud in them. Of several points in one pixel the first record has it. Errors:
+ * OUT_OF_MEMORY, IO. Free with stp_pixel_images_clear. */
 stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, stp_error *err);
 void stp_pixel_images_clear(stp_pixel_images *images, const stp_cloud *cloud);

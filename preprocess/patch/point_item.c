@@ -132,11 +132,13 @@ static void lift_rounding(stp_item *items, uint32_t count)
             items[i].exponent = finest;
 }
 
-void stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begin, uint32_t count,
-                          const stp_point_item_params *params)
+uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begin, uint32_t end,
+                              const uint64_t *only, const stp_point_item_params *params)
 {
-    for (uint32_t i = 0; i < count; i++)
-        items[i] =
-            stp_point_item_of(cloud, begin + i, (double)cloud->points[begin + i].spacing, params);
+    uint32_t count = 0;
+    for (uint32_t i = begin; i < end; i++)
+        if (!only || only[i / 64] >> i % 64 & 1u)
+            items[count++] = stp_point_item_of(cloud, i, (double)cloud->points[i].spacing, params);
     lift_rounding(items, count);
+    return count;
 }

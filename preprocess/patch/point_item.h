@@ -43,8 +43,9 @@ stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_
 /* Makes a point of a cloud an item whose disc has a spacing of its own. */
 stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
                            const stp_point_item_params *params);
-/* Makes points [begin, begin + count) of a sorted cloud into items of one chunk. */
-void stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begin, uint32_t count,
-                          const stp_point_item_params *params);
+/* Makes points [begin, end) of a sorted cloud into items of one chunk. only: by point of the cloud,
+ * bits of those that become one; NULL: all do. Returns their number. */
+uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begin, uint32_t end,
+                              const uint64_t *only, const stp_point_item_params *params);
 
 #endif

@@ -37,8 +37,10 @@ stp_dbox stp_leaf_sources_box(const stp_cloud *cloud, const stp_leaf_sources *fr
 
 static void list_all(listing *l, const stp_cloud *cloud, const stp_leaf_sources *from)
 {
-    for (uint32_t i = 0; !from->depths && i < cloud->cell_count; i++)
-        list(l, STP_LEAF_CELL, i, stp_dbox_middle(&cloud->cells[i].box));
+    for (uint32_t i = 0; i < cloud->cell_count; i++)
+        if (!from->depths ||
+            stp_depth_loose(from->depths, cloud->cells[i].begin, cloud->cells[i].end) > 0)
+            list(l, STP_LEAF_CELL, i, stp_dbox_middle(&cloud->cells[i].box));
     for (uint32_t i = 0; from->lines && i < from->lines->leaf_count; i++)
         list(l, STP_LEAF_LINES, i, from->lines->leaves[i].middle);
     for (uint32_t i = 0; from->triangles && i < from->triangles->leaf_count; i++)
@@ -56,8 +58,7 @@ stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *from,
                           stp_leaf_place **out, uint32_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t cells = from->depths ? 0 : cloud->cell_count;
-    const uint32_t most = cells + (from->lines ? from->lines->leaf_count : 0) +
+    const uint32_t most = cloud->cell_count + (from->lines ? from->lines->leaf_count : 0) +
                           (from->triangles ? from->triangles->leaf_count : 0) +
                           (from->grid ? stp_height_grid_tile_count(from->grid) : 0) +
                           (from->maps ? from->maps->leaf_count : 0) +
@@ -69,7 +70,7 @@ stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *from,
     STP_TRY(stp_alloc(&l.codes, most, sizeof *l.codes, "chunks", err));
     STP_TRY(stp_alloc(&places, most, sizeof *places, "chunks", err));
     list_all(&l, cloud, from);
-    if (l.count > cells) /* cells alone are in order already */
+    if (l.count > 0 && l.places[l.count - 1].kind != STP_LEAF_CELL) /* cells alone are in order */
         stp_morton_order(l.codes, l.count);
     for (uint32_t i = 0; i < l.count; i++)
         places[i] = l.places[l.codes[i].index];

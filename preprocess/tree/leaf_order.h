@@ -26,7 +26,8 @@ typedef struct stp_leaf_sources {
     const stp_triangle_leaves *triangles;
     const stp_height_grid *grid;
     const stp_map_leaves *maps;
-    const stp_depth_images *depths; /* they have all points of the cloud, in place of its cells */
+    const stp_depth_images *depths; /* they have all points of the cloud but loose ones, for which
+                                       its cells are left */
 } stp_leaf_sources;
 
 typedef struct stp_leaf_place {

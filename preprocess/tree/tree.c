@@ -74,13 +74,16 @@ typedef struct tree {
     stp_tree_stats stats;
 } tree;
 
+/* Of images of depth cameras, a cell has those points alone that are in no image. */
 static stp_status build_cell(const tree *t, const stp_cell *cell, built *out, stp_error *err)
 {
     stp_status status = STP_OK;
+    const stp_depth_images *images = t->params->sources.depths;
+    const uint64_t *only = images ? images->loose : NULL;
     stp_item *items = NULL;
-    uint32_t count = cell->end - cell->begin;
-    STP_TRY(stp_alloc(&items, count, sizeof *items, "samples", err));
-    stp_point_items_make(items, t->cloud, cell->begin, count, &t->items);
+    STP_TRY(stp_alloc(&items, cell->end - cell->begin, sizeof *items, "samples", err));
+    const uint32_t count =
+        stp_point_items_make(items, t->cloud, cell->begin, cell->end, only, &t->items);
     stp_item_group group = {.items = items, .count = count};
     STP_TRY(stp_chunk_build_leaf(&out->chunk, &group, &t->items, err));
 done:
@@ -162,7 +165,7 @@ static stp_status build_one(void *context, size_t place, unsigned worker, stp_er
     stp_placed_chunk placed = stp_built_chunk_place(&out->chunk);
     t->reaches.boxes[index] = stp_placed_chunk_box(&placed);
     STP_TRY(stp_built_chunk_stow(&out->chunk, t->cloud->spill, err));
-    if (!t->below && t->leaves[index].kind == STP_LEAF_CELL)
+    if (!t->below && t->leaves[index].kind == STP_LEAF_CELL && !t->params->sources.depths)
         forget_cell(t->cloud, &t->cloud->cells[t->leaves[index].index]);
     STP_TRY(advance(t, err));
 done:

@@ -51,6 +51,31 @@ done:
     return status;
 }
 
+/* Finds the normals of a file's images, of which each has a station that is told. */
+static stp_status check_images(const stp_cloud *cloud, const stp_prep_file *file,
+                               const stp_dvec3 *stations, const stp_file_points *points,
+                               stp_pool *pool, stp_prep_stats *stats, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (uint32_t i = 0; i < file->image_count; i++) {
+        const stp_scan_image *image = &file->images[i];
+        if (image->first + image->count > file->point_count)
+            break;
+        const uint64_t first = points->first_place + image->first;
+        const stp_scan_grid grid = {.columns = image->columns, .rows = image->rows};
+        const stp_file_points own = {
+            .cloud = cloud,
+            .begin = stp_find_source(cloud, points->begin, points->end, first),
+            .end = stp_find_source(cloud, points->begin, points->end, first + image->count),
+            .first_place = first,
+            .pixels_told = file->pixels_told};
+        STP_TRY(stp_image_normals(&own, &grid, stations[file->station_begin + image->station - 1],
+                                  pool, &stats->normals_seen, err));
+    }
+done:
+    return status;
+}
+
 stp_status stp_claims_check(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
                             stp_pool *pool, stp_prep_stats *stats, stp_error *err)
 {
@@ -65,6 +90,7 @@ stp_status stp_claims_check(stp_first_camera *out, stp_cloud *cloud, const stp_p
                          : stp_find_source(cloud, points.begin, cloud->count, next);
         if (points.end > points.begin)
             STP_TRY(check_file(out, cloud, file, source->stations, &points, pool, stats, err));
+        STP_TRY(check_images(cloud, file, source->stations, &points, pool, stats, err));
         points.begin = points.end;
         points.first_place = next;
     }

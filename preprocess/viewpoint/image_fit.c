@@ -57,7 +57,8 @@ bool stp_grid_find(stp_grid_point *out, const stp_file_points *p, const stp_scan
         if (out->at >= p->end || points[out->at].source != place)
             return false;
     } else {
-        const uint64_t place = points[p->begin + i].source - p->first_place;
+        const uint32_t source = points[p->begin + i].source;
+        const uint64_t place = p->pixels_told ? p->cloud->pixels[source] : source - p->first_place;
         *out = (stp_grid_point){p->begin + i, (uint32_t)(place % grid->columns),
                                 (uint32_t)(place / grid->columns)};
     }

@@ -18,6 +18,7 @@ typedef struct stp_file_points {
     const stp_cloud *cloud;
     uint32_t begin, end;
     uint64_t first_place; /* of the file's first record, stored or not */
+    bool pixels_told;     /* by the cloud's pixels */
 } stp_file_points;
 
 /* A point's place in the cloud, and its pixel. */

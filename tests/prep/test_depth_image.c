@@ -1,6 +1,7 @@
 /* Tests depth cameras' images that stay grids of pixels: every point is stored once, a patch has
  * the pixels of one square and of one surface, whatever way a camera looks, and of a scanner, whose
- * steps are equal angles; images whose points lie on no rays become points; the same bytes for any
+ * steps are equal angles; images whose points lie on no rays become points, and single points that
+ * do not are points beside their image; the same bytes for any
  * number of threads and any memory. The file's own promises are verified in each case. */
 #include "formats/chunk/codec/square/square.h"
 #include "tests/fixtures/prep_fixture.h"
@@ -355,18 +356,59 @@ static void rough_rays_become_points(void **state)
     expect_points(&m);
 }
 
-/* If a camera's points lie on no rays, or a scan is no image, the image beside it becomes points.
- */
+/* If a scan is no image, the image beside it becomes points. */
 static void other_points_beside_an_image(void **state)
 {
+    images m = make_images(&(recipe){.holes = true, .no_image = 1}, 2);
     (void)state;
-    for (size_t no_image = 0; no_image < 2; no_image++) {
-        const recipe r = {.holes = true, .no_image = no_image};
-        images m = make_images(&r, 2);
-        if (!no_image) /* it sees what is behind it, too */
-            m.cloud.points[COUNT + 1000].position.z -= 20.0;
-        expect_points(&m);
+    expect_points(&m);
+}
+
+/* Moves so many points of the first image off their rays: behind the camera, to its very place,
+ * aside, far away. */
+static void move_off(images *m, int count)
+{
+    static const stp_dvec3 away[4] = {
+        {0.0, 0.0, -20.0}, {0.0, 0.0, 0.0}, {0.07, 0.0, 0.0}, {1e4, -3e3, 10.0}};
+    for (int i = 0; i < count; i++) {
+        stp_dvec3 *at = &m->cloud.points[(75 + i * 997 + 31 * (i % 7)) % COUNT].position;
+        *at = i % 4 == 1 ? stations[0] : stp_dvec3_add(*at, away[i % 4]);
     }
+}
+
+/* Prepares two images, points of one off their rays. Returns how many points are beside the images.
+ * Each point is stored once, and verified (read_back). */
+static uint32_t beside(const recipe *r, int off, size_t *square_leaves)
+{
+    stp_prep_stats stats;
+    images m = make_images(r, 2);
+    move_off(&m, off);
+    run(&m, 2, NULL, &stats);
+    found *f = read_back(&m);
+    *square_leaves = f->square_leaves;
+    assert_int_equal(stats.images, f->square_leaves > 0 ? 2 : 0);
+    free(f);
+    clear_images(&m);
+    return stats.pixels_loose;
+}
+
+/* Pixels off their rays are points beside the image, whose other pixels stay squares: neither fewer
+ * than were moved nor more. If they are many, all become points. */
+static void points_off_their_rays(void **state)
+{
+    static const recipe kinds[] = {
+        {.facing = 0}, {.facing = 3, .turned = 0.9, .holes = true}, {.scanner = true}};
+    size_t leaves;
+    (void)state;
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
+        for (int off = 1; off < 300; off *= 6) {
+            const uint32_t loose = beside(&kinds[k], off, &leaves);
+            print_message("%d points off their rays, %u beside the images\n", off, loose);
+            assert_true(leaves > 0);
+            assert_in_range(loose, off - off / 8, off + off / 8);
+        }
+    beside(&kinds[0], COUNT / 4, &leaves);
+    assert_int_equal(leaves, 0);
 }
 
 static void pixels_apart_become_points(void **state)
@@ -412,6 +454,7 @@ int main(void)
         cmocka_unit_test(scanners),
         cmocka_unit_test(lenses),
         cmocka_unit_test(other_points_beside_an_image),
+        cmocka_unit_test(points_off_their_rays),
         cmocka_unit_test(same_bytes),
         cmocka_unit_test(pixels_apart_become_points),
     };

@@ -93,11 +93,20 @@ without "rows and columns"
 on_walls turned $((240 * 160))
 [ "$(size turned)" -lt $((240 * 160 * 5 / 2)) ] || fail "the turned camera's image takes $(size turned) bytes"
 
+# Several scans in one file.
+room ptx 200 90 >"$FOLDER/other.ptx"
+cat "$FOLDER/scan.ptx" "$FOLDER/other.ptx" >"$FOLDER/both.ptx"
+model points "$FOLDER/both.ptx"
+model both "$FOLDER/both.ptx" --grid
+without "rows and columns"
+on_walls both $((260 * 130 - (260 * 130 - 1) / 97 - 1 + 200 * 90 - (200 * 90 - 1) / 97 - 1))
+[ "$(size both)" -lt $(($(size points) * 9 / 10)) ] || fail "rows and columns of two scans save less than a tenth: $(size both) of $(size points) bytes"
+
 # Sentences.
 model rough "$FOLDER/rough.ptx" --grid
-expect_text err "rough.ptx: rows and columns are not kept: some points lie more than a quarter of a pixel off its rays"
+expect_text err "rough.ptx: rows and columns are not kept: many points lie more than a quarter of a pixel off its rays"
 model two "$FOLDER/two.ptx" --grid
-expect_text err "two.ptx: rows and columns are not kept: it holds several scans"
+expect_text err "two.ptx: rows and columns are not kept: many points lie more than a quarter of a pixel off its rays"
 printf '%s\n' "0 0 0" "1 0 0" "0 1 0" >"$FOLDER/loose.xyz"
 model loose "$FOLDER/loose.xyz" --grid
 expect_text err "loose.xyz: rows and columns are not kept: none are read from it"
@@ -105,6 +114,9 @@ model loose "$FOLDER/loose.xyz"
 without "rows and columns"
 printf 'ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n4 5 7\n' >"$FOLDER/a.asc"
 printf 'ncols 3\nnrows 2\nxllcorner 0.5\nyllcorner 9\ncellsize 1\n1 2 3\n4 5 7\n' >"$FOLDER/b.asc"
+run "$STIPPLE" prep "$FOLDER/a.asc" --height-scale 0 -o "$FOLDER/flat.stipple"
+expect_code 1
+expect_text err "--height-scale 0: give a number other than 0"
 model heights "$FOLDER/a.asc" --grid
 without "rows and columns"
 model heights "$FOLDER/a.asc" --outliers mark

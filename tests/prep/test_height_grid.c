@@ -11,7 +11,7 @@
 enum { COLUMNS = 300, ROWS = 270, COUNT = COLUMNS * ROWS };
 
 /* Columns 2 apart, rows 3. */
-static const stp_scan_raster raster = {COLUMNS, ROWS, 1000.0, 5000.0, 2.0, 3.0};
+static const stp_scan_raster raster = {COLUMNS, ROWS, 1000.0, 5000.0, 2.0, 3.0, {0.0, 0.0}, 0};
 
 typedef double surface(double x, double y);
 
@@ -532,6 +532,30 @@ static uint8_t *model_of(const prep_cloud *first, const prep_cloud *second, size
     return prep_file_bytes(OUT, size);
 }
 
+/* A file whose samples stand in another order gives the same model. */
+static void order_is_nothing(void **state)
+{
+    prep_cloud grid = make_grid(waves, scattered, 0.0), other = make_grid(waves, scattered, 0.0);
+    stp_prep_stats stats;
+    size_t sizes[2];
+    (void)state;
+    assert_int_equal(prep_cloud_run(&grid, OUT, 2, NULL, &stats, NULL), STP_OK);
+    uint8_t *expected = prep_file_bytes(OUT, &sizes[0]);
+    for (unsigned order = 1; order < 8; order++) {
+        other.raster.order = order;
+        for (size_t i = 0; i < COUNT; i++)
+            other.points[i] = grid.points[stp_scan_raster_place(&other.raster, i)];
+        assert_int_equal(prep_cloud_run(&other, OUT, 2, NULL, &stats, NULL), STP_OK);
+        uint8_t *bytes = prep_file_bytes(OUT, &sizes[1]);
+        assert_int_equal(sizes[0], sizes[1]);
+        assert_memory_equal(bytes, expected, sizes[0]);
+        free(bytes);
+    }
+    free(expected);
+    free(grid.points);
+    free(other.points);
+}
+
 /* Neither a file before it nor one behind it notices a file that breaks off. */
 static void files_that_break_off_leave_nothing(void **state)
 {
@@ -570,6 +594,7 @@ int main(void)
         cmocka_unit_test(bent_grids_stay_grids),
         cmocka_unit_test(bent_samples_are_moved),
         cmocka_unit_test(floats_keep_what_they_tell),
+        cmocka_unit_test(order_is_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -53,6 +53,15 @@ grep -q '"exact":[[:space:]]*true' "$FOLDER/info.json" || fail "metadata: exact"
 # Exported numbers must be those of the file.
 "$STIPPLE" export "$model" -o "$FOLDER/out.ply" --quiet
 head -c 300 "$FOLDER/out.ply" | found -a 'property double x' || fail "export: floats for millimetres over kilometres"
+# A grid of heights: exact is no finer, so prep must not advise it.
+awk 'BEGIN { print "ncols 60\nnrows 50\nxllcorner 0\nyllcorner 0\ncellsize 500"
+    for (i = 0; i < 3000; i++) printf "%.6f%s", sin(i * 0.1) * 400 + cos(i / 60), i % 60 == 59 ? "\n" : " " }' >"$FOLDER/grid.asc"
+prepared "$FOLDER/grid.asc" --precision 0.000001
+holds "$(of_stats greatest) > 0.000001 && $(of_stats beyond) > 0"
+expect_text err "off by more than 1e-06, the precision given: a grid's samples lie too far apart for finer steps, also with --precision exact"
+finest=$(of_stats greatest)
+prepared "$FOLDER/grid.asc" --precision exact
+holds "$(of_stats greatest) >= $finest"
 # Doubles of sixteen digits have more bits than a patch can store, and prep must say so.
 awk 'BEGIN { for (i = 0; i < 3000; i++) printf "%.15f %.15f %.15f\n", sin(i), cos(i), sin(i * 0.7) }' >"$FOLDER/digits.xyz"
 prepared "$FOLDER/digits.xyz" --precision exact

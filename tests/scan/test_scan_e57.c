@@ -290,7 +290,8 @@ static void spherical_coordinates(void **state)
     free(p);
 }
 
-/* An identity pose is a station if the scan has rows; otherwise it is none. */
+/* An identity pose is a station if the scan has rows; otherwise it is none. Only then no point can
+ * be at the origin. */
 static void plain_poses(void **state)
 {
     (void)state;
@@ -303,11 +304,14 @@ static void plain_poses(void **state)
     assert_int_equal(info.attributes, STP_POINT_HAS_STATION);
     assert_int_equal(info.station_count, 1);
     assert_int_equal(p[1].station, 1);
+    assert_int_equal(p[0].reject, STP_REJECT_ORIGIN);
+    assert_int_equal(p[1].reject, STP_REJECT_NONE);
     free(p);
     write_scan("merged.e57", s, 3, UNTURNED, 2, XYZ, "");
     p = scan_fixture_read("merged.e57", NULL, &info);
     assert_int_equal(info.attributes, 0);
     assert_int_equal(info.station_count, 0);
+    assert_int_equal(p[0].reject, STP_REJECT_NONE);
     assert_int_equal(p[1].station, 0);
     free(p);
     free_streams(s, 4);

@@ -305,6 +305,33 @@ static void missing_points(void **state)
     }
 }
 
+/* Two pixels at (0, 0, 0) are holes, one may be a point. Of a cloud that is no image, all are
+ * points. Points after them are read as before. */
+static void zeros_are_holes(void **state)
+{
+    (void)state;
+    enum { COUNT = 1400 }; /* several blocks */
+    for (int zeros = 1; zeros < 4; zeros++) {
+        double x[COUNT], y[COUNT];
+        for (int i = 0; i < COUNT; i++)
+            x[i] = y[i] = i % 699 == 1 && i / 699 < zeros ? 0.0 : i + 1.0;
+        const pcd_column columns[] = {COLUMN("x", 'F', 4, x), COLUMN("y", 'F', 8, y),
+                                      COLUMN("z", 'F', 4, x)};
+        for (int e = 0; e < 2 * PCD_ENCODING_COUNT; e++) {
+            const size_t rows = e < PCD_ENCODING_COUNT ? 2 : 1;
+            const pcd_file file = {columns, 3, COUNT / rows, rows, NULL};
+            stp_scan_info info;
+            stp_point *p = read_as(&file, (pcd_encoding)(e % PCD_ENCODING_COUNT), &info);
+            for (int i = 0; i < COUNT; i++) {
+                const bool is_hole = rows > 1 && zeros > 1 && x[i] == 0.0;
+                assert_int_equal(p[i].reject, is_hole ? STP_REJECT_ORIGIN : STP_REJECT_NONE);
+                scan_fixture_position(&p[i], x[i], y[i], x[i]);
+            }
+            free(p);
+        }
+    }
+}
+
 static void viewpoints(void **state)
 {
     (void)state;
@@ -567,6 +594,7 @@ int main(void)
         cmocka_unit_test(no_points),           cmocka_unit_test(large_compressed),
         cmocka_unit_test(malformed_headers),   cmocka_unit_test(malformed_data),
         cmocka_unit_test(compressed_blocks),   cmocka_unit_test(cut_anywhere),
+        cmocka_unit_test(zeros_are_holes),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -96,6 +96,8 @@ static const char *own_fault(const prep_inputs *in, const stp_prep_file *file)
 {
     if (file->raster.columns > 0)
         return in->params.recompute_normals ? "--recompute-normals asks points for them" : NULL;
+    if (file->image_count > 0)
+        return NULL;
     if (file->station_count > 1)
         return "it holds several scans";
     if (file->grid.columns == 0)
@@ -125,7 +127,7 @@ void prep_grids_print(const stp_prep_stats *stats, const prep_inputs *in,
             path = in->paths[i];
         }
     if (!why)
-        why = heights == 0 ? "some points lie more than a quarter of a pixel off its rays, or most "
+        why = heights == 0 ? "many points lie more than a quarter of a pixel off its rays, or most "
                              "of its pixels are missing"
               : is_mixed   ? "other inputs are no grids of heights"
               : read > 1 && in->numbers.joined.list.count > 0

@@ -323,6 +323,18 @@ done:
     return status;
 }
 
+static stp_status copy_images(stp_prep_file *file, const stp_scan_info *info, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&file->images, info->image_count, sizeof *file->images, "images", err));
+    if (file->images)
+        memcpy(file->images, info->images, info->image_count * sizeof *file->images);
+    file->image_count = info->image_count;
+    file->pixels_told = info->pixels_told;
+done:
+    return status;
+}
+
 /* Decides whether the input's positions are moved, and says so in its notes. */
 static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *info,
                                 stp_error *err)
@@ -332,9 +344,11 @@ static stp_status choose_system(prep_inputs *in, size_t i, const stp_scan_info *
     if (info->raster.columns > 0 && params.grid && params.grid->dx > 0.0)
         return STP_OK; /* --spacing: columns and rows have no place in the world */
     STP_TRY(prep_system_choose(&in->system, in->paths[i], &params, info, &in->facts[i].way, err));
+    const bool turned = info->raster.skew[0] != 0.0 || info->raster.skew[1] != 0.0;
+    if (in->facts[i].way.projection || turned)
+        STP_TRY(prep_system_move_raster(&in->files[i], in->facts[i].way.projection, err));
     if (in->facts[i].way.projection == NULL)
         return prep_system_tell(&in->files[i], in->paths[i], info, err);
-    STP_TRY(prep_system_move_raster(&in->files[i], in->facts[i].way.projection, err));
     STP_TRY(prep_system_note(&in->files[i], in->facts[i].way.projection, err));
 done:
     return status;
@@ -446,6 +460,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     const stp_scan_info *info = stp_scan_get_info(scan);
     STP_TRY(add_stations(in, info, &in->files[i], in->paths[i], err));
     STP_TRY(copy_grid(&in->files[i], &info->grid, err));
+    STP_TRY(copy_images(&in->files[i], info, err));
     in->files[i].raster = info->raster;
     STP_TRY(copy_notes(&in->files[i], info, err));
     STP_TRY(note_part(in, i, err));
@@ -562,6 +577,7 @@ void prep_inputs_clear(prep_inputs *in)
     for (size_t i = 0; in->files && i < in->count; i++) {
         clear_notes(&in->files[i]);
         free((void *)in->files[i].grid.cells);
+        free(in->files[i].images);
         free(in->files[i].raster_nodes);
     }
     for (size_t i = 0; in->facts && i < in->count; i++) {

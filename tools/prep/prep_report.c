@@ -178,6 +178,7 @@ static void print_rejects(const stp_prep_stats *s)
         [STP_REJECT_WHERE] = "not as --where says",
         [STP_REJECT_LOST] = "lost",
         [STP_REJECT_TWICE] = "at a place of another file",
+        [STP_REJECT_ORIGIN] = "at exactly (0, 0, 0), as holes of images are",
     };
     const char *separator = " (";
     for (int r = STP_REJECT_NOT_FINITE; r < STP_REJECT_COUNT; r++) {
@@ -222,12 +223,14 @@ static void print_displacement(const stp_prep_stats *s)
                 d->changed);
     else if (d->beyond > 0 && r->precision > 0.0)
         fprintf(
-            stderr,
-            "%" PRIu64 " of them are off by more than %.3g, %s: their neighbours are too far for "
-            "a disc's size and finer steps; give --precision exact, which makes such discs "
-            "smaller, or --outliers drop\n",
-            d->beyond, r->precision,
-            r->precision == 0.5 * r->step ? "half the input's own scale" : "the precision given");
+            stderr, "%" PRIu64 " of them are off by more than %.3g, %s: %s\n", d->beyond,
+            r->precision,
+            r->precision == 0.5 * r->step ? "half the input's own scale" : "the precision given",
+            s->keeps_grid ? "a grid's samples lie too far apart for finer steps, also with "
+                            "--precision exact"
+                          : "their neighbours are too far for a disc's size and finer steps; give "
+                            "--precision exact, which makes such discs smaller, or --outliers "
+                            "drop");
     else if (d->beyond > 0)
         fprintf(stderr,
                 "%" PRIu64
@@ -380,6 +383,11 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
         fprintf(stderr,
                 "layers are joined: points were moved by at most %.3g, by %.3g on average\n",
                 s->joined.greatest, s->joined.mean);
+    if (s->images > 0 && s->pixels_loose > 0)
+        fprintf(stderr,
+                "%" PRIu32 " points lie off the rays of their images, or in none: they are points "
+                "beside them\n",
+                s->pixels_loose);
     prep_report_tall(s, inputs);
     prep_maps_print(s);
     if (inputs->numbers.left_out[0] != '\0')

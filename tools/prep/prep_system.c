@@ -325,10 +325,11 @@ stp_status prep_system_move_raster(stp_prep_file *file, stp_projection *way, stp
             const stp_dvec3 from =
                 stp_scan_raster_at(&raster, stp_raster_node_column(i, raster.columns),
                                    stp_raster_node_column(j, raster.rows), 0.0);
-            file->raster_nodes[(size_t)j * across + i] = stp_projection_apply(way, from);
+            file->raster_nodes[(size_t)j * across + i] =
+                way ? stp_projection_apply(way, from) : from;
         }
     bool tell = true;
-    for (uint32_t j = 0; tell && j + 1 < down; j++)
+    for (uint32_t j = 0; way && tell && j + 1 < down; j++)
         for (uint32_t i = 0; tell && i + 1 < across; i++)
             tell = nodes_tell(file, way, i, j);
     if (!tell)

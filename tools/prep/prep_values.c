@@ -72,7 +72,7 @@ void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
 {
     const cli_option options[PREP_GRID_OPTIONS] = {
         {"--grid", 0, CLI_FLAG, &grid->keep, NULL,
-         "keep rows and columns, also those of PTX, or say why they are not kept", NULL},
+         "keep rows and columns, also of PTX and E57, or say why they are not kept", NULL},
         {"--colour", 0, CLI_STRING, &grid->colour, "C.png",
          "colours of a grid of heights or depths: an image of the same size", NULL},
         {"--mask", 0, CLI_STRING, &grid->mask, "M.png",
@@ -81,7 +81,7 @@ void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
          "number of a grid that means: no sample here (what the file says)", NULL},
         {"--spacing", 0, CLI_STRING, &grid->spacing, "DX[,DY]",
          "distance of a grid's columns and rows (the file's, else 1)", NULL},
-        {"--height-scale", 0, CLI_NUMBER, &grid->scale, "S", "factor of a grid's numbers (1)",
+        {"--height-scale", 0, CLI_STRING, &grid->scale, "S", "factor of a grid's numbers (1)",
          NULL},
         {"--pinhole", 0, CLI_STRING, &grid->pinhole, "FX,FY,CX,CY",
          "the grid is a camera's depth image; focal lengths and centre in pixels", NULL},
@@ -96,7 +96,7 @@ void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
 bool prep_grid_is_given(const prep_grid *g)
 {
     return g->colour || g->mask || g->invalid || g->spacing || g->pinhole || g->disparity ||
-           g->scale != 0.0 || g->depth != 0;
+           g->scale || g->depth != 0;
 }
 
 /* Parses `count` numbers with commas between. False if the text is anything else. */
@@ -181,7 +181,7 @@ static stp_status parse_camera(const prep_grid *grid, stp_grid_params *out, stp_
     if (grid->pinhole && grid->spacing)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--spacing is for heights, --pinhole for a camera: give one of them");
-    if (grid->disparity && grid->scale != 0.0)
+    if (grid->disparity && grid->scale)
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--height-scale is for heights and depths, not for --disparity: "
                              "multiply B instead");
@@ -193,12 +193,14 @@ stp_status prep_parse_grid(const prep_grid *grid, stp_grid_params *out, stp_erro
     double n[2];
     out->colour = grid->colour;
     out->mask = grid->mask;
-    out->scale = grid->scale;
     out->has_invalid = grid->invalid != NULL;
     if (grid->invalid &&
         !stp_number_parse(grid->invalid, grid->invalid + strlen(grid->invalid), &out->invalid))
         return stp_error_set(err, STP_INVALID_ARGUMENT, "--invalid %s: give a number",
                              grid->invalid);
+    if (grid->scale && (!parse_numbers(grid->scale, &out->scale, 1) || out->scale == 0.0))
+        return stp_error_set(err, STP_INVALID_ARGUMENT,
+                             "--height-scale %s: give a number other than 0", grid->scale);
     if (grid->spacing) {
         const bool two = strchr(grid->spacing, ',') != NULL;
         if (!parse_numbers(grid->spacing, n, two ? 2 : 1) || !(n[0] > 0.0) ||

@@ -30,10 +30,10 @@ stp_status prep_parse_region(const prep_region *given, stp_scan_region *region,
 
 /* How grids of heights or depths are read. */
 typedef struct prep_grid {
-    const char *colour, *mask, *invalid, *spacing, *pinhole, *disparity; /* NULL: not given */
-    double scale;                                                        /* 0: not given */
-    int depth;                                                           /* 1: along the ray */
-    bool keep; /* say so if rows and columns are not kept; ask for those of PTX */
+    const char *colour, *mask, *invalid, *spacing, *scale, *pinhole,
+        *disparity; /* NULL: not given */
+    int depth;      /* 1: along the ray */
+    bool keep;      /* say so if rows and columns are not kept; ask for those of PTX and E57 */
 } prep_grid;
 
 #define PREP_GRID_OPTIONS 9

@@ -3,6 +3,7 @@
 
 #include "base/checked.h"
 #include "base/memory.h"
+#include "formats/scan/e57/e57_images.h"
 #include "formats/scan/e57/e57_numbers.h"
 #include "formats/scan/e57/e57_pose.h"
 #include "formats/scan/e57/e57_prototype.h"
@@ -25,6 +26,7 @@ typedef struct reader {
     uint32_t attributes; /* STP_POINT_HAS_* */
     stp_e57_ranges ranges;
     stp_e57_numbers numbers;
+    stp_e57_images images;
     stp_dvec3 *stations, *ups; /* positions and z axes of scans that have a station, in order */
     uint16_t station_count, stations_begun;
     stp_scan_note notes[2];
@@ -140,11 +142,16 @@ static stp_status decide_scans(reader *r, stp_error *err)
         stp_e57_scan *scan = &r->document.scans[i];
         STP_TRY(decide_scan(r, scan, err));
         STP_TRY(stp_e57_pose_of(&pose, scan, r->pages.path, err));
-        if (has_station(scan, &pose)) {
+        const bool stands = has_station(scan, &pose);
+        if (stands) {
             r->ups[r->station_count] = stp_e57_rotate(&pose, (stp_dvec3){0.0, 0.0, 1.0});
             r->stations[r->station_count++] = pose.translation;
         }
+        const uint64_t first = r->points_left;
         STP_TRY(check_section(r, scan, &bits, err));
+        if (stands)
+            STP_TRY(stp_e57_images_add(&r->images, scan, first, r->station_count, &r->vector,
+                                       &r->pages, err));
     }
     if (r->station_count > 0)
         r->attributes |= STP_POINT_HAS_STATION;
@@ -180,6 +187,9 @@ static void fill_info(reader *r, stp_scan_info *info)
     info->stations = r->stations;
     info->station_ups = r->ups;
     info->station_count = r->station_count;
+    info->images = r->images.list;
+    info->image_count = r->images.count;
+    info->pixels_told = r->images.count > 0;
     info->extra = r->numbers.all.list.count > 0 ? &r->numbers.all.list : NULL;
     info->notes = r->notes;
     info->note_count = 0;
@@ -207,18 +217,19 @@ static void set_positions(const reader *r, stp_point *points, size_t count)
     }
 }
 
-/* Sets rejects from the records' states: 0 valid, 1 only the direction, 2 nothing. */
+/* Sets rejects from the records' states: 0 valid, 1 only the direction, 2 nothing. The scanner
+ * stands at the origin of the scan's own coordinates, so it saw no point there. */
 static void set_rejects(const reader *r, stp_point *points, size_t count)
 {
     const stp_e57_scan *scan = r->vector.scan;
     const stp_e57_target target =
         scan->fields[STP_E57_X].present ? STP_E57_CARTESIAN_INVALID : STP_E57_SPHERICAL_INVALID;
-    const double *states = r->vector.columns[target];
-    if (!scan->fields[target].present)
-        return;
+    const double *states = scan->fields[target].present ? r->vector.columns[target] : NULL;
     for (size_t i = 0; i < count; i++)
-        if (states[i] != 0.0)
+        if (states && states[i] != 0.0)
             points[i].reject = states[i] == 1.0 ? STP_REJECT_NO_RETURN : STP_REJECT_INVALID;
+        else if (scan->has_grid && stp_dvec3_equal(points[i].position, (stp_dvec3){0.0, 0.0, 0.0}))
+            points[i].reject = STP_REJECT_ORIGIN;
 }
 
 static void apply_pose(const reader *r, stp_point *points, size_t count)
@@ -287,6 +298,8 @@ static void columns_to_points(const reader *r, stp_point *points, size_t count)
     if (r->attributes & STP_POINT_HAS_COLOUR)
         set_colours(r, points, count);
     set_scalars(r, points, count);
+    if (r->images.count > 0)
+        stp_e57_images_tell(&r->images, &r->vector, r->station, points, count);
 }
 
 /* Goes to the next scan that has points. The caller knows that there is one. */
@@ -341,6 +354,7 @@ static void close_reader(void *state)
     stp_e57_pages_close(&r->pages);
     stp_e57_vector_free(&r->vector);
     stp_e57_numbers_clear(&r->numbers);
+    stp_e57_images_clear(&r->images);
     stp_e57_document_free(&r->document);
     free(r->stations);
     free(r->ups);
@@ -353,6 +367,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     reader *r = state;
     r->pages.descriptor = -1;
     r->document.keeps_numbers = params->numbers;
+    r->document.keeps_grid = params->keep_grid;
     STP_TRY(stp_e57_pages_open(&r->pages, path, err));
     STP_TRY(stp_e57_xml_read(&r->document, &r->pages, err));
     STP_TRY(decide_scans(r, err));

@@ -105,13 +105,16 @@ static const char *const target_names[STP_E57_TARGET_COUNT] = {
     [STP_E57_INTENSITY] = "intensity",
     [STP_E57_INTENSITY_INVALID] = "isIntensityInvalid",
     [STP_E57_CLASS] = "classification",
+    [STP_E57_ROW] = "rowIndex",
+    [STP_E57_COLUMN] = "columnIndex",
     [STP_E57_TIME_INVALID] = "isTimeStampInvalid",
 };
 
-static stp_e57_target target_of(const char *name)
+static stp_e57_target target_of(const stp_e57_document *document, const char *name)
 {
     for (int t = 0; t < STP_E57_TARGET_COUNT; t++)
-        if (strcmp(name, target_names[t]) == 0)
+        if (strcmp(name, target_names[t]) == 0 &&
+            (document->keeps_grid || (t != STP_E57_ROW && t != STP_E57_COLUMN)))
             return (stp_e57_target)t;
     return STP_E57_TARGET_COUNT;
 }
@@ -162,7 +165,8 @@ static bool add_extra(stp_e57_document *document, stp_e57_scan *scan, const char
 /* Whether a field of this target may also be an attribute. */
 static bool may_be_extra(stp_e57_target target)
 {
-    return target == STP_E57_TARGET_COUNT || target == STP_E57_INTENSITY || target == STP_E57_CLASS;
+    return target == STP_E57_TARGET_COUNT || target == STP_E57_INTENSITY ||
+           target == STP_E57_CLASS || target == STP_E57_ROW || target == STP_E57_COLUMN;
 }
 
 const char *stp_e57_prototype_add(stp_e57_document *document, stp_e57_scan *scan, const char *name,
@@ -171,7 +175,7 @@ const char *stp_e57_prototype_add(stp_e57_document *document, stp_e57_scan *scan
     stp_e57_field field = {.present = true, .stream = scan->stream_count++, .scale = 1.0};
     const char *colon = strchr(name, ':'), *wrong = NULL;
     const char *local = colon ? colon + 1 : name;
-    const stp_e57_target target = top ? target_of(local) : STP_E57_TARGET_COUNT;
+    const stp_e57_target target = top ? target_of(document, local) : STP_E57_TARGET_COUNT;
     const bool is_text = strcmp(type, "String") == 0;
     if (strcmp(type, "Integer") == 0 || strcmp(type, "ScaledInteger") == 0) {
         field.is_scaled = *type == 'S';

@@ -39,6 +39,8 @@ typedef enum stp_e57_target {
     STP_E57_INTENSITY,
     STP_E57_INTENSITY_INVALID,
     STP_E57_CLASS,
+    STP_E57_ROW, /* if images are wanted; else attributes alone */
+    STP_E57_COLUMN,
     STP_E57_TIME_INVALID, /* of the attribute timeStamp */
     STP_E57_TARGET_COUNT  /* also: not used */
 } stp_e57_target;
@@ -108,12 +110,13 @@ typedef struct stp_e57_document {
     size_t extra_count, extra_capacity;
     stp_attribute_list names; /* of the extras; their types mean nothing */
     bool keeps_numbers;       /* attributes are wanted, so they are not left out */
+    bool keeps_grid;          /* rows and columns are wanted */
     char *wkt;                /* NULL: none */
     stp_name_list left_out;   /* fields that are not read */
 } stp_e57_document;
 
-/* *document must be zero, except keeps_numbers. Free it even after a failure. Errors: IO, CORRUPT
- * (with the line), UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
+/* *document must be zero, except keeps_numbers and keeps_grid. Free it even after a failure.
+ * Errors: IO, CORRUPT (with the line), UNSUPPORTED, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_e57_xml_read(stp_e57_document *document, stp_e57_pages *pages, stp_error *err);
 void stp_e57_document_free(stp_e57_document *document);
 

@@ -25,6 +25,7 @@ typedef struct grid_reader {
     uint32_t step, columns, rows; /* every step-th column and row of the files is one of these */
     uint32_t rows_read, next_row, next_column;
     stp_scan_raster place; /* of heights */
+    double by[2][2];       /* what the file's columns and rows that are read add to x and y */
     bool normals;
     stp_dvec3 camera; /* the origin, a station */
     char format[64];
@@ -109,19 +110,53 @@ static void choose_step(grid_reader *g, uint32_t step)
     g->rows = (height - 1) / g->step + 1;
 }
 
+/* Puts a column and a row that are not the first ones in place of these, so that x increases along
+ * rows and the top row is first. by: what columns and rows add to x and y. */
+static void order_place(grid_reader *g, double by[2][2])
+{
+    stp_scan_raster *p = &g->place;
+    if (fabs(by[0][1] * by[1][0]) > fabs(by[0][0] * by[1][1])) {
+        const double column[2] = {by[0][0], by[0][1]};
+        memcpy(by[0], by[1], sizeof by[0]);
+        memcpy(by[1], column, sizeof by[1]);
+        p->columns = g->rows;
+        p->rows = g->columns;
+        p->order = STP_RASTER_BY_COLUMN;
+    }
+    const uint32_t counts[2] = {p->columns, p->rows};
+    const unsigned turned[2] = {by[0][0] < 0.0 ? STP_RASTER_FROM_RIGHT : 0,
+                                by[1][1] > 0.0 ? STP_RASTER_FROM_BELOW : 0};
+    for (unsigned k = 0; k < 2; k++) {
+        if (turned[k] == 0)
+            continue;
+        p->order |= turned[k];
+        p->x += (counts[k] - 1) * by[k][0];
+        p->y += (counts[k] - 1) * by[k][1];
+        by[k][0] = -by[k][0];
+        by[k][1] = -by[k][1];
+    }
+}
+
 static void choose_place(grid_reader *g)
 {
-    const bool given = g->params.dx > 0.0;
-    const double own = given || !g->info->spaced ? g->info->reduced : 1.0;
-    const double dx = own * (given ? g->params.dx : g->info->spaced ? g->info->dx : 1.0);
-    const double dy = own * (given ? g->params.dy : g->info->spaced ? g->info->dy : 1.0);
-    const bool placed = !given && g->info->placed;
+    const stp_raster_info *info = g->info;
+    const bool given = g->params.dx > 0.0, own = !given && info->spaced;
+    const double reduced = own ? 1.0 : info->reduced;
+    const double dx = reduced * (given ? g->params.dx : own ? info->dx : 1.0);
+    const double dy = reduced * (given ? g->params.dy : own ? info->dy : 1.0);
+    const double step = g->step, turned = own ? step : 0.0;
+    const bool placed = !given && info->placed;
+    double by[2][2] = {{step * dx, turned * info->skew[0]}, {turned * info->skew[1], -step * dy}};
+    memcpy(g->by, by, sizeof by);
     g->place = (stp_scan_raster){.columns = g->columns,
                                  .rows = g->rows,
-                                 .x = placed ? g->info->x : 0.0,
-                                 .y = placed ? g->info->y : (double)(g->info->height - 1) * dy,
-                                 .dx = g->step * dx,
-                                 .dy = g->step * dy};
+                                 .x = placed ? info->x : 0.0,
+                                 .y = placed ? info->y : (double)(info->height - 1) * dy};
+    order_place(g, by);
+    g->place.dx = by[0][0];
+    g->place.dy = -by[1][1];
+    g->place.skew[0] = by[0][1];
+    g->place.skew[1] = by[1][0];
     if (g->params.scale == 0.0)
         g->params.scale = 1.0;
 }
@@ -271,13 +306,13 @@ done:
     return status;
 }
 
-/* The slope between the samples on both sides, or on one, if the other is none. NaN: both are none.
- */
-static double slope(double before, double here, double after, double step)
+/* How much heights rise to the next sample: from both sides, or from one, if the other is none.
+ * NaN: both are none. */
+static double rise(double before, double here, double after)
 {
     if (!isnan(before) && !isnan(after))
-        return (after - before) / (2.0 * step);
-    return isnan(before) ? (after - here) / step : (here - before) / step;
+        return (after - before) / 2.0;
+    return isnan(before) ? after - here : here - before;
 }
 
 /* Zero, which means unknown, if a sample has no neighbour in its row or none in its column, or if
@@ -286,10 +321,17 @@ static vec3s normal_of(const grid_reader *g, uint32_t row, uint32_t column)
 {
     const double *z = g->z[row % ROWS_HELD];
     const bool above = row > 0, below = row + 1 < g->rows;
-    const double zx = slope(column > 0 ? z[column - 1] : NAN, z[column],
-                            column + 1 < g->columns ? z[column + 1] : NAN, g->place.dx);
-    const double zy = slope(below ? g->z[(row + 1) % ROWS_HELD][column] : NAN, z[column],
-                            above ? g->z[(row - 1) % ROWS_HELD][column] : NAN, g->place.dy);
+    const double(*by)[2] = g->by;
+    const double across = rise(column > 0 ? z[column - 1] : NAN, z[column],
+                               column + 1 < g->columns ? z[column + 1] : NAN);
+    const double down = rise(above ? g->z[(row - 1) % ROWS_HELD][column] : NAN, z[column],
+                             below ? g->z[(row + 1) % ROWS_HELD][column] : NAN);
+    double zx = across / by[0][0], zy = down / by[1][1];
+    if (by[0][1] != 0.0 || by[1][0] != 0.0) {
+        const double area = by[0][0] * by[1][1] - by[0][1] * by[1][0];
+        zx = (across * by[1][1] - down * by[0][1]) / area;
+        zy = (down * by[0][0] - across * by[1][0]) / area;
+    }
     if (!(fabs(zx) < STEEPEST) || !(fabs(zy) < STEEPEST))
         return (vec3s){{0.0f, 0.0f, 0.0f}};
     return stp_dvec3_to_float(stp_dvec3_normalize((stp_dvec3){-zx, -zy, 1.0}));
@@ -298,8 +340,12 @@ static vec3s normal_of(const grid_reader *g, uint32_t row, uint32_t column)
 static stp_dvec3 position_of(const grid_reader *g, uint32_t row, uint32_t column, double z)
 {
     const stp_grid_params *p = &g->params;
-    if (!is_pinhole(g))
-        return stp_scan_raster_at(&g->place, column, row, z);
+    if (!is_pinhole(g)) {
+        uint32_t at[2] = {column, row};
+        if (g->place.order != 0)
+            stp_scan_raster_find(&g->place, (uint64_t)row * g->columns + column, at);
+        return stp_scan_raster_at(&g->place, at[0], at[1], z);
+    }
     const double x = ((double)column * g->step - p->cx) / p->fx;
     const double y = ((double)row * g->step - p->cy) / p->fy;
     if (p->along_ray)

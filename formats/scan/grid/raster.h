@@ -1,11 +1,11 @@
 /* Reads images of numbers row by row: heights, depths, disparities, colours.
  *
- * TIFF and BigTIFF by libtiff, in a module that is loaded with the first (integers of 8, 16 and 32
- * bits, floats of 32 and 64; strips or tiles; GeoTIFF's place, GDAL's no-data and scale), PNG by
- * libpng, PFM and PGM (raster_pnm.c), ESRI ASCII grids (raster_esri.c), Alicona AL3D
- * (raster_al3d.c), EXR by OpenImageIO, and as colours whatever OpenImageIO reads. Numbers are the
- * file's own: nothing is scaled. Memory: a band of rows; JPEG, interlaced PNG are held whole.
- * Threads: one at a time per raster. */
+ * TIFF and BigTIFF by libtiff, in a module that is loaded with the first (integers of 1, 8, 16 and
+ * 32 bits, floats of 32 and 64; strips or tiles; GeoTIFF's place, GDAL's no-data and scale; a mask
+ * of heights inside the file becomes alpha), PNG by libpng, PFM and PGM (raster_pnm.c), ESRI ASCII
+ * grids (raster_esri.c), Alicona AL3D (raster_al3d.c), EXR by OpenImageIO, and as colours whatever
+ * OpenImageIO reads. Numbers are the file's own: nothing is scaled. Memory: a band of rows; JPEG,
+ * interlaced PNG are held whole. Threads: one at a time per raster. */
 #ifndef STP_FORMATS_SCAN_GRID_RASTER_H
 #define STP_FORMATS_SCAN_GRID_RASTER_H
 
@@ -34,11 +34,12 @@ typedef struct stp_raster_info {
     bool has_none;
     double none; /* the number, as read, that stands for no sample */
     bool spaced;
-    double dx, dy; /* between columns and between rows, positive */
+    double dx, dy;  /* a column adds dx to x, a row takes dy from y; one may be negative, or 0 */
+    double skew[2]; /* of turned images: what a column adds to y, and a row to x */
     bool placed;
-    double x, y;   /* of the middle of the first pixel of the top row; y decreases by dy a row */
-    bool degrees;  /* x and y are longitude and latitude */
-    uint32_t epsg; /* of its coordinate system; 0: not told */
+    double x, y;       /* of the middle of the first pixel of the first row */
+    bool degrees;      /* x and y are longitude and latitude */
+    uint32_t epsg;     /* of its coordinate system; 0: not told */
     uint32_t vertical; /* of the system of its heights; likewise */
 } stp_raster_info;
 

@@ -13,6 +13,7 @@ typedef struct reader {
     stp_pcd_values values;
     uint32_t attributes; /* STP_POINT_HAS_* */
     bool packed_colour;
+    bool zeros;                           /* (0, 0, 0) is a hole of the image */
     double colour_scale, intensity_scale; /* file value to 0..65535 */
     stp_name_list left_out;
     stp_scan_note note;
@@ -129,10 +130,11 @@ static void columns_to_points(const reader *r, stp_point *points, size_t count)
     for (size_t i = 0; i < count; i++)
         points[i] = (stp_point){.position = {c[STP_PCD_X][i], c[STP_PCD_Y][i], c[STP_PCD_Z][i]},
                                 .station = stp_dvec3_finite(h->viewpoint)};
-    if (h->height > 1)
-        for (size_t i = 0; i < count; i++)
-            if (!stp_dvec3_finite(points[i].position))
-                points[i].reject = STP_REJECT_NO_RETURN;
+    for (size_t i = 0; h->height > 1 && i < count; i++)
+        if (!stp_dvec3_finite(points[i].position))
+            points[i].reject = STP_REJECT_NO_RETURN;
+        else if (r->zeros && stp_dvec3_equal(points[i].position, (stp_dvec3){0.0, 0.0, 0.0}))
+            points[i].reject = STP_REJECT_ORIGIN;
     if (r->attributes & STP_POINT_HAS_NORMAL)
         for (size_t i = 0; i < count; i++)
             points[i].normal =
@@ -185,6 +187,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(stp_pcd_values_find_packing(&r->values, err));
     STP_TRY(find_scale(r, STP_PCD_RED, STP_PCD_BLUE, &r->colour_scale, err));
     STP_TRY(find_scale(r, STP_PCD_INTENSITY, STP_PCD_INTENSITY, &r->intensity_scale, err));
+    if (r->values.header.height > 1)
+        STP_TRY(stp_pcd_values_find_zeros(&r->values, &r->zeros, err));
     list_left_out(r);
     fill_info(r, info);
 done:

@@ -6,7 +6,8 @@
  * stp_pcd_values_find_packing. All other fields, and fields with a COUNT, are attributes
  * (pcd_numbers.h); the note "left_out" names those that are not kept.
  * If HEIGHT is above 1, the cloud is organised: it is a grid, and a point with a coordinate that is
- * not finite is a ray without a return. The position of VIEWPOINT is the station of all points. If
+ * not finite is a ray without a return. Several points at exactly (0, 0, 0) are holes, too
+ * (STP_REJECT_ORIGIN). The position of VIEWPOINT is the station of all points. If
  * the line is not the default 0 0 0 1 0 0 0, the station is claimed; else the origin is the default
  * station. The rotation of VIEWPOINT is not used, because programs disagree about which way it
  * turns. value_range.h finds the ranges of intensity and of separate colours. Threads: one at a

@@ -470,22 +470,57 @@ done:
     return status;
 }
 
+/* Keeps the decoders of the first record. *marks: free it; NULL: there are none. */
+static stp_status mark_first(const stp_pcd_values *v, stp_lzf **marks, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (v->decoders) {
+        STP_TRY(stp_alloc(marks, STP_PCD_TARGET_COUNT, sizeof **marks, "decoders", err));
+        memcpy(*marks, v->decoders, STP_PCD_TARGET_COUNT * sizeof **marks);
+    }
+done:
+    return status;
+}
+
+static void go_to_first(stp_pcd_values *v, const stp_lzf *marks)
+{
+    stp_source_seek(&v->source, v->header.data_offset, v->header.lines);
+    v->index = 0;
+    if (marks)
+        memcpy(v->decoders, marks, STP_PCD_TARGET_COUNT * sizeof *marks);
+}
+
 stp_status stp_pcd_values_maximum(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
                                   double *maximum, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_lzf *marks = NULL;
     *maximum = 0.0;
-    if (v->decoders) {
-        STP_TRY(stp_alloc(&marks, STP_PCD_TARGET_COUNT, sizeof *marks, "decoders", err));
-        memcpy(marks, v->decoders, STP_PCD_TARGET_COUNT * sizeof *marks);
-    }
+    STP_TRY(mark_first(v, &marks, err));
     STP_TRY(v->header.encoding == STP_PCD_BINARY ? sample_spread(v, first, last, maximum, err)
                                                  : sample_prefix(v, first, last, maximum, err));
-    stp_source_seek(&v->source, v->header.data_offset, v->header.lines);
-    v->index = 0;
-    if (marks)
-        memcpy(v->decoders, marks, STP_PCD_TARGET_COUNT * sizeof *marks);
+    go_to_first(v, marks);
+done:
+    free(marks);
+    return status;
+}
+
+stp_status stp_pcd_values_find_zeros(stp_pcd_values *v, bool *several, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_lzf *marks = NULL;
+    unsigned zeros = 0;
+    STP_TRY(mark_first(v, &marks, err));
+    while (zeros < 2 && v->index < v->header.points) {
+        const size_t count = block_of(v, v->header.points - v->index);
+        if (stp_pcd_values_read(v, count, NULL, NULL) != STP_OK)
+            break; /* whoever reads the records will say why */
+        for (size_t i = 0; i < count; i++)
+            zeros += v->columns[STP_PCD_X][i] == 0.0 && v->columns[STP_PCD_Y][i] == 0.0 &&
+                     v->columns[STP_PCD_Z][i] == 0.0;
+    }
+    *several = zeros > 1;
+    go_to_first(v, marks);
 done:
     free(marks);
     return status;

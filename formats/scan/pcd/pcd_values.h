@@ -56,6 +56,10 @@ stp_status stp_pcd_values_read(stp_pcd_values *values, size_t count, uint8_t *nu
  * above the ones (4.2108e+06). Else they are whole numbers, 0xRRGGBB in decimal. Goes back to the
  * first record. Errors: as read. */
 stp_status stp_pcd_values_find_packing(stp_pcd_values *values, stp_error *err);
+/* Whether several records are at exactly (0, 0, 0). No two pixels of an image see one place, so
+ * these are its holes. Looks at no record behind a damaged one. Starts at the first record and goes
+ * back there. Errors: OUT_OF_MEMORY. */
+stp_status stp_pcd_values_find_zeros(stp_pcd_values *values, bool *several, stp_error *err);
 /* Finds the greatest value of the targets from first to last in a sample: 64 blocks spread over a
  * binary file, the first 65,536 records of other files. Starts at the first record and goes back
  * there. Errors: as read. */

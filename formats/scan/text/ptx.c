@@ -29,10 +29,11 @@ typedef struct ptx {
     size_t scan_count, scan_capacity;
     stp_dvec3 *stations, *ups; /* per scan: the position of its scanner, and its z axis */
     size_t station_capacity, up_capacity;
-    uint64_t start;  /* byte of the first scan */
-    size_t current;  /* scan that is being read, counted from 1; 0 before the first */
-    uint64_t left;   /* points of that scan that are not read yet */
-    bool has_colour; /* at least one scan has colours */
+    stp_scan_image *images; /* of several scans, if they are wanted */
+    uint64_t start;         /* byte of the first scan */
+    size_t current;         /* scan that is being read, counted from 1; 0 before the first */
+    uint64_t left;          /* points of that scan that are not read yet */
+    bool has_colour;        /* at least one scan has colours */
     stp_columns_sample samples[STP_PTX_FIELDS_MAX + 1]; /* by count of numbers per point */
 } ptx;
 
@@ -256,6 +257,27 @@ static void decide_columns(ptx *p)
     p->has_colour = all & STP_POINT_HAS_COLOUR;
 }
 
+/* A file's points stand column by column, an image's pixels row by row. */
+static stp_status list_images(ptx *p, stp_scan_info *info, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint64_t first = 0;
+    STP_TRY(stp_alloc(&p->images, p->scan_count, sizeof *p->images, "images", err));
+    for (size_t i = 0; i < p->scan_count; first += p->scans[i++].point_count) {
+        const ptx_scan *s = &p->scans[i];
+        if (s->point_count == 0 || s->point_count >= UINT32_MAX)
+            continue;
+        p->images[info->image_count++] = (stp_scan_image){.first = first,
+                                                          .count = s->point_count,
+                                                          .columns = (uint32_t)s->rows,
+                                                          .rows = (uint32_t)s->columns,
+                                                          .station = (uint16_t)(i + 1)};
+    }
+    info->images = p->images;
+done:
+    return status;
+}
+
 static stp_status open_reader(void *state, stp_scan_info *info, const char *path,
                               const stp_scan_params *params, stp_error *err)
 {
@@ -276,11 +298,12 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     info->stations = p->stations;
     info->station_ups = p->ups;
     info->station_count = (uint32_t)p->scan_count;
-    /* a file's points stand column by column, an image's pixels row by row */
     const ptx_scan *s = p->scans;
     if (params->keep_grid && p->scan_count == 1 && s->columns <= UINT32_MAX &&
         s->rows <= UINT32_MAX)
         info->grid = (stp_scan_grid){.columns = (uint32_t)s->rows, .rows = (uint32_t)s->columns};
+    else if (params->keep_grid)
+        STP_TRY(list_images(p, info, err));
     stp_source_seek(&text->source, p->start, 0);
 done:
     return status;
@@ -364,6 +387,7 @@ static void close_reader(void *state)
     free(p->scans);
     free(p->stations);
     free(p->ups);
+    free(p->images);
 }
 
 static const uint8_t *packed_numbers(const void *state)
