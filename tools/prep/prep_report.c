@@ -221,13 +221,15 @@ static void print_displacement(const stp_prep_stats *s)
                 "has no bits for digits far below the distance to the next point\n",
                 d->changed);
     else if (d->beyond > 0 && r->precision > 0.0)
-        fprintf(
-            stderr,
-            "%" PRIu64 " of them are off by more than %.3g, %s: their neighbours are too far for "
-            "a disc's size and finer steps; give --precision exact, which makes such discs "
-            "smaller, or --outliers drop\n",
-            d->beyond, r->precision,
-            r->precision == 0.5 * r->step ? "half the input's own scale" : "the precision given");
+        fprintf(stderr, "%" PRIu64 " of them are off by more than %.3g, %s: %s\n", d->beyond,
+                r->precision,
+                r->precision == 0.5 * r->step ? "half the input's own scale"
+                                              : "the precision given",
+                2 * d->beyond > d->points
+                    ? "that is so far below the distance between neighbours that a disc's size "
+                      "leaves no bits for it"
+                    : "their neighbours are too far for a disc's size and finer steps; give "
+                      "--precision exact, which makes such discs smaller, or --outliers drop");
     else if (d->beyond > 0)
         fprintf(stderr,
                 "%" PRIu64
