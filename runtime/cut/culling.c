@@ -84,6 +84,19 @@ static bool are_hidden(stp_gpu_frame *frame, const stp_draw_params *params, cons
     return true;
 }
 
+/* Whether the picture shows grids of heights from above. Under the lowest height the eye sees none
+ * but their backs. */
+static bool is_over_grids(const stp_draw_params *params, const stp_view *view,
+                          const stp_scene *scene)
+{
+    const stp_dvec3 eye = stp_unexaggerated(params, view->eye);
+    bool over = scene->model_count > 0 && stp_scene_is_grid(scene);
+    for (size_t i = 0; i < scene->model_count; i++)
+        over &= view->orthographic ? view->back.z > 0.0
+                                   : eye.z > scene->models[i].model->info->box.min.z;
+    return over;
+}
+
 void stp_culling_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_view *view,
                        const stp_scene *scene)
 {
@@ -91,6 +104,8 @@ void stp_culling_place(stp_gpu_frame *frame, const stp_draw_params *params, cons
     frame->modes[1] = frame->modes[3] = 0;
     if (params->cull == STP_CULL_BACK)
         frame->modes[1] = known;
+    else if (is_over_grids(params, view, scene))
+        frame->modes[1] = known | STP_BACKS_DRAWN;
     else if (are_hidden(frame, params, view, scene))
         frame->modes[1] = known | STP_SAMPLE_CLOSED;
     if (params->cull == STP_CULL_NONE && frame->modes[1] != 0) {

@@ -7,7 +7,8 @@
 #include "runtime/gl/gpu_layout.h"
 
 /* Sets modes[1], modes[3] and openings of a frame by stp_draw_params.cull. For AUTO and NONE the
- * position of the eye decides, too: both draw the same outlines. */
+ * position of the eye decides, too: both draw the same outlines. Backs of grids of heights seen
+ * from above are drawn, but as hidden ones are at outlines. */
 void stp_culling_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_view *view,
                        const stp_scene *scene);
 

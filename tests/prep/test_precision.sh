@@ -46,6 +46,10 @@ expect_text err "give --precision exact"
 grep -q 'are farther off than the input resolves' "$FOLDER/info" || fail "info: points beyond"
 prepared "$FOLDER/far.xyz" --precision 0.0001
 expect_text err "of them are off by more than 0.0001, the precision given"
+# A scale far below the distance between points, as some programs give LAS: no advice that would shrink every disc.
+prepared "$FOLDER/near.xyz" --precision 1e-9
+expect_text err "of them are off by more than 1e-09, the precision given: that is so far below the distance"
+grep -q 'give --precision exact' "$FOLDER/err" && fail "advice for outliers where all points are off"
 prepared "$FOLDER/far.xyz" --precision exact
 holds "$(of_stats greatest) <= 0.0005 && $(of_stats changed) == 0 && $(of_stats beyond) == 0"
 expect_text err "every stored position rounds to the very number that was read"

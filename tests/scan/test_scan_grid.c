@@ -201,9 +201,9 @@ static void numbers_have_a_meaning(void **state)
         free(points);
     }
     const tiff_recipe floats = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE, 0};
-    static const float none[] = {-9999.9f, -3.4028235e38f, -3.4028231e38f};
-    static const char *const said[] = {"-9999.9", "-3.4028234663852886e+38", NULL};
-    for (int n = 0; n < 3; n++) {
+    static const float none[] = {-9999.9f, -3.4028235e38f, -3.4028231e38f, -3.4e38f, 1.70141e38f};
+    static const char *const said[] = {"-9999.9", "-3.4028234663852886e+38", NULL, "nan", NULL};
+    for (int n = 0; n < 5; n++) {
         float row[WIDTH] = {0.0f, 1.0f, none[n]};
         TIFF *tiff = begin_tiff("none.tif", &floats);
         if (said[n])

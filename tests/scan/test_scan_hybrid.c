@@ -93,6 +93,26 @@ static void samples_fall_on_others(void **state)
     stp_triangle_set_clear(&set);
 }
 
+/* Each of the 800 small triangles would get 4 points of 6416, but all 802 would get 8 on average.
+ */
+static void few_triangles_all_stay(void **state)
+{
+    (void)state;
+    uint64_t points;
+    write_mesh("mesh.ply", 20, NULL);
+    stp_triangle_set set = open_hybrid("mesh.ply", 8 * 802, &points);
+    assert_int_equal(points, 0);
+    assert_int_equal(set.triangle_count, 802);
+    assert_int_equal(set.vertex_count, 21 * 21 + 2);
+    for (uint64_t i = 0; i < set.vertex_count; i++) /* no border to points */
+        assert_true(set.vertices[i].radius == 0.0f);
+    stp_triangle_set_clear(&set);
+    set = open_hybrid("mesh.ply", 8 * 802 - 1, &points);
+    assert_int_equal(points, 3208);
+    assert_int_equal(set.triangle_count, 2);
+    stp_triangle_set_clear(&set);
+}
+
 /* A line beside the triangles stays a line. A file without faces cannot be a hybrid. */
 static void lines_and_points_beside(void **state)
 {
@@ -116,6 +136,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(vertices_of_others_are_points),
         cmocka_unit_test(samples_fall_on_others),
+        cmocka_unit_test(few_triangles_all_stay),
         cmocka_unit_test(lines_and_points_beside),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

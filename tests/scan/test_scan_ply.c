@@ -213,7 +213,6 @@ static void colour_depths(void **state)
         {"uchar", "1 2 255\n0 0 0\n", {257, 514, 65535}},
         {"ushort", "1 2 255\n0 7 0\n", {257, 514, 65535}},
         {"ushort", "1 2 255\n0 256 0\n", {1, 2, 255}},
-        {"ushort", "0 0 0\n0 0 0\n", {0, 0, 0}},
         {"int", "1 2 255\n0 0 0\n", {257, 514, 65535}},
         {"int", "-5 70000 255\n0 0 0\n", {0, 65535, 255}},
         {"float", "0.5 1 0\n0 0 0\n", {32768, 65535, 0}},
@@ -240,6 +239,39 @@ static void colour_depths(void **state)
         scan_fixture_rgb(&points[0], cases[i].first[0], cases[i].first[1], cases[i].first[2]);
         free(points);
     }
+}
+
+/* Colours that are all zero are none. One value that is not makes them colours. */
+static void all_black_is_no_colour(void **state)
+{
+    (void)state;
+    enum { COUNT = 200000, RECORD = 15 };
+    const char header[] = "ply\nformat binary_little_endian 1.0\nelement vertex 200000\n"
+                          "property float x\nproperty float y\nproperty float z\n"
+                          "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                          "end_header\n";
+    const char ascii[] = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n"
+                         "property float y\nproperty float z\nproperty float red\n"
+                         "property float green\nproperty float blue\nend_header\n"
+                         "0 0 0 0 0 0\n1 1 1 0 %d 0\n";
+    const size_t begin = sizeof header - 1, size = begin + (size_t)COUNT * RECORD;
+    unsigned char *bytes = calloc(size, 1);
+    assert_non_null(bytes);
+    memcpy(bytes, header, begin);
+    for (int coloured = 0; coloured < 2; coloured++) {
+        char text[512];
+        stp_scan_info info;
+        const uint32_t expected = coloured ? STP_POINT_HAS_COLOUR : 0u;
+        for (size_t i = COUNT / 2; i < COUNT; i++)
+            bytes[begin + i * RECORD + 14] = (unsigned char)coloured;
+        scan_fixture_bytes("black.ply", bytes, size);
+        free(scan_fixture_read("black.ply", NULL, &info));
+        assert_int_equal(info.attributes, expected);
+        snprintf(text, sizeof text, ascii, coloured);
+        free(scan_fixture_points("black.ply", text, &info));
+        assert_int_equal(info.attributes, expected);
+    }
+    free(bytes);
 }
 
 /* The values that tell 8 from 16 bits are looked for in the whole file, even if it begins dark. */
@@ -369,12 +401,19 @@ static void many_ascii_lines(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lines_in_cr),       cmocka_unit_test(ascii_in_any_order),
-        cmocka_unit_test(ascii_numbers),     cmocka_unit_test(binary_little_endian),
-        cmocka_unit_test(binary_big_endian), cmocka_unit_test(binary_after_crlf),
-        cmocka_unit_test(colour_depths),     cmocka_unit_test(colour_depth_of_late_values),
-        cmocka_unit_test(scalar_fields),     cmocka_unit_test(range_grid),
-        cmocka_unit_test(no_points),         cmocka_unit_test(recomputed_normals),
+        cmocka_unit_test(lines_in_cr),
+        cmocka_unit_test(ascii_in_any_order),
+        cmocka_unit_test(ascii_numbers),
+        cmocka_unit_test(binary_little_endian),
+        cmocka_unit_test(binary_big_endian),
+        cmocka_unit_test(binary_after_crlf),
+        cmocka_unit_test(colour_depths),
+        cmocka_unit_test(all_black_is_no_colour),
+        cmocka_unit_test(colour_depth_of_late_values),
+        cmocka_unit_test(scalar_fields),
+        cmocka_unit_test(range_grid),
+        cmocka_unit_test(no_points),
+        cmocka_unit_test(recomputed_normals),
         cmocka_unit_test(many_ascii_lines),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -194,6 +194,28 @@ static void depths(void **state)
     }
 }
 
+/* Colours that are all zero are none, with names and without. One value makes them colours. */
+static void all_black_is_no_colour(void **state)
+{
+    (void)state;
+    const struct {
+        const char *text;
+        uint32_t attributes;
+    } cases[] = {
+        {"1 2 3 0 0 0\n4 5 6 0 0 0\n", 0},
+        {"1 2 3 0 0 0\n4 5 6 0 0 9\n", STP_POINT_HAS_COLOUR},
+        {"x y z r g b i\n1 2 3 0 0 0 7\n", STP_POINT_HAS_INTENSITY},
+        {"x y z r g b i\n1 2 3 1 0 0 7\n", STP_POINT_HAS_COLOUR | STP_POINT_HAS_INTENSITY},
+        {"1 2 3 90 0 0 0\n4 5 6 70 0 0 0\n", STP_POINT_HAS_INTENSITY},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        stp_scan_info info;
+        free(scan_fixture_points("black.txt", cases[i].text, &info));
+        print_message("%zu\n", i);
+        assert_int_equal(info.attributes, cases[i].attributes);
+    }
+}
+
 /* Coordinates of a survey have a step; floats have none. */
 static void coordinate_steps(void **state)
 {
@@ -440,6 +462,7 @@ int main(void)
         cmocka_unit_test(by_content),
         cmocka_unit_test(as_given),
         cmocka_unit_test(depths),
+        cmocka_unit_test(all_black_is_no_colour),
         cmocka_unit_test(coordinate_steps),
         cmocka_unit_test(depth_of_large_file),
         cmocka_unit_test(values_that_are_none),

@@ -228,9 +228,11 @@ static void print_displacement(const stp_prep_stats *s)
             r->precision == 0.5 * r->step ? "half the input's own scale" : "the precision given",
             s->keeps_grid ? "a grid's samples lie too far apart for finer steps, also with "
                             "--precision exact"
-                          : "their neighbours are too far for a disc's size and finer steps; give "
-                            "--precision exact, which makes such discs smaller, or --outliers "
-                            "drop");
+            : 2 * d->beyond > d->points
+                ? "that is so far below the distance between neighbours that a disc's size leaves "
+                  "no bits for it"
+                : "their neighbours are too far for a disc's size and finer steps; give "
+                  "--precision exact, which makes such discs smaller, or --outliers drop");
     else if (d->beyond > 0)
         fprintf(stderr,
                 "%" PRIu64

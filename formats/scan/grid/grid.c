@@ -232,9 +232,9 @@ done:
 
 /* ---- reading ---- */
 
-/* Programs write the largest float for no sample, with a digit more or less. No height is so
- * large. */
-#define NONE_FROM 3.4e38
+/* Programs write the largest float for no sample, with a digit more or less, or half of it. No
+ * height is so large. */
+#define NONE_FROM 1e30
 
 /* The height or depth of a number; NaN if it is no sample. */
 static double value_of(const grid_reader *g, double number)

@@ -107,9 +107,13 @@ stp_status stp_hybrid_split(stp_point_mesh *mesh, uint64_t *sample_count, uint8_
     if (!(share > 0.0) || !isfinite(share))
         return STP_OK;
     STP_TRY(stp_alloc(&uses, mesh->point_count, 1, "triangles", err));
+    /* A few points on small triangles far apart would take each other for neighbours, and their
+     * discs would be as wide as the way between them. */
+    const bool all =
+        *sample_count > 0 && STP_HYBRID_POINTS * (double)mesh->triangle_count <= wanted;
     /* If only vertices become points, they do not cover a long triangle, however thin. Points
      * spread over the faces do. */
-    const double area = STP_HYBRID_POINTS * share;
+    const double area = all ? DBL_MIN : STP_HYBRID_POINTS * share;
     const size_limit least = {area,
                               *sample_count > 0 ? (double)INFINITY : sqrt(4.0 / sqrt(3.0) * area)};
     STP_TRY(part(mesh, &least, uses, &set, err));

@@ -3,10 +3,11 @@
  *
  * The sampling s is the side of a square that holds one point: s^2 = area / points, with the points
  * wanted over all faces, or the vertices. A triangle is large if it would get STP_HYBRID_POINTS
- * points. If the points are vertices, a triangle is also large if it is as long as an equilateral
- * triangle that would get so many. Triangles with colours from an image are never large: their
- * corners alone would not keep these. If a large triangle meets other triangles, its vertices there
- * get the radius of the points there, so that both blend. Threads: any, one mesh each. */
+ * points, or if all triangles would get so many on average. If the points are vertices, a triangle
+ * is also large if it is as long as an equilateral triangle that would get so many. Triangles with
+ * colours from an image are never large: their corners alone would not keep these. If a large
+ * triangle meets other triangles, its vertices there get the radius of the points there, so that
+ * both blend. Threads: any, one mesh each. */
 #ifndef STP_FORMATS_SCAN_MESH_HYBRID_H
 #define STP_FORMATS_SCAN_MESH_HYBRID_H
 

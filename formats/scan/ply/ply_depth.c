@@ -1,4 +1,5 @@
-/* Finds out from the data whether wide colours are 8-bit values in disguise. */
+/* Finds out from the data whether wide colours are 8-bit values in disguise, and whether there are
+ * any. */
 #include "formats/scan/ply/ply_columns.h"
 #include "formats/scan/value_range.h"
 
@@ -89,10 +90,13 @@ stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
     depth_maxima maxima = {0.0, 0.0};
     const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
     const stp_ply_property *intensity = stp_ply_target_property(ply, STP_PLY_INTENSITY);
-    const bool colour_wide = (ply->attributes & STP_POINT_HAS_COLOUR) && is_wide(ply, STP_PLY_RED);
-    if (ply->vertex->count > 0 && (colour_wide || is_wide(ply, STP_PLY_INTENSITY))) {
-        STP_TRY(stp_ply_has_fixed_records(ply) ? sample_spread(ply, &maxima, err)
-                                               : sample_prefix(ply, &maxima, err));
+    const bool fixed = stp_ply_has_fixed_records(ply);
+    if (ply->vertex->count > 0 &&
+        (ply->attributes & STP_POINT_HAS_COLOUR || is_wide(ply, STP_PLY_INTENSITY))) {
+        STP_TRY(fixed ? sample_spread(ply, &maxima, err) : sample_prefix(ply, &maxima, err));
+        /* Colours that are all zero are none: a program wrote them for want of any. */
+        if (maxima.colour <= 0.0 && (fixed || ply->vertex->count <= STP_PLY_SAMPLE_PREFIX))
+            ply->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
         stp_source_seek(&ply->source, ply->vertex_offset, ply->vertex_line);
         ply->cursor.index = 0;
     }

@@ -21,8 +21,9 @@
  *     (fractions).
  *   - If one number is left, it is the intensity. If several are left, nothing is guessed.
  * So 3 numbers are xyz; 4 xyz i; 6 xyz rgb, or xyz with a normal; 7 xyz i rgb, xyz rgb i or xyz rgb
- * alpha; 9 both colour and normal in either order; 10 the same with an intensity anywhere. The
- * scan's note left_out names the columns that are not read. Threads: any. */
+ * alpha; 9 both colour and normal in either order; 10 the same with an intensity anywhere. Colours
+ * that are all zero are none, also if they have names (text.c). The scan's note left_out names the
+ * columns that are not read. Threads: any. */
 #ifndef STP_FORMATS_SCAN_TEXT_COLUMNS_H
 #define STP_FORMATS_SCAN_TEXT_COLUMNS_H
 

@@ -166,17 +166,24 @@ static double scale_of(double greatest, bool written_whole)
     return stp_value_range_scale(stp_value_range_guess(!written_whole, 0, greatest));
 }
 
+/* Colours that are all zero are none: a program wrote them for want of any. */
 static void find_colour_scale(stp_text *text, const stp_columns_sample *sample)
 {
     double greatest = 0.0;
     bool written_whole = true;
+    uint32_t places[3];
     for (unsigned k = 0; k < 3; k++) {
-        const uint32_t place = stp_columns_find(&text->columns, (stp_column)(STP_COLUMN_RED + k));
-        const stp_column_range *range = &sample->ranges[place];
+        places[k] = stp_columns_find(&text->columns, (stp_column)(STP_COLUMN_RED + k));
+        const stp_column_range *range = &sample->ranges[places[k]];
         greatest = fmax(greatest, range->max);
         written_whole = written_whole && (range->written_whole || range->count == 0);
     }
     text->colour_scale = scale_of(greatest, written_whole);
+    if (greatest > 0.0 || sample->rows == 0)
+        return;
+    text->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
+    for (unsigned k = 0; k < 3; k++)
+        text->columns.targets[places[k]] = STP_COLUMN_NONE;
 }
 
 static void find_intensity_scale(stp_text *text, const stp_columns_sample *sample)
