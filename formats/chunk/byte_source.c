@@ -113,7 +113,7 @@ unsigned stp_byte_source_parallel(const stp_byte_source *s)
 /* ---- reading ---- */
 
 static stp_status read_remote(stp_byte_source *s, uint64_t offset, uint8_t *data, size_t size,
-                              bool fresh, stp_error *err)
+                              bool fresh, const stp_read_wish *wish, stp_error *err)
 {
     size_t kept = 0;
     if (!stp_range_inside(offset, size, s->size))
@@ -130,7 +130,8 @@ static stp_status read_remote(stp_byte_source *s, uint64_t offset, uint8_t *data
     else if (s->cache != NULL)
         kept = stp_disk_cache_read(s->cache, offset, data, size);
     atomic_fetch_add(&s->cached_bytes, kept);
-    stp_status status = stp_http_read(s->http, offset + kept, data + kept, size - kept, fresh, err);
+    stp_status status =
+        stp_http_read(s->http, offset + kept, data + kept, size - kept, fresh, wish, err);
     if (status == STP_OK && s->cache != NULL)
         stp_disk_cache_write(s->cache, offset + kept, data + kept, size - kept);
     return status;
@@ -145,18 +146,24 @@ static stp_status read_file(stp_byte_source *s, uint64_t offset, void *data, siz
     return stp_file_read_at(s->descriptor, s->path, offset, data, size, err);
 }
 
+stp_status stp_byte_source_read_wanted(stp_byte_source *s, uint64_t offset, void *data, size_t size,
+                                       const stp_read_wish *wish, stp_error *err)
+{
+    return s->http != NULL ? read_remote(s, offset, data, size, false, wish, err)
+                           : read_file(s, offset, data, size, err);
+}
+
 stp_status stp_byte_source_read(stp_byte_source *s, uint64_t offset, void *data, size_t size,
                                 stp_error *err)
 {
-    return s->http != NULL ? read_remote(s, offset, data, size, false, err)
-                           : read_file(s, offset, data, size, err);
+    return stp_byte_source_read_wanted(s, offset, data, size, NULL, err);
 }
 
 stp_status stp_byte_source_reread(stp_byte_source *s, uint64_t offset, void *data, size_t size,
                                   stp_error *err)
 {
     atomic_fetch_add(&s->damaged, 1);
-    return s->http != NULL ? read_remote(s, offset, data, size, true, err)
+    return s->http != NULL ? read_remote(s, offset, data, size, true, NULL, err)
                            : read_file(s, offset, data, size, err);
 }
 

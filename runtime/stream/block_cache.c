@@ -303,7 +303,7 @@ static void take_in(stp_block_cache *c, stp_load *load, uint64_t stamp, uint64_t
         give_back(c, load);
         if (is_damage(load))
             stp_damage_log_note(&c->damage, load->want.block, load->error.message);
-        else
+        else if (load->error.status != STP_CANCELLED || !load->dropped) /* else it was given up */
             stp_rest_begin(&c->rest, load->error.message, load->dropped);
     }
     stp_stream_release(c->stream, load);

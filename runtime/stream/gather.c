@@ -77,6 +77,25 @@ static size_t run_of(const span *spans, size_t count, uint64_t gap, uint64_t *en
     return run;
 }
 
+/* Spans that one request brings, and their items. */
+typedef struct request {
+    const stp_gather_item *items;
+    const span *spans;
+    size_t count;
+} request;
+
+/* Whether any item of a request is still wanted. */
+static bool is_wanted(void *context)
+{
+    const request *r = context;
+    for (size_t i = 0; i < r->count; i++) {
+        const atomic_bool *unwanted = r->items[r->spans[i].item].unwanted;
+        if (unwanted == NULL || !atomic_load(unwanted))
+            return true;
+    }
+    return false;
+}
+
 /* Reads a run of spans by one request. A single span is read to where it goes. */
 static void read_run(stp_chunk_file *file, stp_gather_item *items, const span *spans, size_t count,
                      uint64_t end, uint8_t *buffer)
@@ -84,8 +103,10 @@ static void read_run(stp_chunk_file *file, stp_gather_item *items, const span *s
     stp_error error = {0};
     uint64_t begin = spans[0].begin;
     stp_byte_source *source = stp_chunk_file_source(file);
-    stp_status status = stp_byte_source_read(source, begin, count > 1 ? buffer : spans[0].out,
-                                             (size_t)(end - begin), &error);
+    request all = {items, spans, count};
+    stp_status status = stp_byte_source_read_wanted(
+        source, begin, count > 1 ? buffer : spans[0].out, (size_t)(end - begin),
+        &(stp_read_wish){is_wanted, &all}, &error);
     for (size_t i = 0; i < count; i++) {
         stp_gather_item *item = &items[spans[i].item];
         if (status == STP_OK && count > 1)
@@ -147,7 +168,8 @@ uint64_t stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t co
     span spans[STP_GATHER_BLOCKS * STP_SEGMENT_COUNT];
     size_t span_count = 0;
     uint64_t read = 0, end = 0;
-    if (count == 1)
+    const bool remote = stp_byte_source_is_remote(stp_chunk_file_source(file));
+    if (count == 1 && !remote)
         return fetch(file, &items[0]);
     for (size_t i = 0; i < count; i++) {
         items[i].got = items[i].end;
@@ -161,7 +183,6 @@ uint64_t stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t co
         read_run(file, items, spans + i, run, end, buffer);
         read += end - spans[i].begin;
     }
-    bool remote = stp_byte_source_is_remote(stp_chunk_file_source(file));
     for (size_t i = 0; i < span_count && remote; i++)
         if (is_wrong(&spans[i], items))
             read += fetch(file, &items[spans[i].item]);

@@ -5,6 +5,8 @@
 
 #include "formats/chunk/block.h"
 
+#include <stdatomic.h>
+
 /* A request brings at most so many bytes, unless one part alone is larger. */
 #define STP_GATHER_BYTES (128u << 10)
 /* At most so many blocks at once. */
@@ -15,6 +17,7 @@ typedef struct stp_gather_item {
     const stp_block *block; /* as its file knows it */
     uint32_t begin, end;
     uint8_t *out;
+    const atomic_bool *unwanted; /* true: nobody wants the item; may change. NULL: it is wanted */
     /* Afterwards. Bytes [begin, got) are there, also if reading failed. */
     uint32_t got;
     stp_status status;
@@ -24,7 +27,8 @@ typedef struct stp_gather_item {
 /* Whether reading both at once saves a request. */
 bool stp_gather_joins(stp_chunk_file *file, const stp_gather_item *a, const stp_gather_item *b);
 /* Reads the items, at most STP_GATHER_BLOCKS; buffer has STP_GATHER_BYTES. Returns how many bytes
- * were read, those in gaps included. Errors of an item: as stp_block_fetch. */
+ * were read, those in gaps included. Errors of an item: as stp_block_fetch, CANCELLED (unwanted).
+ */
 uint64_t stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
                          uint8_t *buffer);
 

@@ -8,6 +8,7 @@
 #include "runtime/stream/shown.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #ifdef __linux__
@@ -36,8 +37,9 @@ struct stp_stream {
     size_t wants_left; /* not begun */
     uint32_t *want_of; /* by block: its place among the wants not begun, plus 1; else 0 */
     stp_load loads[STP_STREAM_LOADS_LIMIT];
-    size_t count_of[STP_LOAD_FAILED + 1]; /* of loads, by state */
-    uint32_t *load_of;                    /* by block: its load's place, plus 1; else 0 */
+    size_t count_of[STP_LOAD_FAILED + 1];         /* of loads, by state */
+    uint32_t *load_of;                            /* by block: its load's place, plus 1; else 0 */
+    atomic_bool unwanted[STP_STREAM_LOADS_LIMIT]; /* by load; the reader looks without the mutex */
     uint64_t bytes_read, news_count;
 };
 
@@ -121,6 +123,7 @@ static begun begin_want(stp_stream *s, size_t index, reading *out)
                                                      &known, &status, &load->error);
         if (!found && !made && status == STP_OK)
             return NO_ROOM; /* until a payload is unpinned */
+        atomic_store(&s->unwanted[load - s->loads], false);
         load->error.status = status;
         s->load_of[want->block] = (uint32_t)(load - s->loads) + 1;
         set_state(s, load, found ? STP_LOAD_FETCHED : made ? STP_LOAD_FETCHING : STP_LOAD_FAILED);
@@ -131,6 +134,7 @@ static begun begin_want(stp_stream *s, size_t index, reading *out)
         return NOTHING_TO_READ;
     *out = (reading){load, item_of(s, want, known)};
     out->item.out = stp_payload_memory(&s->store, load->payload) + known;
+    out->item.unwanted = &s->unwanted[load - s->loads];
     return MUST_READ;
 }
 
@@ -486,6 +490,7 @@ void stp_stream_want(stp_stream *s, const stp_want *wants, size_t count)
         bool asked = want != 0 && load->want.finest <= s->wants[want - 1].finest;
         load->rank = asked ? want - 1 : STP_STREAM_WANTS_LIMIT;
         load->dropped = load->dropped || !asked;
+        atomic_store(&s->unwanted[i], !asked);
         if (!asked && load->state == STP_LOAD_FETCHED)
             end_load(s, load);
     }

@@ -10,9 +10,9 @@
  *   DONE      the decoded block is in its place; or FAILED
  * The render thread takes FETCHED and DONE loads when it has time. It waits only in
  * stp_stream_wait. Limits: STP_STREAM_LOADS_LIMIT loads beyond QUEUED, STP_STREAM_WANTS_LIMIT
- * queued, and a payload store of fixed size. A load that is no longer wanted is not begun; payloads
- * that were read stay in the store. Threads: the render thread calls; readers and decoders belong
- * to the stream. */
+ * queued, and a payload store of fixed size. A load that is no longer wanted is not begun; if a
+ * server takes long to send it, the read is given up. Payloads that were read stay in the store.
+ * Threads: the render thread calls; readers and decoders belong to the stream. */
 #ifndef STP_RUNTIME_STREAM_STREAM_H
 #define STP_RUNTIME_STREAM_STREAM_H
 
@@ -25,8 +25,8 @@
  * many more loads than reads in flight. */
 #define STP_STREAM_LOADS_LIMIT 4096
 #define STP_STREAM_WANTS_LIMIT 8192
-/* At most so many reads are in flight, whatever the sources are. */
-#define STP_STREAM_READERS_LIMIT 8
+/* At most so many reads are in flight, whatever the sources are: with STP_GATHER_BYTES, 2 MiB. */
+#define STP_STREAM_READERS_LIMIT 16
 
 /* One block, wanted down to a level. */
 typedef struct stp_want {

@@ -26,6 +26,7 @@ server_body() { # port, port of https
     cat <<BODY
         ${secure:+listen 127.0.0.1:$2 ssl; ssl_certificate $FOLDER/cert.pem; ssl_certificate_key $FOLDER/key.pem;}
         location /slow/ { alias $root/; limit_rate 200k; }
+        location /few/ { alias $root/; limit_rate 100k; limit_conn crowd 1; }
         location /whole/ { alias $root/; max_ranges 0; }
         location /moved/ { return 302 /m.stipple; }
         location /secret/ { return 403; }
@@ -129,6 +130,14 @@ same near.png far.png
 [ "$(field retries)" = 0 ] && [ "$(field requests)" -gt 2 ] || fail "the stats are not those of a server"
 render "$web/slow/m.stipple" slow.png
 same near.png slow.png
+
+# A server that takes one request at a time, and refuses others by 503, soon gets them one by one.
+log_begin
+render "$web/few/m.stipple" few.png --threshold 0
+render "$model" all.png --threshold 0
+same all.png few.png
+refused=$(grep -c '" 503 ' "$FOLDER/access.log")
+[ "$refused" -gt 0 ] && [ "$refused" -le 20 ] || fail "the server refused $refused requests"
 
 # The cache: the second picture costs one request, and a damaged range is fetched again.
 cache=$FOLDER/cache\ folder

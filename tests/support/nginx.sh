@@ -20,6 +20,7 @@ $([ "$(id -u)" = 0 ] && echo "user root;")
 events { worker_connections 64; }
 http {
     access_log $FOLDER/access.log;
+    limit_conn_zone \$server_port zone=crowd:64k;
     client_body_temp_path $FOLDER/t1; proxy_temp_path $FOLDER/t2; fastcgi_temp_path $FOLDER/t3;
     uwsgi_temp_path $FOLDER/t4; scgi_temp_path $FOLDER/t5;
     server {

@@ -20,6 +20,8 @@
 #define UNKNOWN_SIZE UINT64_MAX
 /* Waiting time that each answer earns, for servers far away. */
 #define ANSWER_S 1.0
+/* After so many good answers, one more request may be in flight. */
+#define CALM_ANSWERS 32u
 #define RECEIVE_BUFFER_BYTES 131072L
 
 struct stp_http {
@@ -36,7 +38,8 @@ struct stp_http {
     double waited_s, since_s; /* time that reads have waited, and since when one waits now */
     atomic_uint_fast64_t requests, retries, bytes, answers;
     char *moved;           /* target of the server's last redirection; NULL: none */
-    pthread_mutex_t mutex; /* guards moved, connections[].busy and .easy; innermost */
+    unsigned limit, calm;  /* requests in flight at most; good answers since it changed */
+    pthread_mutex_t mutex; /* guards moved, limit, calm, connections[].busy, .easy; innermost */
     pthread_cond_t freed;  /* a connection is free, or cancelled is set; on the monotonic clock */
     stp_http_connection connections[STP_SOURCE_CONNECTIONS];
 };
@@ -81,6 +84,12 @@ static bool is_ended(void *context)
     stp_http *h = context;
     return atomic_load(&h->cancelled) || is_too_slow(h) ||
            (h->params.cancelled != NULL && h->params.cancelled(h->params.cancelled_context));
+}
+
+/* Whether a read is to end: nothing is read any more, or nobody wants its bytes. */
+static bool is_over(stp_http *h, const stp_http_transfer *t)
+{
+    return is_ended(h) || !stp_http_transfer_is_wanted(t);
 }
 
 static stp_status say_ended(stp_http *h, stp_error *err)
@@ -145,14 +154,25 @@ static void wait_slice(stp_http *h, double seconds)
     (void)pthread_cond_timedwait(&h->freed, &h->mutex, &until);
 }
 
+/* The mutex is held. */
+static unsigned count_busy(const stp_http *h)
+{
+    unsigned busy = 0;
+    for (unsigned i = 0; i < STP_SOURCE_CONNECTIONS; i++)
+        busy += h->connections[i].busy;
+    return busy;
+}
+
 /* Takes the first free connection, so that few are opened if few are needed. */
-static stp_status acquire(stp_http *h, stp_http_connection **out, stp_error *err)
+static stp_status acquire(stp_http *h, const stp_http_transfer *t, stp_http_connection **out,
+                          stp_error *err)
 {
     stp_status status = STP_OK;
     stp_http_connection *c = NULL;
     pthread_mutex_lock(&h->mutex);
-    while (c == NULL && !is_ended(h)) {
-        for (unsigned i = 0; c == NULL && i < STP_SOURCE_CONNECTIONS; i++)
+    while (c == NULL && !is_over(h, t)) {
+        bool may = count_busy(h) < h->limit;
+        for (unsigned i = 0; may && c == NULL && i < STP_SOURCE_CONNECTIONS; i++)
             if (!h->connections[i].busy)
                 c = &h->connections[i];
         if (c == NULL)
@@ -169,10 +189,25 @@ static stp_status acquire(stp_http *h, stp_http_connection **out, stp_error *err
     return status;
 }
 
-static void release(stp_http *h, stp_http_connection *c)
+/* Learns how many requests the server takes at a time: fewer if it refuses one of several, one more
+ * after some good answers. The mutex is held. */
+static void learn_limit(stp_http *h, const stp_http_transfer *t)
+{
+    const unsigned busy = count_busy(h);
+    if (t->verdict == STP_HTTP_REFUSED && (t->answer.code == 429 || t->answer.code == 503)) {
+        h->limit = busy > 0 && busy < h->limit ? busy : h->limit;
+        h->calm = 0;
+    } else if (t->verdict == STP_HTTP_GOOD && ++h->calm == CALM_ANSWERS) {
+        h->limit += h->limit < STP_SOURCE_CONNECTIONS;
+        h->calm = 0;
+    }
+}
+
+static void release(stp_http *h, stp_http_connection *c, const stp_http_transfer *t)
 {
     pthread_mutex_lock(&h->mutex);
     c->busy = false;
+    learn_limit(h, t);
     pthread_cond_signal(&h->freed);
     pthread_mutex_unlock(&h->mutex);
 }
@@ -274,7 +309,7 @@ static stp_status take_failure(stp_http *h, const stp_http_transfer *t, stp_http
 static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, stp_error *err)
 {
     stp_http_connection *c = NULL;
-    stp_status status = acquire(h, &c, err);
+    stp_status status = acquire(h, t, &c, err);
     *pause_s = -1.0;
     if (status != STP_OK)
         return status;
@@ -290,13 +325,13 @@ static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, s
     }
     if (!whole && t->verdict != STP_HTTP_EMPTY)
         status = take_failure(h, t, c, moved, pause_s, err);
-    release(h, c);
+    release(h, c, t);
     return status;
 }
 
 /* Waits before try number `tried`, from 1 on. Half of the pause is random, so that many readers do
  * not come back at once. */
-static void pause_before(stp_http *h, unsigned tried, double asked_s)
+static void pause_before(stp_http *h, const stp_http_transfer *t, unsigned tried, double asked_s)
 {
     uint64_t chance = stp_random_u64((uint64_t)(uintptr_t)h, atomic_load(&h->requests));
     double pause_s = h->params.pause_ms / 1e3 * (double)(1u << (tried - 1 < 8 ? tried - 1 : 8));
@@ -306,7 +341,7 @@ static void pause_before(stp_http *h, unsigned tried, double asked_s)
         stp_clock_seconds() +
         (pause_s < STP_SOURCE_PAUSE_LIMIT_MS / 1e3 ? pause_s : STP_SOURCE_PAUSE_LIMIT_MS / 1e3);
     pthread_mutex_lock(&h->mutex);
-    for (double left_s = until_s - stp_clock_seconds(); left_s > 0.0 && !is_ended(h);
+    for (double left_s = until_s - stp_clock_seconds(); left_s > 0.0 && !is_over(h, t);
          left_s = until_s - stp_clock_seconds())
         wait_slice(h, left_s < WAIT_SLICE_S ? left_s : WAIT_SLICE_S);
     pthread_mutex_unlock(&h->mutex);
@@ -339,7 +374,7 @@ static stp_status try_on(stp_http *h, stp_http_transfer *t, stp_error *err)
         }
         if (pause_s < 0.0 || tried >= h->params.tries)
             return status;
-        pause_before(h, tried, pause_s);
+        pause_before(h, t, tried, pause_s);
         atomic_fetch_add(&h->retries, 1);
     }
 }
@@ -398,6 +433,7 @@ static stp_status create(stp_http **out, const char *address, const stp_byte_sou
     pthread_cond_init(&h->freed, &clock);
     pthread_condattr_destroy(&clock);
     h->size = UNKNOWN_SIZE;
+    h->limit = STP_SOURCE_CONNECTIONS;
     h->params = (stp_byte_source_params){.connect_ms = or_default(params->connect_ms, 10000),
                                          .stall_ms = or_default(params->stall_ms, 10000),
                                          .tries = or_default(params->tries, 4),
@@ -493,7 +529,7 @@ const uint8_t *stp_http_head(const stp_http *h)
 /* ---- reading ---- */
 
 stp_status stp_http_read(stp_http *h, uint64_t offset, uint8_t *data, size_t size, bool fresh,
-                         stp_error *err)
+                         const stp_read_wish *wish, stp_error *err)
 {
     if (is_ended(h))
         return say_ended(h, err);
@@ -503,6 +539,7 @@ stp_status stp_http_read(stp_http *h, uint64_t offset, uint8_t *data, size_t siz
     t.offset = offset;
     t.data = data;
     t.size = size;
+    t.wish = wish;
     return try_often(h, &t, err);
 }
 

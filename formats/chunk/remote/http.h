@@ -2,10 +2,11 @@
  * it.
  *
  * Keeps up to STP_SOURCE_CONNECTIONS connections alive, each with one request at a time; a further
- * read waits for a free one. Certificates are checked, with the system's authorities or those of
- * CURL_CA_BUNDLE or SSL_CERT_FILE. Proxies are those of the environment, as with curl. At most five
- * redirections are followed, from https to https only; later requests go straight to their target.
- * Threads: as byte_source.h says. */
+ * read waits for a free one. A server that refuses a request by 429 or 503 gets fewer at a time.
+ * Certificates are checked, with the system's authorities or those of CURL_CA_BUNDLE or
+ * SSL_CERT_FILE. Proxies are those of the environment, as with curl. At most five redirections are
+ * followed, from https to https only; later requests go straight to their target. Threads: as
+ * byte_source.h says. */
 #ifndef STP_FORMATS_CHUNK_REMOTE_HTTP_H
 #define STP_FORMATS_CHUNK_REMOTE_HTTP_H
 
@@ -32,9 +33,9 @@ const char *stp_http_identity(const stp_http *http);
 const uint8_t *stp_http_head(const stp_http *http);
 
 /* Reads a range; [offset, offset + size) must lie inside the file. fresh: caches on the way must
- * ask the server. */
+ * ask the server. wish: as of stp_byte_source_read_wanted. */
 stp_status stp_http_read(stp_http *http, uint64_t offset, uint8_t *data, size_t size, bool fresh,
-                         stp_error *err);
+                         const stp_read_wish *wish, stp_error *err);
 void stp_http_cancel(stp_http *http);
 void stp_http_resume(stp_http *http);
 /* Adds requests, retries and bytes to stats. */

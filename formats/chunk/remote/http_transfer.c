@@ -148,12 +148,28 @@ static bool is_late(const stp_http_transfer *t, double begin_s)
     return (t->heard_s > 0.0 && now_s - t->heard_s > t->stall_ms / 1e3) || now_s - begin_s > most_s;
 }
 
-static CURLcode run(const stp_http_transfer *t, stp_http_connection *c)
+bool stp_http_transfer_is_wanted(const stp_http_transfer *t)
+{
+    return t->wish == NULL || t->wish->is_wanted(t->wish->context);
+}
+
+/* Whether nobody has wanted the bytes for long. */
+static bool is_given_up(stp_http_transfer *t)
+{
+    const double now_s = stp_clock_seconds();
+    if (stp_http_transfer_is_wanted(t))
+        t->unwanted_s = 0.0;
+    else if (t->unwanted_s <= 0.0)
+        t->unwanted_s = now_s;
+    return t->unwanted_s > 0.0 && now_s - t->unwanted_s >= STP_SOURCE_UNWANTED_MS / 1e3;
+}
+
+static CURLcode run(stp_http_transfer *t, stp_http_connection *c)
 {
     double begin_s = stp_clock_seconds();
     int running = 1, left = 0;
     while (running > 0) {
-        if (t->ended(t->ended_context))
+        if (t->ended(t->ended_context) || is_given_up(t))
             return CURLE_ABORTED_BY_CALLBACK;
         if (c->curl->multi_perform(c->multi, &running) != CURLM_OK)
             return CURLE_FAILED_INIT;

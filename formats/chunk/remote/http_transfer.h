@@ -2,6 +2,7 @@
 #ifndef STP_FORMATS_CHUNK_REMOTE_HTTP_TRANSFER_H
 #define STP_FORMATS_CHUNK_REMOTE_HTTP_TRANSFER_H
 
+#include "formats/chunk/byte_source.h"
 #include "formats/chunk/remote/curl_library.h"
 #include "formats/chunk/remote/http_answer.h"
 
@@ -42,6 +43,7 @@ typedef struct stp_http_transfer {
     unsigned stall_ms, connect_ms;
     bool (*ended)(void *context); /* true: the read is cancelled */
     void *ended_context;
+    const stp_read_wish *wish;   /* NULL: it is always wanted */
     atomic_uint_fast64_t *bytes; /* counts good bytes as they come */
     /* the result */
     stp_http_answer answer;
@@ -49,12 +51,16 @@ typedef struct stp_http_transfer {
     size_t received; /* good bytes in data */
     double heard_s;  /* when the last byte came, or the request was sent; 0: not sent yet */
     size_t header_bytes;
-    bool endless; /* more headers or bytes than an answer may have */
+    double unwanted_s; /* since when nobody wants the bytes; 0: somebody does */
+    bool endless;      /* more headers or bytes than an answer may have */
     CURLcode result;
 } stp_http_transfer;
 
 /* Runs the transfer to its end: an answer, a failure (`result`), or a time-out
- * (CURLE_OPERATION_TIMEDOUT); CURLE_ABORTED_BY_CALLBACK if `ended` returned true. */
+ * (CURLE_OPERATION_TIMEDOUT); CURLE_ABORTED_BY_CALLBACK if `ended` returned true, or nobody wanted
+ * the bytes for STP_SOURCE_UNWANTED_MS. */
+/* Whether somebody wants the bytes. */
+bool stp_http_transfer_is_wanted(const stp_http_transfer *transfer);
 void stp_http_transfer_run(stp_http_transfer *transfer, stp_http_connection *connection);
 
 #endif

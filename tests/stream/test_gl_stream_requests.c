@@ -1,0 +1,179 @@
+/* Tests what a renderer asks of a server: how many requests, how many bytes at a time, and that it
+ * gives up what nobody wants any longer. */
+#include "runtime/stream/gather.h"
+#include "runtime/stream/stream.h"
+#include "tests/fixtures/chunk_fixture.h"
+#include "tests/fixtures/gl_fixture.h"
+#include "tests/fixtures/model_fixture.h"
+#include "tests/support/fault_server.h"
+
+#include <unistd.h>
+
+enum { SIZE = 160, FRAMES_LIMIT = 10000, STALL_MS = 600000 };
+
+static const char path[] = "requests.stipple";
+static fault_server server;
+static stp_model *model;
+
+static void order(fault_kind kind)
+{
+    fault_server_order(&server, &(fault_orders){.kind = kind, .count = UINT32_MAX});
+}
+
+static int open_model(void **state)
+{
+    (void)state;
+    const stp_byte_source_params params = {.stall_ms = STALL_MS, .tries = 1};
+    order(FAULT_NONE);
+    check_ok(stp_model_open_at(&model, server.address, &params, err));
+    return 0;
+}
+
+static int close_model(void **state)
+{
+    (void)state;
+    stp_model_close(&model);
+    return 0;
+}
+
+/* ---- groups ---- */
+
+static stp_gather_item item_of(const stp_block *block, const atomic_bool *unwanted)
+{
+    stp_gather_item item = {.block = block, .unwanted = unwanted};
+    item.end = stp_block_payload_bytes(block, 0);
+    item.out = calloc(item.end, 1);
+    assert_non_null(item.out);
+    return item;
+}
+
+static void check_bytes(const stp_gather_item *item)
+{
+    uint8_t *alone = malloc(item->end);
+    assert_non_null(alone);
+    check_ok(stp_block_fetch(model->file, item->block, 0, item->end, alone, err));
+    assert_memory_equal(item->out, alone, item->end);
+    free(alone);
+}
+
+/* The parts of the root lie side by side. */
+static void a_block_is_one_request(void **state)
+{
+    static uint8_t buffer[STP_GATHER_BYTES];
+    (void)state;
+    stp_gather_item item = item_of(&model->blocks[0], NULL);
+    assert_true(item.end > 0 && item.end < STP_GATHER_BYTES && item.block->parts[1].bytes > 0);
+    order(FAULT_NONE);
+    assert_true(stp_gather_read(model->file, &item, 1, buffer) >= item.end);
+    assert_int_equal(fault_server_requests(&server), 1);
+    assert_int_equal(item.status, STP_OK);
+    assert_int_equal(item.got, item.end);
+    check_bytes(&item);
+    free(item.out);
+}
+
+/* A request is given up only if none of its blocks is wanted. */
+static void unwanted_blocks_are_not_read(void **state)
+{
+    static uint8_t buffer[STP_GATHER_BYTES];
+    const atomic_bool yes = true, no = false;
+    (void)state;
+    for (int wanted = 0; wanted < 2; wanted++) {
+        const stp_block *second = &model->blocks[0];
+        stp_gather_item items[2] = {item_of(second, &yes), item_of(second, wanted ? &no : &yes)};
+        order(FAULT_NONE);
+        stp_gather_read(model->file, items, 2, buffer);
+        assert_int_equal(fault_server_requests(&server), wanted);
+        for (int i = 0; i < 2; i++) {
+            assert_int_equal(items[i].status, wanted ? STP_OK : STP_CANCELLED);
+            assert_int_equal(items[i].got, wanted ? items[i].end : 0);
+            if (wanted)
+                check_bytes(&items[i]);
+            free(items[i].out);
+        }
+    }
+}
+
+/* ---- frames ---- */
+
+static stp_view look(bool away)
+{
+    stp_view view;
+    stp_camera camera = stp_camera_around(&model->ball, (stp_dvec3){0.3, 0.3, 1.0},
+                                          (stp_dvec3){0.0, 1.0, 0.0}, 45.0, SIZE, SIZE);
+    if (away)
+        camera.look = stp_dvec3_add(camera.eye, stp_dvec3_sub(camera.eye, camera.look));
+    check_ok(stp_view_create(&view, &camera, &model->ball, SIZE, SIZE, err));
+    return view;
+}
+
+static stp_draw_stats draw(stp_renderer *r, bool away, stp_lod lod)
+{
+    const stp_view view = look(away);
+    const stp_draw_params params = {.lod = lod, .threshold_px = 1e6, .stream = true};
+    stp_draw_stats stats;
+    check_ok(stp_renderer_draw(r, &view, &params, &stats, err));
+    usleep(1000);
+    return stats;
+}
+
+/* Asks a server for all samples that never sends more than half of a range. Returns how many
+ * requests are in flight. */
+static unsigned ask_in_vain(stp_renderer *r)
+{
+    unsigned before = 0, count = 0;
+    order(FAULT_STALL_BODY);
+    for (int frame = 0, still = 0; still < 100; frame++) {
+        assert_true(frame < FRAMES_LIMIT);
+        draw(r, false, STP_LOD_FULL);
+        count = fault_server_requests(&server);
+        still = count > 0 && count == before ? still + 1 : 0;
+        before = count;
+    }
+    return count;
+}
+
+/* What the camera leaves is given up: the frames come to rest although the server is silent, and
+ * nothing more is asked for. What the camera sees again is read, and nothing counts as trouble. */
+static void what_the_camera_leaves_is_given_up(void **state)
+{
+    const stp_renderer_params params = {.model = model, .thread_count = 2};
+    stp_renderer *r = NULL;
+    (void)state;
+    order(FAULT_NONE);
+    check_ok(stp_renderer_create(&r, &params, err));
+    for (int frame = 0; !draw(r, false, STP_LOD_CPU).cut_complete; frame++)
+        assert_true(frame < FRAMES_LIMIT);
+    const unsigned count = ask_in_vain(r);
+    assert_int_equal(count, STP_STREAM_READERS_LIMIT);
+    assert_true(2 * fault_server_bytes(&server) <= (uint64_t)count * STP_GATHER_BYTES);
+    for (int frame = 0; draw(r, true, STP_LOD_FULL).chunks_loading > 0; frame++)
+        assert_true(frame < FRAMES_LIMIT);
+    assert_int_equal(fault_server_requests(&server), count);
+    assert_string_equal(stp_renderer_trouble(r), "");
+    order(FAULT_NONE);
+    for (int frame = 0; !draw(r, false, STP_LOD_FULL).cut_complete; frame++)
+        assert_true(frame < FRAMES_LIMIT);
+    assert_string_equal(stp_renderer_damage(r), "");
+    stp_renderer_destroy(&r);
+}
+
+int main(void)
+{
+    size_t size = 0;
+    stp_gl_context *context = gl_fixture_context();
+    model_fixture_build(path, &(model_recipe){.shape = GEN_BUMPY, .point_count = 400000});
+    uint8_t *bytes = fixture_read_file(path, &size);
+    if (!fault_server_create(&server, bytes, size))
+        return 1;
+    free(bytes);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_block_is_one_request),
+        cmocka_unit_test(unwanted_blocks_are_not_read),
+        cmocka_unit_test(what_the_camera_leaves_is_given_up),
+    };
+    int failed = cmocka_run_group_tests(tests, open_model, close_model);
+    fault_server_destroy(&server);
+    stp_gl_context_destroy(&context);
+    return failed;
+}
