@@ -12,6 +12,7 @@
 typedef struct stp_item {
     stp_disc disc;   /* centre in world coordinates */
     double area;     /* spacing squared, summed over the originals */
+    double loose;    /* how far off the centre may be stored, world units; 0: to its lattice */
     int exponent;    /* the centre may be rounded to multiples of 2^exponent; a vertex's is one */
     uint32_t sheet;  /* items of different sheets share no patch */
     uint32_t source; /* place in the input; a vertex borrows that of one of its points */

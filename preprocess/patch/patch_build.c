@@ -3,6 +3,7 @@
 
 #include "formats/chunk/measure/surroundings.h"
 #include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sublattice.h"
 
 #include <string.h>
 
@@ -18,7 +19,8 @@ typedef struct builder {
     const uint32_t *order;
     unsigned count;
     const stp_patch_ground *ground;
-    double most_area; /* limit for the sum of areas, however many items lie at one place */
+    unsigned sublattice; /* of level 0 */
+    double most_area;    /* limit for the sum of areas, however many items lie at one place */
     stp_patch *patch;
     stp_patch_samples *samples;
     /* by level: decoded discs and their areas */
@@ -54,6 +56,17 @@ int stp_vertex_exponent(double area, double reach, int finest)
     return finest;
 }
 
+double stp_radius_on_grid(double radius, double least)
+{
+    if (!(radius > 0.0))
+        return radius;
+    const double octave = stp_floor_log2(radius);
+    double step = round((log2(radius) - octave) * STP_RADII_BY_OCTAVE);
+    while (exp2(octave + step / STP_RADII_BY_OCTAVE) < least)
+        step += 1.0;
+    return exp2(octave + step / STP_RADII_BY_OCTAVE);
+}
+
 /* Converts to multiples of a power of two, and from these to the patch's steps. */
 typedef struct spacing {
     double inverse, ratio;
@@ -75,13 +88,18 @@ static bool place(builder *b, int vertex_exponent)
 {
     stp_dbox box = stp_dbox_empty();
     int exponent = vertex_exponent;
+    double loose = INFINITY;
     for (unsigned i = 0; i < b->count; i++) {
         const stp_item *item = &b->items[b->order[i]];
         exponent = item->exponent < exponent ? item->exponent : exponent;
+        loose = stp_min(loose, item->loose);
         stp_dbox_add(&box, stp_dvec3_sub(item->disc.centre, b->ground->origin));
     }
     double step = ldexp(1.0, exponent);
+    b->sublattice = b->ground->copied ? 0 : stp_sublattice_within(loose / step);
     double margin = ldexp(1.0, vertex_exponent);
+    if (b->sublattice > 0) /* samples may go farther off */
+        margin += stp_sublattice_reach(b->sublattice) * step;
     double low[3] = {box.min.x - margin, box.min.y - margin, box.min.z - margin};
     double high[3] = {box.max.x + margin, box.max.y + margin, box.max.z + margin};
     b->patch->exponent = (int16_t)exponent;
@@ -165,6 +183,17 @@ static bool is_copied(const stp_disc *disc, const stp_flat_disc *decoded)
     return stp_dvec3_equal(disc->centre, decoded->centre) && disc->radius == decoded->radius;
 }
 
+/* Moves a sample of level 0 to the nearest place on the patch's sublattice. */
+static void encode_on_sublattice(const builder *b, stp_dvec3 p, stp_sample *out)
+{
+    const double inverse = ldexp(1.0, -b->patch->exponent);
+    const double place[3] = {p.x * inverse, p.y * inverse, p.z * inverse};
+    double nearest[3];
+    stp_sublattice_nearest(b->sublattice, place, nearest);
+    for (int axis = 0; axis < 3; axis++)
+        out->position[axis] = (uint16_t)(nearest[axis] - (double)b->patch->origin[axis]);
+}
+
 /* Stores level 0. False if an item that must be copied would read back differently. */
 static bool store_items(builder *b)
 {
@@ -182,6 +211,8 @@ static bool store_items(builder *b)
                                   .intensity = item->intensity,
                                   .class_id = item->class_id};
         encode(b, disc, on, &samples[i]);
+        if (b->sublattice > 0)
+            encode_on_sublattice(b, disc->centre, &samples[i]);
         b->areas[0][i] = item->area;
     }
     stp_samples_decode(samples, b->count, b->patch, &lanes);
@@ -289,6 +320,8 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
         if (full >= reach && fabs(log2(radius / full)) < FULL_OCTAVES) /* false if radius is 0 */
             radius = full;
     }
+    if (!b->ground->even && !alone)
+        radius = stp_radius_on_grid(radius, reach);
     return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
 }
 
@@ -430,7 +463,8 @@ static stp_merge_error worse(stp_merge_error a, stp_merge_error b)
  * quantisation error (points). */
 static stp_merge_error item_errors(const builder *b, unsigned begin, unsigned end)
 {
-    stp_merge_error worst = {.error = ldexp(sqrt(3.0) / 2.0, b->patch->exponent)};
+    stp_merge_error worst = {.error =
+                                 ldexp(stp_sublattice_reach(b->sublattice), b->patch->exponent)};
     for (unsigned i = begin; i < end; i++)
         worst.error = stp_max(worst.error, b->discs[0][i].error);
     return worst;

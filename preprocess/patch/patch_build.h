@@ -46,6 +46,12 @@ typedef struct stp_patch_samples {
  * happens only if the lattice is some ten thousand times finer than the sampling. */
 int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position);
 
+/* Radii are rounded to this many an octave, from powers of two on. The mean distance of 16 points
+ * tells a spacing to an eighth, so finer steps would be noise. */
+#define STP_RADII_BY_OCTAVE 4.0
+/* The nearest radius of that grid that is not less than `least`. */
+double stp_radius_on_grid(double radius, double least);
+
 /* The exponent of the lattice of a patch vertex, which is also a sample of the parent. It follows
  * the sum of the items' areas. It is coarse enough to give a ball of radius `reach` a code, and no
  * finer than `finest`. It grows with each of the three. */

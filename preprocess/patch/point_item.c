@@ -71,6 +71,16 @@ static uint8_t flags_of(const stp_cloud *cloud, uint32_t i)
                      (unsigned)fit_of(cloud, i) << STP_SAMPLE_FIT_SHIFT);
 }
 
+/* How far off a position may be stored: 1/32 of the spacing, or the precision, unless the input has
+ * steps of its own, coarser than the lattice: then positions stay what they are. */
+static double loose_of(const stp_point_facts *facts, int exponent, const stp_resolution *r)
+{
+    const double most = facts->spacing / STP_SPACING_PARTS;
+    if (r->exact || r->step > ldexp(1.0, exponent))
+        return 0.0;
+    return r->precision > 0.0 ? stp_min(most, r->precision) : most;
+}
+
 stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_params *params)
 {
     const int exponent = stp_point_exponent(facts->position, facts->spacing, params);
@@ -78,8 +88,10 @@ stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_
     if (params->resolution.exact)
         spacing =
             stp_min(spacing, ldexp(1.0 - 0x1p-20, exponent + RADIUS_OCTAVES) / params->lambda);
-    const double radius = params->lambda * spacing;
+    const double full = params->lambda * spacing;
+    const double radius = facts->measured ? stp_radius_on_grid(full, 0.0) : full;
     stp_item item = {.area = spacing * spacing,
+                     .loose = facts->measured ? loose_of(facts, exponent, &params->resolution) : 0,
                      .exponent = exponent,
                      .sheet = facts->sheet,
                      .source = facts->source,
@@ -97,8 +109,8 @@ stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_
     return item;
 }
 
-stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
-                           const stp_point_item_params *params)
+static stp_item item_of(const stp_cloud *cloud, uint32_t i, double spacing, bool measured,
+                        const stp_point_item_params *params)
 {
     const stp_cloud_point *point = &cloud->points[i];
     const stp_point_facts facts = {
@@ -106,6 +118,7 @@ stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
         .normal = stp_cloud_normal(cloud, i),
         .normal_bits = point->given == STP_GIVEN_INPUT ? params->given_bits : params->normal_bits,
         .spacing = spacing,
+        .measured = measured,
         .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
         .sheet = cloud->sheets[i],
         .source = point->source,
@@ -113,6 +126,12 @@ stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
         .class_id = point->class_id,
         .flags = flags_of(cloud, i)};
     return stp_point_item_make(&facts, params);
+}
+
+stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
+                           const stp_point_item_params *params)
+{
+    return item_of(cloud, i, spacing, false, params);
 }
 
 /* Points that only rounding separates ask for lattices too fine for any chunk's width. They get the
@@ -138,7 +157,7 @@ uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t 
     uint32_t count = 0;
     for (uint32_t i = begin; i < end; i++)
         if (!only || only[i / 64] >> i % 64 & 1u)
-            items[count++] = stp_point_item_of(cloud, i, (double)cloud->points[i].spacing, params);
+            items[count++] = item_of(cloud, i, (double)cloud->points[i].spacing, true, params);
     lift_rounding(items, count);
     return count;
 }

@@ -29,6 +29,8 @@ uint8_t stp_point_intensity(uint16_t intensity, uint32_t greatest);
 typedef struct stp_point_facts {
     stp_dvec3 position; /* world */
     double spacing;     /* distance to its neighbours, world units */
+    bool measured;      /* the spacing is that of the nearest points: noisy. The radius is rounded
+                           by STP_RADII_BY_OCTAVE, the position to a patch's sublattice */
     vec3s normal;       /* unit, or zero */
     unsigned normal_bits;
     uint32_t sheet;

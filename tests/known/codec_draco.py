@@ -80,21 +80,38 @@ class PatchScale:
         return (int((place - self.offset[axis]) * self.steps + 65536.5) - 65536) & 65535
 
 
-def add_coordinate(child, axis, predicted, cell, scale):
+class Sublattice:
+    """The positions that a patch may have: 0 all of its lattice."""
+
+    def __init__(self, number, origin):
+        self.octave, self.kind, self.origin = number // 3, number % 3, origin
+
+    def add(self, child, axis, done, predicted, cell):
+        """done: the axes that the child has."""
+        at = [child.position[a] + self.origin[a] for a in done]
+        bound = {0: 0, 1: len(done) == 2, 2: len(done) > 0}[self.kind]
+        odd = (sum(at) if self.kind == 1 else at[0]) & 1 << self.octave if bound else 0
+        shift = self.octave + bound
+        offset = (odd - self.origin[axis]) & (2 << self.octave) - 1
+        place = (predicted - offset + (1 << shift >> 1) >> shift) + cell
+        child.position[axis] = ((place << shift) + offset) & 65535
+
+
+def add_coordinate(child, axis, done, predicted, cell, scale, sublattice):
     if scale and scale.used:
         place = (scale.place(axis, predicted & 65535) + cell) & 65535
         child.position[axis] = scale.position(axis, place)
     else:
-        child.position[axis] = (predicted + cell) & 65535
+        sublattice.add(child, axis, done, predicted, cell)
 
 
 class Table:
     """Rows of cells; of a block's table also the shift of normals, the scale, whether level (1) or tilted (3) squares
     follow, and whether patches are predicted by middles, and as in tight tables."""
 
-    def __init__(self, rows=(), shift=0, scale=None, squares=0, middles=0, tight=0):
+    def __init__(self, rows=(), shift=0, scale=None, squares=0, middles=0, tight=0, radii=0):
         self.rows, self.shift, self.scale, self.squares, self.middles = rows, shift, scale, squares, middles
-        self.tight = tight
+        self.tight, self.radii, self.sublattices = tight, radii, []
 
 
 def read_table(cursor, rows, columns, joined=False, level=None):
@@ -134,20 +151,34 @@ class TightTables:
 
     def __init__(self, cursor, squares=False):
         self.symbols, self.name, self.scale, self.squares = Symbols(cursor, True), cursor.name, None, squares
+        self.patch_count, self.coarse, self.sublattices = 0, None, []
+
+    def read_sublattices(self):
+        odds = [0] + [(1 << 14) + 1024 * (s - 1) for s in range(1, 15)] + [(1 << 15) - 4 * (32 - s) for s in range(15, 32)]
+        for _ in range(self.patch_count):
+            change = self.symbols.symbol(0, odds, 4, 0)[0]
+            require(change < 15, f"{self.name}: a sublattice that there is not")
+            self.sublattices.append(((self.sublattices or [0])[-1] + change) % 15)
 
     def read(self, rows, columns, level=None, last=False):
         """The next table: of patches, of their squares, or of samples; level: None for level 3."""
-        symbols, shift, same, coded = self.symbols, 0, {}, []
+        symbols, shift, radii, same, coded = self.symbols, 0, 0, {}, []
         if rows == 0:
             return Table()
-        if columns == SAMPLE_COLUMNS:
+        if columns == SAMPLE_COLUMNS and self.coarse:
+            shift, radii = self.coarse
+        elif columns == SAMPLE_COLUMNS:
             shift = symbols.bits(0, 4)
+            if shift == 15 and level is not None and not self.squares:
+                self.coarse = shift, radii = symbols.bits(0, 4), symbols.bits(0, 3)
             require(shift <= 11, f"{self.name}: normals are shifted by {shift} bits")
         if level == 0 and self.scale is None:
             self.scale = symbols.bits(0, 1)
             if self.scale:
                 data = b"".join(symbols.bits(0, 16).to_bytes(2, "little") for _ in range(7))
                 self.scale = Scale(Cursor(data, self.name))
+            if self.coarse and symbols.bits(0, 1):
+                self.read_sublattices()
         for c in range(columns):
             how = symbols.symbol(0, symbols.how, 5, 0)[0]
             require(how <= 2, f"{self.name}: a column is coded in way {how}")
@@ -163,7 +194,7 @@ class TightTables:
         else:
             firsts = TIGHT_PATCHES if patches else TIGHT_LADDER if columns == LADDER_COLUMNS else TIGHT_OWN
         table = tight_columns(symbols, rows, columns, coded, firsts) | same
-        return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches)
+        return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches, radii)
 
     def end(self):
         self.symbols.end()
@@ -370,7 +401,7 @@ class NormalsOfFamily:
         self.s = [s + self.weights[e] * n for s, n in zip(self.s, unit_normal(child.u, child.v))]
 
 
-def family(parent, children, rows, shifts, scales, turnings):
+def family(parent, children, rows, shifts, scales, sublattice, turnings):
     """Fills all but the radii of a parent's children."""
     weights = weights_of([s.radius for s in children])
     n = integer_normal(parent.u, parent.v)
@@ -388,29 +419,33 @@ def family(parent, children, rows, shifts, scales, turnings):
         child.class_id = (parent.class_id + cells[2]) & 255
         add_colour(child, [left("colour", i) & 255 for i in range(4)], cells[5:9], not last)
         predicted = [left("position", i) & 65535 for i in range(3)]
-        for axis, cell in zip((a, b), cells[9:11]):
-            add_coordinate(child, axis, predicted[axis], cell, scale)
+        for done, axis, cell in zip(((), (a,)), (a, b), cells[9:11]):
+            add_coordinate(child, axis, done, predicted[axis], cell, scale, sublattice)
         if not last:
             d_a, d_b = (child.position[axis] - predicted[axis] for axis in (a, b))
             slope = -(n[a] * d_a + n[b] * d_b)
             predicted[c] += round_div(slope * sign(n[c]), abs(n[c]))
-        add_coordinate(child, c, predicted[c], cells[11], scale)
+        add_coordinate(child, c, (a, b), predicted[c], cells[11], scale, sublattice)
         add_normal(child, normals.predict(e, child), cells[3:5], shift)
         normals.add(e, child)
 
 
-def finer_level(elder, last, patches, level, coarser):
+def finer_level(elder, last, patches, level, coarser, sublattices):
     """The samples of a level; elder, last: tables of read_table; coarser: the samples of level + 1."""
     elder_rows, last_rows, out, begin = iter(elder.rows), iter(last.rows), [], 0
-    for patch in patches:
+    for patch, number in zip(patches, sublattices or [0] * len(patches)):
+        sublattice = Sublattice(number, patch.origin)
         elder_scale, last_scale = (t.scale and t.scale.of_patch(patch) for t in (elder, last))
         parents = coarser[begin:begin + patch.counts[level + 1]]
         begin += len(parents)
         ranges = families(patch, level)
         rows = [[next(elder_rows) for _ in children[1:]] + [next(last_rows)] for children in ranges]
         samples, m = [], 16 * patch.radius[level]
-        for row in sum(rows, []):
-            samples.append(Sample(((m + 8 >> 4) + row[0]) & 255))
+        lasts = [k == len(children) - 1 for children in ranges for k in range(len(children))]
+        for row, is_last in zip(sum(rows, []), lasts):
+            grid = (last if is_last else elder).radii
+            place = ((m + 8 >> 4) - 1 + (1 << grid >> 1) >> grid) + row[0]
+            samples.append(Sample(((place << grid) + 1) & 255))
             m = (m + 16 * samples[-1].radius) >> 1
         groups = [range(1)] if level == 2 else families(patch, level + 1)
         for group in groups:
@@ -419,7 +454,7 @@ def finer_level(elder, last, patches, level, coarser):
                 children = [samples[i] for i in ranges[k]]
                 shifts = [elder.shift] * (len(children) - 1) + [last.shift]
                 scales = [elder_scale] * (len(children) - 1) + [last_scale]
-                family(parents[k], children, rows[k], shifts, scales, turnings)
+                family(parents[k], children, rows[k], shifts, scales, sublattice, turnings)
         out += samples
     return out
 
@@ -470,10 +505,11 @@ def decode(segments, patch_count, linked, name, joined=False):
             how = squares_begin(cursor, 0)[1]
         parents = len(levels[level + 1])
         elder = sum(p.counts[level] for p in patches) - parents
+        tables.patch_count = patch_count
         ladder = ladder_of(tables.read(rungs, LADDER_COLUMNS).rows, cursor.name)
         both = [tables.read(rows, SAMPLE_COLUMNS, level, last) for last, rows in enumerate((elder, parents))]
         levels[level] = (codec_squares.decode_level(squares, level, how, levels[level + 1], both, ladder) if squares else
-                         finer_level(*both, patches, level, levels[level + 1]))
+                         finer_level(*both, patches, level, levels[level + 1], getattr(tables, "sublattices", [])))
         tables.end()
     return patches, levels
 

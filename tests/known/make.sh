@@ -212,6 +212,10 @@ in_blocks states/2_0 middles.ply
 mkdir -p rows
 "$program" gen statue -n 900 --seed 11 -o middles.ply --quiet --force
 in_blocks rows/2_0 middles.ply
+# From here on radii are coarse, and positions of points lie on sublattices.
+mkdir -p coarse
+"$program" gen statue -n 1000 --seed 13 -o middles.ply --quiet --force
+in_blocks coarse/2_0 middles.ply
 # Maps as their paper stores them, and the same in the other codecs.
 mkdir -p paper
 "$program" gen statue -n 700 --seed 12 -o maps.ply --quiet --force

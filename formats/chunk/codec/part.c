@@ -181,6 +181,8 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
     if (tables.elder.may_scale)
         stp_scale_find(chunk, &tables.elder.scale);
     tables.last.scale = tables.elder.scale;
+    if (to->is_tight)
+        stp_level_coarsen(chunk, level, &tables);
     if (squares->found)
         STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to, err));
     else

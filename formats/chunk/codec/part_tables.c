@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/tight.h"
 #include "formats/chunk/patch.h"
+#include "formats/chunk/sublattice.h"
 
 #include <stdlib.h>
 
@@ -48,6 +49,12 @@ static const int16_t patch_beside[STP_LINKED_PATCH_COLUMN_COUNT] = {
 #undef NONE
 #undef KINDS
 
+/* A grid of radii of this shift has two codes. */
+#define RADIUS_SHIFT_MOST 7u
+
+/* What it takes about to say that a patch has another sublattice than the one before. */
+#define CHANGE_BITS 8u
+
 /* What the means of patch columns are like in blocks of scans (formats/SPEC.md, "Middles"). */
 static const uint8_t patch_first[STP_LINKED_PATCH_COLUMN_COUNT] = {
     4,  13, 7,  13, 7,  11, 7,  0,  0,  11, 11, 12, 12, 12, 12, 11, 11, 11, 11, 9,  9,  9,  9,
@@ -86,11 +93,50 @@ stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squar
     tables->elder.tight_first = squares ? stp_tight_squares[level > 0][0] : stp_tight_elder;
     tables->last.tight_first = squares ? stp_tight_squares[level > 0][1] : stp_tight_last;
     tables->elder.may_scale = tables->last.may_scale = chunk->is_block && level == 0;
+    tables->elder.may_coarsen = tables->last.may_coarsen = chunk->is_block && !squares;
+    if (status == STP_OK && level == 0 && tables->elder.may_coarsen)
+        status = stp_alloc(&tables->elder.sublattices, chunk->patch_count, 1, "sublattices", err);
+    tables->last.sublattices = tables->elder.sublattices;
+    tables->elder.sublattice_count = tables->last.sublattice_count = chunk->patch_count;
     return status;
+}
+
+/* The greatest shift of a grid that has all radii of a level. */
+static unsigned radius_shift(const stp_chunk *chunk, int level)
+{
+    uint32_t bits = UINT32_C(1) << RADIUS_SHIFT_MOST;
+    for (uint32_t i = 0; i < chunk->level_begin[level][chunk->patch_count]; i++)
+        bits |= (uint32_t)chunk->samples[level][i].radius - 1; /* radius 0 is on no coarser grid */
+    return (unsigned)__builtin_ctz(bits);
+}
+
+/* The sublattice of a patch: the coarsest, unless that of the patch before does nearly as well. */
+static unsigned sublattice_after(unsigned before, const stp_patch *patch, const stp_sample *samples,
+                                 const stp_level_tables *tables)
+{
+    if (stp_scale_of_patch(&tables->elder.scale, patch).used)
+        return before;
+    const unsigned own = stp_sublattice_of(patch, samples);
+    const bool worth = own > before && (own - before) * patch->counts[0] > CHANGE_BITS;
+    return worth || !stp_sublattice_has(before, patch, samples) ? own : before;
+}
+
+void stp_level_coarsen(const stp_chunk *chunk, int level, stp_level_tables *tables)
+{
+    if (!tables->elder.may_coarsen)
+        return;
+    tables->elder.radius_shift = tables->last.radius_shift = radius_shift(chunk, level);
+    unsigned before = 0;
+    for (uint32_t i = 0; tables->elder.sublattices && i < chunk->patch_count; i++) {
+        before = sublattice_after(before, &chunk->patches[i],
+                                  chunk->samples[0] + chunk->level_begin[0][i], tables);
+        tables->elder.sublattices[i] = (uint8_t)before;
+    }
 }
 
 void stp_level_tables_destroy(stp_level_tables *tables)
 {
     free(tables->elder.values);
     free(tables->last.values);
+    free(tables->elder.sublattices);
 }

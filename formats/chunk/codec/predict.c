@@ -4,6 +4,7 @@
 
 #include "formats/chunk/codec/predict_normal.h"
 #include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sublattice.h"
 
 #include <stdlib.h>
 
@@ -49,6 +50,9 @@ typedef struct coder {
     int16_t *cells; /* column c is cells[c * stride] */
     size_t stride;
     unsigned normal_shift; /* of the grid that all normals are on */
+    unsigned radius_shift; /* likewise of radii */
+    unsigned sublattice;   /* of the patch's positions */
+    const int32_t *origin; /* of the patch */
     stp_scale scale;       /* of positions */
     stp_patch_scale patch_scale;
     bool decode;
@@ -59,6 +63,7 @@ INLINE coder table_coder(const stp_table *table, bool decode)
     return (coder){.cells = table->values,
                    .stride = table->stride,
                    .normal_shift = table->normal_shift,
+                   .radius_shift = table->radius_shift,
                    .scale = table->scale,
                    .decode = decode};
 }
@@ -148,13 +153,29 @@ INLINE plane plane_of(stp_ivec3 normal)
     return out;
 }
 
+/* Codes a coordinate by places on the patch's sublattice. before: see stp_sublattice_axis_of. */
+INLINE void code_step(const coder *c, int column, int axis, int32_t before, int32_t predicted,
+                      parts *p)
+{
+    int16_t *residual = c->cells + (size_t)column * c->stride;
+    int32_t *value = &p->v[PX + axis];
+    const stp_sublattice_axis on = stp_sublattice_axis_of(
+        c->sublattice, column - STP_COLUMN_POSITION_A, before, c->origin[axis]);
+    const int32_t place = (predicted - on.offset + (1 << on.shift >> 1)) >> on.shift;
+    if (c->decode)
+        *value = ((place + *residual) * (1 << on.shift) + on.offset) & 0xffff;
+    else
+        *residual = wrap(((*value - on.offset) >> on.shift) - place, 0xffff >> on.shift);
+}
+
 /* Codes a coordinate of a position: if the patch has a scale, by places on the scale. */
-INLINE void code_coordinate(const coder *c, int column, int axis, int32_t predicted, parts *p)
+INLINE void code_coordinate(const coder *c, int column, int axis, int32_t before, int32_t predicted,
+                            parts *p)
 {
     int16_t *residual = c->cells + (size_t)column * c->stride;
     int32_t *value = &p->v[PX + axis];
     if (!c->patch_scale.used) {
-        code(c, column, PX + axis, predicted, p);
+        code_step(c, column, axis, before, predicted, p);
         return;
     }
     int32_t place = stp_scale_place(&c->patch_scale, axis, predicted & 0xffff);
@@ -173,14 +194,18 @@ INLINE void code_position(const coder *c, const parts *predicted, const plane *o
     int a = on->a;
     int b = on->b;
     int32_t rise = 0;
-    code_coordinate(c, STP_COLUMN_POSITION_A, a, predicted->v[PX + a], p);
-    code_coordinate(c, STP_COLUMN_POSITION_B, b, predicted->v[PX + b], p);
+    code_coordinate(c, STP_COLUMN_POSITION_A, a, 0, predicted->v[PX + a], p);
+    const int32_t first = p->v[PX + a] + c->origin[a];
+    code_coordinate(c, STP_COLUMN_POSITION_B, b, first, predicted->v[PX + b], p);
     if (!free) {
         int32_t slope = on->normal.v[a] * (p->v[PX + a] - predicted->v[PX + a]) +
                         on->normal.v[b] * (p->v[PX + b] - predicted->v[PX + b]);
         rise = divide(on->normal.v[main_axis] < 0 ? slope : -slope, on->along);
     }
-    code_coordinate(c, STP_COLUMN_POSITION_C, main_axis, predicted->v[PX + main_axis] + rise, p);
+    const bool face = c->sublattice % STP_SUBLATTICE_KINDS == 1;
+    const int32_t both = first + (face ? p->v[PX + b] + c->origin[b] : 0);
+    code_coordinate(c, STP_COLUMN_POSITION_C, main_axis, both, predicted->v[PX + main_axis] + rise,
+                    p);
 }
 
 /* ---- level 3 ---- */
@@ -209,6 +234,7 @@ INLINE void code_vertices(const stp_patch *patches, uint32_t count, stp_sample *
         code_normal(&c, &predicted, &p);
         code_colours(&c, &predicted, false, &p);
         plane on = plane_of(stp_integer_normal(p.v[NU], p.v[NV]));
+        c.origin = patches[i].origin;
         code_position(&c, &predicted, &on, true, &p);
         if (c.decode)
             sample_pack(&p, &samples[i]);
@@ -370,6 +396,18 @@ INLINE void code_siblings(const stp_sample *parents, unsigned count, stp_sample 
     }
 }
 
+/* Codes a radius by places on the grid of radii. */
+INLINE void code_radius(const coder *c, int32_t predicted, parts *p)
+{
+    int16_t *residual = c->cells + (size_t)STP_COLUMN_RADIUS * c->stride;
+    const unsigned shift = c->radius_shift;
+    const int32_t place = (predicted - 1 + (1 << shift >> 1)) >> shift;
+    if (c->decode)
+        p->v[RADIUS] = ((place + *residual) * (1 << shift) + 1) & 0xff;
+    else
+        *residual = wrap(((p->v[RADIUS] - 1) >> shift) - place, 0xff);
+}
+
 /* Codes the radii of one patch's level first, because they are the weights of all other fields.
  * Each is predicted from a running mean of the radii before (in sixteenths). */
 INLINE void code_radii(stp_sample *samples, unsigned count, unsigned finer, int32_t first,
@@ -383,7 +421,7 @@ INLINE void code_radii(stp_sample *samples, unsigned count, unsigned finer, int3
         for (unsigned k = begin; k < end; k++) {
             coder *c = k + 1 < end ? elder : last;
             p.v[RADIUS] = samples[k].radius;
-            code(c, STP_COLUMN_RADIUS, RADIUS, (mean + 8) >> 4, &p);
+            code_radius(c, (mean + 8) >> 4, &p);
             if (c->decode)
                 samples[k].radius = (uint8_t)p.v[RADIUS];
             mean = (mean + 16 * p.v[RADIUS]) >> 1;
@@ -393,7 +431,8 @@ INLINE void code_radii(stp_sample *samples, unsigned count, unsigned finer, int3
 }
 
 /* Codes a level, siblings by siblings. At level 3 each sample is alone: one a patch. */
-INLINE void code_level(const stp_chunk *chunk, int level, coder elder, coder last)
+INLINE void code_level(const stp_chunk *chunk, int level, const uint8_t *sublattices, coder elder,
+                       coder last)
 {
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         const stp_patch *patch = &chunk->patches[i];
@@ -404,6 +443,8 @@ INLINE void code_level(const stp_chunk *chunk, int level, coder elder, coder las
         const stp_sample *parents = chunk->samples[level + 1] + chunk->level_begin[level + 1][i];
         elder.patch_scale = stp_scale_of_patch(&elder.scale, patch);
         last.patch_scale = stp_scale_of_patch(&last.scale, patch);
+        elder.sublattice = last.sublattice = sublattices ? sublattices[i] : 0;
+        elder.origin = last.origin = patch->origin;
         coder elder_radii = elder;
         coder last_radii = last;
         code_radii(samples, count, finer, patch->radius[level], &elder_radii, &last_radii);
@@ -426,10 +467,12 @@ void stp_predict_row_counts(const stp_chunk *chunk, int level, uint32_t *elder, 
 
 void stp_predict_level_encode(const stp_chunk *chunk, int level, const stp_level_tables *tables)
 {
-    code_level(chunk, level, table_coder(&tables->elder, false), table_coder(&tables->last, false));
+    code_level(chunk, level, tables->elder.sublattices, table_coder(&tables->elder, false),
+               table_coder(&tables->last, false));
 }
 
 void stp_predict_level_decode(stp_chunk *chunk, int level, const stp_level_tables *tables)
 {
-    code_level(chunk, level, table_coder(&tables->elder, true), table_coder(&tables->last, true));
+    code_level(chunk, level, tables->elder.sublattices, table_coder(&tables->elder, true),
+               table_coder(&tables->last, true));
 }

@@ -32,6 +32,13 @@ typedef struct stp_table {
     /* The scale of positions. Decoding sets it if the table may have one. */
     stp_scale scale;
     bool may_scale;
+    /* Of levels 2 to 0 of points: the grid of radii, whose codes are 1 + a multiple of 2^shift, and
+     * the sublattice of each patch's positions, sublattice_count in all, 0 but for level 0 (NULL).
+     * Only a tight table may have them. Decoding sets both. */
+    bool may_coarsen;
+    unsigned radius_shift;
+    uint8_t *sublattices;
+    uint32_t sublattice_count;
     /* Of patches of a block (patch.h): their bounds have their centres in the middles of their
      * lattices, as a rule; squares follow the table (square.h). Decoding sets the other three. */
     bool is_patches;

@@ -4,6 +4,7 @@
 #include "formats/chunk/codec/predict.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/patch.h"
+#include "formats/chunk/sublattice.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,8 +20,13 @@ enum { HOW_VARYING, HOW_ZERO, HOW_CONSTANT, HOW_COUNT };
 #define CELL_BITS 16u
 #define SHIFT_BITS 4u
 #define SCALE_WORDS (STP_SCALE_BYTES / 2u)
-/* Symbols and plain bits of a table before its rows. */
-#define HEAD_ITEMS (2u + SCALE_WORDS + 2u * STP_TABLE_COLUMNS_LIMIT)
+/* In place of the shift of normals: that follows, then how coarse radii and positions are. */
+#define COARSE_MARK 15u
+#define RADIUS_BITS 3u
+#define SUBLATTICES (STP_SUBLATTICE_MOST + 1)
+#define SUBLATTICE_SHIFT 4
+/* Symbols and plain bits of a table before its rows, without those of sublattices. */
+#define HEAD_ITEMS (6u + SCALE_WORDS + 2u * STP_TABLE_COLUMNS_LIMIT)
 
 const uint8_t stp_tight_patches[STP_LINKED_PATCH_COLUMN_COUNT] = {
     4, 14, 8,  15, 8,  10, 8,  0,  0,  12, 12, 9,  10, 8, 13, 11, 11, 11, 11, 10, 10, 10, 10,
@@ -51,6 +57,16 @@ static void how_begin(stp_odds *how)
     how->below[HOW_VARYING] = 0;
     how->below[HOW_ZERO] = 3 << 13;
     how->below[HOW_CONSTANT] = 15 << 11;
+}
+
+/* Of how sublattices change from patch to patch: a half that they do not, else all alike. */
+static void sublattice_odds_begin(stp_odds *odds)
+{
+    for (int s = 0; s < STP_ODDS_SYMBOLS; s++) {
+        const int rest = STP_ODDS_ALL - 4 * (STP_ODDS_SYMBOLS - s);
+        odds->below[s] = (int16_t)(s < (int)SUBLATTICES ? (1 << 14) + 1024 * (s - 1) : rest);
+    }
+    odds->below[0] = 0;
 }
 
 /* ---- writing ---- */
@@ -88,6 +104,50 @@ static void put_scale(stp_symbol_writer *w, const stp_scale *scale)
         stp_symbol_put_bits(w, LANE, stp_get_u16(bytes + (size_t)2 * i), 16);
 }
 
+static stp_status put_sublattices(stp_symbol_writer *w, const stp_table *table, stp_error *err)
+{
+    stp_odds odds;
+    unsigned before = 0;
+    sublattice_odds_begin(&odds);
+    const stp_status status = stp_symbols_reserve(w, table->sublattice_count, err);
+    for (uint32_t i = 0; status == STP_OK && i < table->sublattice_count; i++) {
+        const unsigned now = table->sublattices[i];
+        stp_symbol_put(w, LANE, &odds, SUBLATTICE_SHIFT, (now + SUBLATTICES - before) % SUBLATTICES,
+                       0, 0);
+        before = now;
+    }
+    return status;
+}
+
+static bool has_sublattices(const stp_table *table)
+{
+    bool any = false;
+    for (uint32_t i = 0; table->sublattices && i < table->sublattice_count; i++)
+        any = any || table->sublattices[i] > 0;
+    return any;
+}
+
+/* What is common to the rows of a table of samples; if coarse, of both tables of a level. */
+static stp_status put_grids(stp_tight_writer *w, const stp_table *table, stp_error *err)
+{
+    const bool first = table->may_scale && !w->scaled, placed = has_sublattices(table);
+    if (w->coarse)
+        return STP_OK;
+    w->coarse = table->radius_shift > 0 || placed;
+    if (w->coarse)
+        stp_symbol_put_bits(&w->symbols, LANE, COARSE_MARK, SHIFT_BITS);
+    stp_symbol_put_bits(&w->symbols, LANE, table->normal_shift, SHIFT_BITS);
+    if (w->coarse)
+        stp_symbol_put_bits(&w->symbols, LANE, table->radius_shift, RADIUS_BITS);
+    if (first)
+        put_scale(&w->symbols, &table->scale);
+    w->scaled = w->scaled || first;
+    if (!w->coarse || !first)
+        return STP_OK;
+    stp_symbol_put_bits(&w->symbols, LANE, placed, 1);
+    return placed ? put_sublattices(&w->symbols, table, err) : STP_OK;
+}
+
 stp_status stp_tight_put(stp_tight_writer *w, const stp_table *table, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -96,11 +156,8 @@ stp_status stp_tight_put(stp_tight_writer *w, const stp_table *table, stp_error 
     const uint64_t constant = stp_table_constants(table);
     STP_TRY(stp_symbols_reserve(&w->symbols, HEAD_ITEMS, err));
     if (table->may_shift)
-        stp_symbol_put_bits(&w->symbols, LANE, table->normal_shift, SHIFT_BITS);
-    if (table->may_scale && !w->scaled) {
-        put_scale(&w->symbols, &table->scale);
-        w->scaled = true;
-    }
+        STP_TRY(put_grids(w, table, err));
+    STP_TRY(stp_symbols_reserve(&w->symbols, HEAD_ITEMS, err));
     put_columns(w, table, constant);
     STP_TRY(stp_cells_put(table, constant, &w->first, &w->symbols, err));
 done:
@@ -143,7 +200,8 @@ stp_status stp_tight_read(stp_tight_reader *r, const uint8_t *bytes, size_t size
             (uint64_t)(stp_get_u32(bytes) & ~TIGHT_MARK) << 32 | stp_get_u32(bytes + 4);
     how_begin(&r->how);
     memset(r->first.known, 0, sizeof r->first.known);
-    r->scaled = false;
+    r->scaled = r->coarse = false;
+    r->radius_shift = 0;
     r->scale = (stp_scale){0};
     return STP_OK;
 }
@@ -180,6 +238,47 @@ static stp_status get_columns(stp_tight_reader *r, const stp_table *table, uint6
     return STP_OK;
 }
 
+static stp_status get_sublattices(stp_symbol_reader *r, stp_table *table, stp_error *err)
+{
+    stp_odds odds;
+    unsigned before = 0;
+    uint32_t none;
+    sublattice_odds_begin(&odds);
+    for (uint32_t i = 0; i < table->sublattice_count; i++) {
+        const unsigned change = stp_symbol_get(r, LANE, &odds, SUBLATTICE_SHIFT, 0, &none);
+        if (change >= SUBLATTICES)
+            return stp_error_set(err, STP_CORRUPT, "a sublattice that there is not");
+        before = (before + change) % SUBLATTICES;
+        table->sublattices[i] = (uint8_t)before;
+    }
+    return STP_OK;
+}
+
+/* Reads what is common to the rows of a table of samples. */
+static stp_status get_grids(stp_tight_reader *r, stp_table *table, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const bool first = table->may_scale && !r->scaled, known = r->coarse;
+    if (!known)
+        r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
+    r->coarse = known || (table->may_coarsen && r->normal_shift == COARSE_MARK);
+    if (r->coarse && !known) {
+        r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
+        r->radius_shift = stp_symbol_get_bits(&r->symbols, LANE, RADIUS_BITS);
+    }
+    table->normal_shift = r->normal_shift;
+    table->radius_shift = r->radius_shift;
+    STP_TRY(stp_table_check_shift(table, err));
+    if (first)
+        STP_TRY(get_scale(&r->symbols, &r->scale, err));
+    r->scaled = r->scaled || first;
+    table->scale = r->scale;
+    if (r->coarse && first && stp_symbol_get_bits(&r->symbols, LANE, 1))
+        STP_TRY(get_sublattices(&r->symbols, table, err));
+done:
+    return status;
+}
+
 stp_status stp_tight_get(stp_tight_reader *r, stp_table *table, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -188,13 +287,8 @@ stp_status stp_tight_get(stp_tight_reader *r, stp_table *table, stp_error *err)
     table->middles = table->is_patches;
     if (table->row_count == 0)
         return STP_OK;
-    table->normal_shift = table->may_shift ? stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS) : 0;
-    STP_TRY(stp_table_check_shift(table, err));
-    if (table->may_scale && !r->scaled) {
-        STP_TRY(get_scale(&r->symbols, &r->scale, err));
-        r->scaled = true;
-    }
-    table->scale = r->scale;
+    if (table->may_shift)
+        STP_TRY(get_grids(r, table, err));
     STP_TRY(get_columns(r, table, &constant, err));
     STP_TRY(stp_cells_get(&r->symbols, constant, &r->first, table, err));
 done:

@@ -20,7 +20,8 @@ typedef struct stp_tight_writer {
     stp_symbol_writer symbols;
     stp_first_odds first;
     stp_odds how; /* of whether columns are constant */
-    bool scaled;  /* the scale has been told */
+    bool scaled;  /* the scale has been told, and the sublattices */
+    bool coarse;  /* the grids of both tables of the level have been told */
 } stp_tight_writer;
 
 void stp_tight_begin(stp_tight_writer *w);
@@ -36,7 +37,8 @@ typedef struct stp_tight_reader {
     stp_symbol_reader symbols;
     stp_first_odds first;
     stp_odds how;
-    bool scaled;
+    bool scaled, coarse; /* as above */
+    unsigned normal_shift, radius_shift;
     stp_scale scale; /* of all tables, once it has been told */
 } stp_tight_reader;
 

@@ -1,0 +1,238 @@
+/* Tests sublattices: the nearest place is the nearest, none is farther than the reach says, blocks
+ * whose radii and positions are coarse come back and are smaller, and prep puts points on them. */
+#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/tight.h"
+#include "formats/chunk/sublattice.h"
+#include "preprocess/patch/patch_build.h"
+#include "tests/fixtures/any_chunk.h"
+
+#include <math.h>
+
+static double squared_distance(const double a[3], const double b[3])
+{
+    double sum = 0.0;
+    for (int i = 0; i < 3; i++)
+        sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return sum;
+}
+
+/* Whether a place is one of a sublattice, by its definition. */
+static bool is_on(unsigned sublattice, const double place[3])
+{
+    const double step = ldexp(1.0, (int)(sublattice / 3));
+    int odd = 0;
+    for (int i = 0; i < 3; i++) {
+        if (fmod(place[i], step) != 0.0)
+            return false;
+        odd += fmod(place[i] / step, 2.0) != 0.0;
+    }
+    return sublattice % 3 == 0 || (sublattice % 3 == 1 ? odd % 2 == 0 : odd == 0 || odd == 3);
+}
+
+static void nearest_is_nearest(void **state)
+{
+    (void)state;
+    for (unsigned s = 0; s <= STP_SUBLATTICE_MOST; s++) {
+        const double step = ldexp(1.0, (int)(s / 3)), reach = stp_sublattice_reach(s);
+        double farthest = 0.0;
+        for (uint64_t n = 0; n < 3000; n++) {
+            double place[3], found[3], other[3];
+            for (uint64_t i = 0; i < 3; i++)
+                place[i] = 200.0 * (stp_random_unit(s, 3 * n + i) - 0.5);
+            stp_sublattice_nearest(s, place, found);
+            assert_true(is_on(s, found));
+            const double off = squared_distance(place, found);
+            farthest = fmax(farthest, sqrt(off));
+            for (int k = 0; k < 125; k++) {
+                for (int i = 0, rest = k; i < 3; i++, rest /= 5)
+                    other[i] = found[i] + step * (rest % 5 - 2);
+                assert_true(!is_on(s, other) || squared_distance(place, other) >= off - 1e-9);
+            }
+        }
+        assert_true(farthest <= reach && farthest >= 0.9 * reach);
+        assert_int_equal(stp_sublattice_within(reach), s);
+        assert_int_equal(stp_sublattice_within(reach * (1.0 - 1e-9)), s > 0 ? s - 1 : 0);
+    }
+    assert_int_equal(stp_sublattice_within(1e9), STP_SUBLATTICE_MOST);
+    assert_int_equal(stp_sublattice_within(0.0), 0);
+}
+
+/* Puts positions on sublattices, which the patches have in turn or share; radii on a grid. */
+static void coarsen(stp_chunk *chunk, unsigned first, unsigned change, unsigned radius_shift,
+                    unsigned wide)
+{
+    for (uint32_t p = 0; p < chunk->patch_count; p++) {
+        stp_patch *patch = &chunk->patches[p];
+        const unsigned s = (first + p * change) % (STP_SUBLATTICE_MOST + 1);
+        for (unsigned k = 0; k < patch->counts[0]; k++) {
+            stp_sample *sample = &chunk->samples[0][chunk->level_begin[0][p] + k];
+            double at[3], on[3];
+            for (int i = 0; i < 3; i++) /* away from the ends of 16 bits */
+                at[i] = (double)patch->origin[i] + 100 + sample->position[i] % wide;
+            stp_sublattice_nearest(s, at, on);
+            for (int i = 0; i < 3; i++)
+                sample->position[i] = (uint16_t)(on[i] - patch->origin[i]);
+        }
+        assert_true(stp_sublattice_has(s, patch, chunk->samples[0] + chunk->level_begin[0][p]));
+    }
+    for (int level = 0; level < 3; level++)
+        for (uint32_t i = 0; i < chunk->level_begin[level][chunk->patch_count]; i++) {
+            uint8_t *radius = &chunk->samples[level][i].radius;
+            *radius = (uint8_t)(1u + ((unsigned)*radius >> radius_shift << radius_shift));
+        }
+}
+
+static void coarse_blocks_come_back(void **state)
+{
+    (void)state;
+    stp_chunk_scratch scratch = {0};
+    for (unsigned s = 0; s <= STP_SUBLATTICE_MOST; s++)
+        for (uint32_t patches = 1; patches <= 20; patches += 19)
+            for (unsigned change = 0; change < 3; change++)
+                for (int kind = 0; kind < 3; kind++) {
+                    stp_chunk *chunk = any_chunk(patches, 64, 100 * s + change, kind);
+                    coarsen(chunk, s, change, 1 + s % 7, 60000);
+                    chunk->is_block = true;
+                    any_chunk_round_trip(chunk, STP_CODEC_DRACO, &scratch);
+                    any_chunk_round_trip(chunk, STP_CODEC_ZSTD, &scratch);
+                    stp_chunk_destroy(&chunk);
+                }
+    stp_chunk_scratch_free(&scratch);
+}
+
+static size_t level_bytes(uint32_t patches, unsigned sublattice, unsigned radius_shift,
+                          uint32_t *samples)
+{
+    stp_chunk *chunk = any_chunk(patches, 64, 7, 0);
+    stp_bytes bytes = {0};
+    chunk->is_block = true;
+    coarsen(chunk, sublattice, 0, radius_shift, 1000);
+    for (uint32_t i = 0; i < chunk->level_begin[1][chunk->patch_count]; i++)
+        for (int a = 0; a < 3; a++)
+            chunk->samples[1][i].position[a] = 600;
+    assert_int_equal(stp_segment_encode(chunk, 2, STP_CODEC_DRACO, &bytes, NULL), STP_OK);
+    *samples = chunk->level_begin[0][chunk->patch_count];
+    stp_chunk_destroy(&chunk);
+    free(bytes.data);
+    return bytes.size;
+}
+
+/* Random positions and radii take as many bits less as the sublattice and the grid leave out, or
+ * nine tenths of that. */
+static void coarse_blocks_are_smaller(void **state)
+{
+    (void)state;
+    uint32_t samples;
+    const double fine = (double)level_bytes(20, 0, 0, &samples);
+    for (unsigned s = 1; s <= STP_SUBLATTICE_MOST; s++)
+        assert_true((double)level_bytes(20, s, 0, &samples) <= fine - 0.9 * s * samples / 8 + 20);
+    for (unsigned r = 1; r <= 6; r++)
+        assert_true((double)level_bytes(20, 0, r, &samples) <= fine - 0.9 * r * samples / 8 + 20);
+}
+
+/* A table of level 0 of one patch that is coarse, with this sublattice. */
+static stp_status head_status(bool may_coarsen, unsigned sublattice, stp_error *err)
+{
+    stp_tight_writer w = {0};
+    stp_tight_reader r;
+    stp_bytes bytes = {0};
+    int16_t cells[STP_SAMPLE_COLUMN_COUNT] = {0}, beside[STP_SAMPLE_COLUMN_COUNT] = {0};
+    uint8_t sublattices[1] = {0};
+    stp_table table = {.values = cells,
+                       .stride = 1,
+                       .column_count = STP_SAMPLE_COLUMN_COUNT,
+                       .row_count = 1,
+                       .may_shift = true,
+                       .may_scale = true,
+                       .may_coarsen = true,
+                       .sublattices = sublattices,
+                       .sublattice_count = 1,
+                       .beside = beside,
+                       .tight_first = stp_tight_elder};
+    sublattices[0] = (uint8_t)sublattice;
+    stp_tight_begin(&w);
+    assert_int_equal(stp_tight_put(&w, &table, NULL), STP_OK);
+    assert_int_equal(stp_tight_write(&w, &bytes, NULL), STP_OK);
+    assert_int_equal(stp_tight_read(&r, bytes.data, bytes.size, NULL), STP_OK);
+    table.may_coarsen = may_coarsen;
+    sublattices[0] = 99;
+    stp_status status = stp_tight_get(&r, &table, err);
+    if (status == STP_OK)
+        assert_int_equal(sublattices[0], sublattice);
+    free(bytes.data);
+    stp_tight_clear(&w);
+    return status;
+}
+
+static void wrong_heads_are_refused(void **state)
+{
+    (void)state;
+    stp_error err = {0};
+    assert_int_equal(head_status(true, STP_SUBLATTICE_MOST, &err), STP_OK);
+    assert_int_equal(head_status(false, 1, &err), STP_CORRUPT);
+    assert_non_null(strstr(err.message, "shifted by 15 bits"));
+}
+
+/* A patch of points 20 steps apart that may be off by `loose` steps. */
+static void prep_uses_them(void **state)
+{
+    (void)state;
+    static const double loose[] = {0.0, 0.9, 1.05, 1.2, 1.9, 9.0};
+    static const unsigned expected[] = {0, 0, 1, 2, 3, 11};
+    for (size_t n = 0; n < sizeof loose / sizeof *loose; n++) {
+        stp_item items[STP_PATCH_SAMPLES] = {0}, vertex;
+        uint32_t order[STP_PATCH_SAMPLES];
+        stp_patch patch;
+        stp_patch_samples samples;
+        const double step = ldexp(1.0, -6);
+        const stp_patch_ground ground = {.vertex_least = -14, .normal_bits = 9};
+        for (uint32_t k = 0; k < STP_PATCH_SAMPLES; k++) {
+            stp_item *item = &items[k];
+            order[k] = k;
+            item->exponent = -6;
+            item->loose = step * (k == 5 ? loose[n] : loose[n] + 50.0);
+            item->area = 400.0 * step * step;
+            item->disc.centre = (stp_dvec3){step * (20.0 * (k % 8) + 9.0 * stp_random_unit(1, k)),
+                                            step * (20.0 * (k / 8) + 9.0 * stp_random_unit(2, k)),
+                                            step * 9.0 * stp_random_unit(3, k)};
+            item->disc.radius = item->disc.reach = item->disc.bound = 32.0 * step;
+        }
+        assert_true(
+            stp_patch_build(items, order, STP_PATCH_SAMPLES, &ground, &patch, &samples, &vertex));
+        assert_int_equal(stp_sublattice_of(&patch, samples.level[0]), expected[n]);
+        const double reach = step * stp_sublattice_reach(expected[n]);
+        for (uint32_t k = 0; k < STP_PATCH_SAMPLES; k++) {
+            const stp_dvec3 at = stp_sample_position(&samples.level[0][k], &patch);
+            assert_true(stp_dvec3_length(stp_dvec3_sub(at, items[k].disc.centre)) <= reach + 1e-12);
+        }
+        assert_true(stp_error_decode(patch.error[0], patch.exponent) >= reach);
+    }
+}
+
+static void radii_are_on_their_grid(void **state)
+{
+    (void)state;
+    for (uint64_t i = 0; i < 1000; i++) {
+        const double radius = exp2(40.0 * (stp_random_unit(4, i) - 0.5));
+        const double least = radius * exp2(stp_random_unit(5, i) - 1.0);
+        const double steps = 4.0 * log2(stp_radius_on_grid(radius, least));
+        assert_true(fabs(steps - round(steps)) < 1e-6);
+        assert_true(stp_radius_on_grid(radius, least) >= least);
+        assert_true(fabs(4.0 * log2(radius) - 4.0 * log2(stp_radius_on_grid(radius, 0.0))) < 0.501);
+        assert_true(steps < 4.0 * log2(radius) + 1.001);
+    }
+    assert_true(stp_radius_on_grid(0.0, 0.0) == 0.0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nearest_is_nearest),
+        cmocka_unit_test(coarse_blocks_come_back),
+        cmocka_unit_test(coarse_blocks_are_smaller),
+        cmocka_unit_test(wrong_heads_are_refused),
+        cmocka_unit_test(prep_uses_them),
+        cmocka_unit_test(radii_are_on_their_grid),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
