@@ -56,11 +56,11 @@ typedef struct stp_http_transfer {
     CURLcode result;
 } stp_http_transfer;
 
+/* Whether somebody wants the bytes. */
+bool stp_http_transfer_is_wanted(const stp_http_transfer *transfer);
 /* Runs the transfer to its end: an answer, a failure (`result`), or a time-out
  * (CURLE_OPERATION_TIMEDOUT); CURLE_ABORTED_BY_CALLBACK if `ended` returned true, or nobody wanted
  * the bytes for STP_SOURCE_UNWANTED_MS. */
-/* Whether somebody wants the bytes. */
-bool stp_http_transfer_is_wanted(const stp_http_transfer *transfer);
 void stp_http_transfer_run(stp_http_transfer *transfer, stp_http_connection *connection);
 
 #endif
