@@ -6,9 +6,11 @@
 // instead of four. The eight lanes of a software driver work on the columns of one block. Needs
 // push.glsl and blocks.glsl. The including file defines
 //     struct stp_made, and stp_made stp_make(stp_pixel p, ivec2 here)
+//     void stp_put_one(ivec2 here, stp_made made, bool wanted)
 //     void stp_put(ivec2 here, stp_made made, stp_made right, stp_made above, stp_made beyond, bvec4 wanted)
 // stp_make packs one pixel at a time, so that less is kept until stp_put stores all four. wanted:
-// which of the four to store.
+// which of the four to store. Pixels that push missed come last, one by one, in a loop that software
+// drivers skip if no lane has any.
 
 #if STP_COLUMNS_IN_PLACE
 #define STP_WANTED(pushed) pushed
@@ -21,24 +23,33 @@ void main()
     uvec2 block = stp_block();
     ivec2 in_block = ivec2(2 * gl_LocalInvocationID.x, 0);
     ivec2 here = stp_block_place(block) + in_block;
-    ivec2 coarse = here >> 1;
+    ivec2 coarse = here >> 1, first = here;
+    uint missing = 0u; // bit x + 2 y: the pixel at first + (x, y)
     stp_pixel a0 = stp_push_look(coarse);
     stp_pixel a1 = stp_push_look(coarse + ivec2(1, 0));
     for (int row = 0; row < STP_BLOCK_SIZE.y / 2; row++) {
         stp_pixel b0 = stp_push_look(coarse + ivec2(0, 1));
         stp_pixel b1 = stp_push_look(coarse + ivec2(1, 1));
-        bvec4 pushed;
-        stp_made made = stp_make(stp_push_from(here, a0, a1, b0, b1, pushed.x), here);
-        stp_made right = stp_make(stp_push_from(here + ivec2(1, 0), a1, a0, b1, b0, pushed.y), here + ivec2(1, 0));
-        stp_made above = stp_make(stp_push_from(here + ivec2(0, 1), b0, b1, a0, a1, pushed.z), here + ivec2(0, 1));
-        stp_made beyond = stp_make(stp_push_from(here + ivec2(1, 1), b1, b0, a1, a0, pushed.w), here + ivec2(1, 1));
+        bvec4 pushed, missed;
+        stp_made made = stp_make(stp_push_from(here, a0, a1, b0, b1, pushed.x, missed.x), here);
+        stp_made right = stp_make(stp_push_from(here + ivec2(1, 0), a1, a0, b1, b0, pushed.y, missed.y), here + ivec2(1, 0));
+        stp_made above = stp_make(stp_push_from(here + ivec2(0, 1), b0, b1, a0, a1, pushed.z, missed.z), here + ivec2(0, 1));
+        stp_made beyond = stp_make(stp_push_from(here + ivec2(1, 1), b1, b0, a1, a0, pushed.w, missed.w), here + ivec2(1, 1));
         bvec4 asked = bvec4(stp_block_wants(block, in_block), stp_block_wants(block, in_block + ivec2(1, 0)),
                             stp_block_wants(block, in_block + ivec2(0, 1)), stp_block_wants(block, in_block + 1));
         stp_put(here, made, right, above, beyond, bvec4(uvec4(asked) & uvec4(STP_WANTED(pushed))));
+        uvec4 bits = (uvec4(missed) & uvec4(asked)) << uvec4(0u, 1u, 2u, 3u);
+        missing |= (bits.x | bits.y | bits.z | bits.w) << uint(4 * row);
         a0 = b0;
         a1 = b1;
         in_block.y += 2;
         here.y += 2;
         coarse.y++;
+    }
+    for (; missing != 0u; missing &= missing - 1u) {
+        int bit = findLSB(missing);
+        ivec2 there = first + ivec2(bit & 1, bit >> 1);
+        stp_pixel p = stp_push_further(there);
+        stp_put_one(there, stp_make(p, there), p.tag != 0);
     }
 }

@@ -12,6 +12,11 @@
 // Pixels: least minor semi-axis at an outline, where the usual floor would move the outline
 // outwards.
 #define STP_PUSH_OUTLINE_FLOOR 0.6
+// Up to this q a nearer ellipse hides a pixel that its parent does not hide. Discs reach beyond
+// outlines, so less than 1 is nearer to the truth.
+#define STP_PUSH_HIDES 0.75
+// Coarse pixels: how far push looks for what pull left out behind a nearer surface.
+#define STP_PUSH_FURTHER 4
 
 layout(location = 12) uniform bool incomplete; // the picture lacks blocks
 
@@ -40,7 +45,7 @@ bool stp_push_beyond(stp_pixel c, vec2 centre)
     return c.tag == 0 || (!stp_tag_line(c.tag) && dot(centre - c.d, c.normal.xy) > 0.0);
 }
 
-// A coarse pixel as seen from `centre`; q says how far `centre` is from the centre of the ellipse.
+// A coarse pixel as seen from `centre`, its least semi-axis that of an outline or the usual one; q says how far `centre` is from the centre of the ellipse.
 stp_pixel stp_push_candidate(stp_pixel c, vec2 centre, vec3 ray, bool outline, out float q)
 {
     float least = outline ? STP_PUSH_OUTLINE_FLOOR : stp_ellipse_floor(c.tag);
@@ -60,9 +65,10 @@ bool stp_push_differ(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
 
 // Finishes a pixel of the pulled (fine) level from four of level l + 1: its parent, the parent's
 // neighbours on the pixel's side along x and along y, and the one diagonally between. pushed: the
-// pixel has changed.
+// pixel has changed. missed: it is invalid, but may belong to what pull left out behind another; then
+// stp_push_further finishes it.
 stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pixel beside_y, stp_pixel between,
-                        out bool pushed)
+                        out bool pushed, out bool missed)
 {
     vec2 centre = stp_pixel_centre(here, pyramid_level);
     vec3 ray = stp_ray(centre);
@@ -70,12 +76,15 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     bool open = own.tag == 0 && (parent.tag == 0 || beside_x.tag == 0 || beside_y.tag == 0 || between.tag == 0);
     bool outline = open && stp_push_beyond(parent, centre) && stp_push_beyond(beside_x, centre) &&
                    stp_push_beyond(beside_y, centre) && stp_push_beyond(between, centre);
+    bool hidden = parent.tag != 0 && own.z_min > parent.z_max; // behind its parent's interval
+    bool seen = own.tag != 0 && !hidden;
+    outline = outline || seen;
     vec4 q;
     stp_pixel c0 = stp_push_candidate(parent, centre, ray, outline, q.x);
     stp_pixel c1 = stp_push_candidate(beside_x, centre, ray, outline, q.y);
     stp_pixel c2 = stp_push_candidate(beside_y, centre, ray, outline, q.z);
     stp_pixel c3 = stp_push_candidate(between, centre, ray, outline, q.w);
-    bool parent_valid = c0.tag != 0;
+    int behind = (c0.tag | c1.tag | c2.tag | c3.tag) & STP_TAG_BEHIND;
 
     float least = min(min(q.x, q.y), min(q.z, q.w));
     float valid = dot(vec4(lessThan(q, vec4(STP_ELLIPSE_OUTSIDE))), vec4(1.0));
@@ -84,7 +93,7 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     if (!incomplete && !stp_push_differ(c0, c1, c2, c3))
         valid = 0.0;
     float gap = valid >= 4.0 ? STP_PUSH_GAP_4 : valid >= 3.0 ? STP_PUSH_GAP_3 : 1.0;
-    float reach = clamp(least, 1.0, gap);
+    float reach = seen ? STP_PUSH_HIDES : clamp(least, 1.0, gap);
     c0.tag = q.x <= stp_ellipse_gap(c0, reach) ? c0.tag : 0;
     c1.tag = q.y <= stp_ellipse_gap(c1, reach) ? c1.tag : 0;
     c2.tag = q.z <= stp_ellipse_gap(c2, reach) ? c2.tag : 0;
@@ -99,22 +108,48 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
 #if !STP_BOX
     p.radius = sqrt(p.radius);
 #endif
-    p.tag = front.tag;
+    p.tag = front.tag | behind;
 
-    // A valid pixel stays, unless it lies behind its parent's interval and an ellipse lies in front
-    // of it.
-    bool occluded = parent_valid && own.z_min > c0.z_max && front.z_max < own.z_min;
-    pushed = front.tag != 0 && (own.tag == 0 || occluded);
+    // A valid pixel stays, unless an ellipse lies in front of it.
+    pushed = front.tag != 0 && (own.tag == 0 || front.z_max < own.z_min);
+    missed = front.tag == 0 && own.tag == 0 && behind != 0;
     if (!pushed)
         p = own;
     return p;
+}
+
+// Finishes a pixel that none of the four coarse pixels reaches, from all that lie around them: takes
+// the front of those whose ellipse reaches it. Unless all four are valid, the pixel may lie beyond an
+// outline: then a coarse pixel counts only if its depths do not meet those of the four's front.
+stp_pixel stp_push_further(ivec2 here)
+{
+    const int width = 2 * STP_PUSH_FURTHER + 1;
+    vec2 centre = stp_pixel_centre(here, pyramid_level);
+    vec3 ray = stp_ray(centre);
+    ivec2 parent = here >> 1, side = 2 * (here & 1) - 1;
+    stp_pixel c0 = stp_push_look(parent), c1 = stp_push_look(parent + ivec2(side.x, 0));
+    stp_pixel c2 = stp_push_look(parent + ivec2(0, side.y)), c3 = stp_push_look(parent + side);
+    stp_pixel near = stp_front(c0, c1, c2, c3), front = stp_pixel_invalid();
+    bool surrounded = c0.tag != 0 && c1.tag != 0 && c2.tag != 0 && c3.tag != 0;
+    for (int i = 0; i < width * width; i++) {
+        float q;
+        stp_pixel c = stp_push_look(parent + ivec2(i % width, i / width) - STP_PUSH_FURTHER);
+        c = stp_push_candidate(c, centre, ray, true, q);
+        bool counts = surrounded || c.z_min > near.z_max || c.z_max < near.z_min;
+        if (q <= 1.0 && counts && (front.tag == 0 || c.z_min < front.z_min))
+            front = c;
+    }
+    return front;
 }
 
 stp_pixel stp_push(ivec2 here)
 {
     ivec2 parent = here >> 1;
     ivec2 side = 2 * (here & 1) - 1;
-    bool pushed;
-    return stp_push_from(here, stp_push_look(parent), stp_push_look(parent + ivec2(side.x, 0)),
-                         stp_push_look(parent + ivec2(0, side.y)), stp_push_look(parent + side), pushed);
+    bool pushed, missed;
+    stp_pixel p = stp_push_from(here, stp_push_look(parent), stp_push_look(parent + ivec2(side.x, 0)),
+                                stp_push_look(parent + ivec2(0, side.y)), stp_push_look(parent + side), pushed, missed);
+    for (; missed; missed = false) // software rasterisers skip a loop, but not the body of an if
+        p = stp_push_further(here);
+    return p;
 }

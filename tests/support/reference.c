@@ -10,6 +10,11 @@
 #define EXTENT_FLOOR_PX 1.25
 /* The least minor semi-axis at an outline. */
 #define OUTLINE_FLOOR_PX 0.6
+/* A nearer ellipse hides a measured pixel up to this q. */
+#define HIDES_Q 0.75
+#define TAG_BEHIND 256 /* pull left something out behind the pixel */
+/* Push looks so many coarse pixels further for what pull left out. */
+#define FURTHER 4
 /* The share of a disc's radius that is drawn if a pixel sees all ellipses around it. */
 #define SEEN_PART 0.85
 #define SLOPE_LIMIT 5.0
@@ -180,15 +185,15 @@ static bool carries(const reference_pyramid *pyramid, const reference_pixel *p, 
 
 /* ---- merging pixels that meet ---- */
 
-/* Four pixels, or 7 x 7 pixels of each level. */
-#define MEETING_LIMIT (49 * (REFERENCE_LEVELS_LIMIT + 1))
+/* Four pixels, 9 x 9, or 7 x 7 of each level. */
+#define MEETING_LIMIT (81 * (REFERENCE_LEVELS_LIMIT + 1))
 
 /* Pixels that may reach one place; (dx, dy) leads from the place to the centres of their
  * ellipses. */
 typedef struct meeting {
     reference_pixel pixels[MEETING_LIMIT];
     double weights[MEETING_LIMIT], q[MEETING_LIMIT];
-    int count;
+    int count, tags; /* tags: all bits of the pixels' tags */
 } meeting;
 
 /* Adds pixel (i, j) of a level to what meets at window (u, v), if it exists and is valid. */
@@ -205,6 +210,7 @@ static void meet(const reference_pyramid *pyramid, const reference_pixel *pixels
     p.dx = cx - u;
     p.dy = cy - v;
     m->q[m->count] = reference_ellipse(pyramid, &p, cx, cy, u - cx, v - cy);
+    m->tags |= p.tag;
     m->weights[m->count] = weight;
     m->pixels[m->count++] = p;
 }
@@ -337,7 +343,7 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
     const reference_pixel *finer = pyramid->levels[level - 1].pulled;
     double u = centre_of(i, level), v = centre_of(j, level);
     meeting m;
-    m.count = 0;
+    m.count = m.tags = 0;
     for (int k = 0; k < 4; k++)
         meet(pyramid, finer, level - 1, 2 * i + (k & 1), 2 * j + (k >> 1), u, v, 1.0, &m);
     if (pyramid->filter >= REFERENCE_TEMPLATE3)
@@ -347,9 +353,12 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
     if (m.count == 0)
         return (reference_pixel){0};
     const reference_pixel front = *front_of(&m);
+    int reaching = m.count;
     keep_surface(&m, &front);
     reference_pixel out = reference_mean(m.pixels, m.weights, m.count, &front);
     out.tag = tag_with_source(front.tag, level);
+    if (pyramid->filter < REFERENCE_TEMPLATE3)
+        out.tag |= m.count < reaching ? TAG_BEHIND : m.tags & TAG_BEHIND;
     out.z_min = front.z_min;
     out.z_max = front.z_max;
     for (int k = 0; k < m.count; k++)
@@ -404,35 +413,57 @@ static bool beyond_outline(const meeting *m)
     return m->count < 4;
 }
 
+/* A pixel that none of four coarse pixels reaches: the front of those around that do. Unless all
+ * four are valid, depths that meet those of the four's front do not count. */
+static reference_pixel push_further(const reference_pyramid *pyramid, int level, int i, int j,
+                                    const meeting *four)
+{
+    const reference_pixel near = *front_of(four);
+    meeting m;
+    m.count = m.tags = 0;
+    double u = centre_of(i, level), v = centre_of(j, level);
+    for (int k = -FURTHER; k <= FURTHER; k++)
+        for (int h = -FURTHER; h <= FURTHER; h++)
+            meet(pyramid, pyramid->levels[level + 1].finished, level + 1, (i >> 1) + h,
+                 (j >> 1) + k, u, v, 1.0, &m);
+    meet_again(pyramid, u, v, OUTLINE_FLOOR_PX, &m);
+    for (int k = 0; k < m.count && four->count < 4; k++)
+        if (m.pixels[k].z_min <= near.z_max && m.pixels[k].z_max >= near.z_min)
+            m.q[k] = INFINITY;
+    keep_reaching(&m, 1.0);
+    return m.count > 0 ? *front_of(&m) : (reference_pixel){0};
+}
+
 static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, int i, int j)
 {
     const reference_level *coarse = &pyramid->levels[level + 1];
     const reference_level *fine = &pyramid->levels[level];
     const reference_pixel own = fine->pulled[j * fine->width + i];
     const reference_pixel *parent = &coarse->finished[(j >> 1) * coarse->width + (i >> 1)];
-    bool occluded = own.tag != 0 && parent->tag != 0 && own.z_min > parent->z_max;
-    if (own.tag != 0 && !occluded)
-        return own;
+    bool seen = own.tag != 0 && !(parent->tag != 0 && own.z_min > parent->z_max);
     static const double weights[4] = {9.0 / 16.0, 3.0 / 16.0, 3.0 / 16.0, 1.0 / 16.0};
     int side_x = i & 1 ? 1 : -1, side_y = j & 1 ? 1 : -1;
     double u = centre_of(i, level), v = centre_of(j, level);
     meeting m;
-    m.count = 0;
+    m.count = m.tags = 0;
     for (int k = 0; k < 4; k++)
         meet(pyramid, coarse->finished, level + 1, (i >> 1) + (k & 1 ? side_x : 0),
              (j >> 1) + (k & 2 ? side_y : 0), u, v, weights[k], &m);
-    if (own.tag == 0 && beyond_outline(&m))
+    const meeting four = m;
+    if (seen || (own.tag == 0 && beyond_outline(&m)))
         meet_again(pyramid, u, v, OUTLINE_FLOOR_PX, &m);
-    keep_reaching(&m, push_reach(pyramid, &m));
+    keep_reaching(&m, seen ? HIDES_Q : push_reach(pyramid, &m));
     for (int k = 0; k < m.count && pyramid->filter == REFERENCE_GAUSS; k++)
         m.weights[k] *= exp(-0.5 * m.q[k]);
     if (m.count == 0)
-        return own;
+        return own.tag == 0 && (four.tags & TAG_BEHIND) ? push_further(pyramid, level, i, j, &four)
+                                                        : own;
     const reference_pixel front = *front_of(&m);
-    if (occluded && !(front.z_max < own.z_min))
+    if (own.tag != 0 && !(front.z_max < own.z_min))
         return own;
     keep_surface(&m, &front);
     reference_pixel out = reference_mean(m.pixels, m.weights, m.count, &front);
+    out.tag |= four.tags & TAG_BEHIND;
     if (pyramid->filter != REFERENCE_BOX)
         out.radius = sqrt(square_radius(&m));
     return out;
@@ -524,7 +555,7 @@ static reference_pixel template_pixel(const reference_pyramid *pyramid, int i, i
     double own_z = INFINITY;
     meeting m;
     gap g = {.q = INFINITY};
-    m.count = 0;
+    m.count = m.tags = 0;
     for (int l = 0; l <= pyramid->level_count; l++)
         for (int y = -reach; y <= reach; y++)
             for (int x = -reach; x <= reach; x++) {
