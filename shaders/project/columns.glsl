@@ -49,7 +49,7 @@ void main()
     for (; missing != 0u; missing &= missing - 1u) {
         int bit = findLSB(missing);
         ivec2 there = first + ivec2(bit & 1, bit >> 1);
-        stp_pixel p = stp_push_further(there);
+        stp_pixel p = stp_push_further(there, stp_pixel_invalid());
         stp_put_one(there, stp_make(p, there), p.tag != 0);
     }
 }

@@ -15,6 +15,8 @@
 // Up to this q a nearer ellipse hides a pixel that its parent does not hide. Discs reach beyond
 // outlines, so less than 1 is nearer to the truth.
 #define STP_PUSH_HIDES 0.75
+// The weight of a pixel mirrored at the border: next to none, unless no other reaches.
+#define STP_PUSH_MIRRORED 1e-6
 // Coarse pixels: how far push looks for what pull left out behind a nearer surface.
 #define STP_PUSH_FURTHER 4
 
@@ -28,9 +30,11 @@ vec4 stp_push_kernel(vec4 q)
     return 0.9999789 + q * (-0.4996764 + q * (0.12383386 + q * (-0.01920298 + q * 0.00159756)));
 }
 
-// A coarse pixel. Its d becomes the position of its ellipse's centre, viewport pixels.
+// A coarse pixel; beyond the border the one mirrored there, since pixels at the border would else
+// have too few beside them. Its d becomes the position of its ellipse's centre, viewport pixels.
 stp_pixel stp_push_look(ivec2 p)
 {
+    p = abs(min(p, 2 * read_size - 2 - p));
     stp_pixel c = stp_pixel_coarse(p);
     c.d += stp_pixel_centre(p, pyramid_level + 1);
     c.tag = stp_inside(p) ? c.tag : 0;
@@ -65,8 +69,8 @@ bool stp_push_differ(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
 
 // Finishes a pixel of the pulled (fine) level from four of level l + 1: its parent, the parent's
 // neighbours on the pixel's side along x and along y, and the one diagonally between. pushed: the
-// pixel has changed. missed: it is invalid, but may belong to what pull left out behind another; then
-// stp_push_further finishes it.
+// pixel has changed. missed: none of the four reaches it, but it may belong to what pull left out
+// behind another: stp_push_further may know better.
 stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pixel beside_y, stp_pixel between,
                         out bool pushed, out bool missed)
 {
@@ -98,7 +102,10 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     c1.tag = q.y <= stp_ellipse_gap(c1, reach) ? c1.tag : 0;
     c2.tag = q.z <= stp_ellipse_gap(c2, reach) ? c2.tag : 0;
     c3.tag = q.w <= stp_ellipse_gap(c3, reach) ? c3.tag : 0;
-    vec4 weights = vec4(9.0, 3.0, 3.0, 1.0) / 16.0;
+    ivec2 beside = (here >> 1) + 2 * (here & 1) - 1;
+    bvec2 outside = notEqual(beside, clamp(beside, ivec2(0), read_size - 1));
+    vec2 mirrored = mix(vec2(1.0), vec2(STP_PUSH_MIRRORED), outside);
+    vec4 weights = vec4(9.0, 3.0 * mirrored, mirrored.x * mirrored.y) / 16.0;
 #if !STP_BOX
     weights *= stp_push_kernel(q);
 #endif
@@ -112,16 +119,16 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
 
     // A valid pixel stays, unless an ellipse lies in front of it.
     pushed = front.tag != 0 && (own.tag == 0 || front.z_max < own.z_min);
-    missed = front.tag == 0 && own.tag == 0 && behind != 0;
+    missed = least > 1.0 && own.tag == 0 && behind != 0;
     if (!pushed)
         p = own;
     return p;
 }
 
-// Finishes a pixel that none of the four coarse pixels reaches, from all that lie around them: takes
-// the front of those whose ellipse reaches it. Unless all four are valid, the pixel may lie beyond an
+// Finishes a pixel that none of the four coarse pixels reaches, from all that lie around them: the
+// front of those whose ellipse reaches it, or `other`. Unless all four are valid, the pixel may lie beyond an
 // outline: then a coarse pixel counts only if its depths do not meet those of the four's front.
-stp_pixel stp_push_further(ivec2 here)
+stp_pixel stp_push_further(ivec2 here, stp_pixel other)
 {
     const int width = 2 * STP_PUSH_FURTHER + 1;
     vec2 centre = stp_pixel_centre(here, pyramid_level);
@@ -139,6 +146,8 @@ stp_pixel stp_push_further(ivec2 here)
         if (q <= 1.0 && counts && (front.tag == 0 || c.z_min < front.z_min))
             front = c;
     }
+    if (front.tag == 0)
+        front = other;
     return front;
 }
 
@@ -150,6 +159,6 @@ stp_pixel stp_push(ivec2 here)
     stp_pixel p = stp_push_from(here, stp_push_look(parent), stp_push_look(parent + ivec2(side.x, 0)),
                                 stp_push_look(parent + ivec2(0, side.y)), stp_push_look(parent + side), pushed, missed);
     for (; missed; missed = false) // software rasterisers skip a loop, but not the body of an if
-        p = stp_push_further(here);
+        p = stp_push_further(here, p);
     return p;
 }

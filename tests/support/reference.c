@@ -7,17 +7,14 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define EXTENT_FLOOR_PX 1.25
 /* The least minor semi-axis at an outline. */
 #define OUTLINE_FLOOR_PX 0.6
 /* A nearer ellipse hides a measured pixel up to this q. */
 #define HIDES_Q 0.75
 #define TAG_BEHIND 256 /* pull left something out behind the pixel */
+#define MIRRORED 1e-6
 /* Push looks so many coarse pixels further for what pull left out. */
 #define FURTHER 4
-/* The share of a disc's radius that is drawn if a pixel sees all ellipses around it. */
-#define SEEN_PART 0.85
-#define SLOPE_LIMIT 5.0
 /* How far an ellipse reaches into a gap. */
 #define GAP_Q_3 2.0
 #define GAP_Q_4 4.0
@@ -93,86 +90,6 @@ void reference_destroy(reference_pyramid *pyramid)
 static int tag_with_source(int tag, int source)
 {
     return 1 + ((tag - 1) & 15) + 16 * source;
-}
-
-/* ---- projection ---- */
-
-/* The depth of a pixel's interval. */
-static double depth_extent(const stp_view *view, double radius, double cosine, double depth)
-{
-    double k = fmin(1.0, fabs(cosine));
-    double slope = fmin(SLOPE_LIMIT, sqrt(1.0 - k * k) / fmax(k, 1e-3));
-    return fmax(radius, EXTENT_FLOOR_PX * slope / reference_pixels_per_unit(view, depth));
-}
-
-bool reference_sample(const reference_pyramid *pyramid, const reference_disc *disc,
-                      reference_pixel *out)
-{
-    const stp_view *view = &pyramid->view;
-    bool alone = pyramid->filter == REFERENCE_SPLAT && !disc->wide; /* a vertex is a point */
-    bool faces = !disc->has_normal || (alone && disc->kind == STP_KIND_TUBE);
-    unsigned kind = alone && disc->kind != STP_KIND_POLYGON ? STP_KIND_SURFACE : disc->kind;
-    bool tube = kind == STP_KIND_TUBE, point = kind == STP_KIND_SURFACE;
-    double radius = disc->radius * (reference_sees_all(pyramid) && point ? SEEN_PART : 1.0);
-    double depth = -disc->position.z;
-    if (tube && faces)
-        kind = STP_KIND_SURFACE;
-    if (!(depth > view->near_depth))
-        return false;
-    double scale = reference_pixels_per_unit(view, depth);
-    double u = stp_view_axis_x(view) + scale * disc->position.x;
-    double v = stp_view_axis_y(view) + scale * disc->position.y;
-    if (!disc->wide && !(u >= 0.0 && u < view->width && v >= 0.0 && v < view->height))
-        return false;
-    stp_dvec3 w =
-        view->orthographic ? (stp_dvec3){0.0, 0.0, -1.0} : stp_dvec3_normalize(disc->position);
-    stp_dvec3 n = disc->normal;
-    bool oriented = !faces && disc->oriented;
-    double away = faces ? 0.0 : stp_dvec3_dot(n, w);
-    if (disc->culled && !disc->seen_through && away >= REFERENCE_CULL_COSINE)
-        return false;
-    if (faces) {
-        n = stp_dvec3_scale(w, -1.0);
-    } else if (disc->culled && away > 0.0 && away <= REFERENCE_CULL_COSINE) {
-        n = stp_dvec3_sub(n, stp_dvec3_scale(w, 2.0 * away));
-    } else if (away > 0.0) {
-        n = stp_dvec3_scale(n, -1.0);
-        oriented = false;
-    }
-    *out = (reference_pixel){
-        .normal = n,
-        .radius = radius,
-        .z_min = depth,
-        .z_max = depth + depth_extent(view, radius, tube ? 1.0 : stp_dvec3_dot(n, w), depth),
-        .dx = u,
-        .dy = v,
-        .rgb = {disc->rgb[0], disc->rgb[1], disc->rgb[2]},
-        .tag = 1 + (int)kind + (oriented ? 0 : 8),
-    };
-    return true;
-}
-
-static void project_disc(reference_pyramid *pyramid, const reference_disc *disc)
-{
-    reference_pixel sample;
-    if (!reference_sample(pyramid, disc, &sample))
-        return;
-    if (!(sample.dx >= 0.0 && sample.dx < pyramid->view.width && sample.dy >= 0.0 &&
-          sample.dy < pyramid->view.height))
-        return; /* a ribbon's, at the rim */
-    int at = (int)sample.dy * pyramid->view.width + (int)sample.dx;
-    reference_pixel *pixel = &pyramid->levels[0].pulled[at];
-    if (pixel->tag != 0 && pixel->z_min <= sample.z_min)
-        return;
-    sample.dx -= floor(sample.dx) + 0.5;
-    sample.dy -= floor(sample.dy) + 0.5;
-    *pixel = sample;
-}
-
-void reference_project(reference_pyramid *pyramid, const reference_disc *discs, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        project_disc(pyramid, &discs[i]);
 }
 
 /* ---- the ellipse ---- */
@@ -413,6 +330,19 @@ static bool beyond_outline(const meeting *m)
     return m->count < 4;
 }
 
+/* Adds coarse pixel (i, j) to what meets; beyond the border the one mirrored there, with next to no
+ * weight. */
+static void meet_coarse(const reference_pyramid *pyramid, int level, int i, int j, double u,
+                        double v, double weight, meeting *m)
+{
+    const reference_level *coarse = &pyramid->levels[level];
+    weight *= i < 0 || i >= coarse->width ? MIRRORED : 1.0;
+    weight *= j < 0 || j >= coarse->height ? MIRRORED : 1.0;
+    i = abs(i < coarse->width ? i : 2 * coarse->width - 2 - i);
+    j = abs(j < coarse->height ? j : 2 * coarse->height - 2 - j);
+    meet(pyramid, coarse->finished, level, i, j, u, v, weight, m);
+}
+
 /* A pixel that none of four coarse pixels reaches: the front of those around that do. Unless all
  * four are valid, depths that meet those of the four's front do not count. */
 static reference_pixel push_further(const reference_pyramid *pyramid, int level, int i, int j,
@@ -424,8 +354,7 @@ static reference_pixel push_further(const reference_pyramid *pyramid, int level,
     double u = centre_of(i, level), v = centre_of(j, level);
     for (int k = -FURTHER; k <= FURTHER; k++)
         for (int h = -FURTHER; h <= FURTHER; h++)
-            meet(pyramid, pyramid->levels[level + 1].finished, level + 1, (i >> 1) + h,
-                 (j >> 1) + k, u, v, 1.0, &m);
+            meet_coarse(pyramid, level + 1, (i >> 1) + h, (j >> 1) + k, u, v, 1.0, &m);
     meet_again(pyramid, u, v, OUTLINE_FLOOR_PX, &m);
     for (int k = 0; k < m.count && four->count < 4; k++)
         if (m.pixels[k].z_min <= near.z_max && m.pixels[k].z_max >= near.z_min)
@@ -447,17 +376,24 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     meeting m;
     m.count = m.tags = 0;
     for (int k = 0; k < 4; k++)
-        meet(pyramid, coarse->finished, level + 1, (i >> 1) + (k & 1 ? side_x : 0),
-             (j >> 1) + (k & 2 ? side_y : 0), u, v, weights[k], &m);
+        meet_coarse(pyramid, level + 1, (i >> 1) + (k & 1 ? side_x : 0),
+                    (j >> 1) + (k & 2 ? side_y : 0), u, v, weights[k], &m);
     const meeting four = m;
     if (seen || (own.tag == 0 && beyond_outline(&m)))
         meet_again(pyramid, u, v, OUTLINE_FLOOR_PX, &m);
+    double least = INFINITY;
+    for (int k = 0; k < m.count; k++)
+        least = fmin(least, m.q[k]);
+    if (own.tag == 0 && least > 1.0 && (four.tags & TAG_BEHIND)) {
+        const reference_pixel further = push_further(pyramid, level, i, j, &four);
+        if (further.tag != 0)
+            return further;
+    }
     keep_reaching(&m, seen ? HIDES_Q : push_reach(pyramid, &m));
     for (int k = 0; k < m.count && pyramid->filter == REFERENCE_GAUSS; k++)
         m.weights[k] *= exp(-0.5 * m.q[k]);
     if (m.count == 0)
-        return own.tag == 0 && (four.tags & TAG_BEHIND) ? push_further(pyramid, level, i, j, &four)
-                                                        : own;
+        return own;
     const reference_pixel front = *front_of(&m);
     if (own.tag != 0 && !(front.z_max < own.z_min))
         return own;
