@@ -13,26 +13,27 @@
  * with packets of other kinds between. */
 static void add_spherical(e57_file *file)
 {
-    e57_stream s[6] = {{.part = 5}, {.part = 300}, {.part = 77},
-                       {.part = 3}, {.part = 9},   {.part = 0}};
+    e57_stream s[7] = {{.part = 5}, {.part = 300}, {.part = 77}, {.part = 3},
+                       {.part = 9}, {.part = 0},   {.part = 4}};
     for (unsigned i = 0; i < POINTS; i++) {
         bytes_bits(&s[0].bytes, i, 13);
         bytes_double(&s[1].bytes, 0.1 * i);
         bytes_float(&s[2].bytes, 0.02f * (float)i);
         bytes_bits(&s[3].bytes, i % 3, 2);
         bytes_bits(&s[4].bytes, (uint64_t)i << 50, 57);
+        bytes_bits(&s[6].bytes, POINTS - i, 6);
     }
-    e57_vector(file, s, 6, true);
+    e57_vector(file, s, 7, true);
     e57_scan(file,
              "<pose><rotation><w>0.5</w><x>0.5</x><y>-0.5</y><z>0.5</z></rotation><translation>"
              "<x>1e3</x><y type=\"ScaledInteger\" scale=\"0.5\">7</y><z/></translation></pose>\n",
              POINTS,
              E57_SCALED("sphericalRange", "-5", "8186", "0.01", "1")
                  E57_FLOAT("sphericalAzimuth", "double") E57_FLOAT("sphericalElevation", "single")
-                     E57_INTEGER("sphericalInvalidState", "0", "2")
-                         E57_INTEGER("intensity", "0", "144115188075855871")
-                             E57_INTEGER("columnIndex", "3", "3"));
-    for (int i = 0; i < 6; i++)
+                     E57_INTEGER("sphericalInvalidState", "0",
+                                 "2") E57_INTEGER("intensity", "0", "144115188075855871")
+                         E57_INTEGER("columnIndex", "3", "3") E57_INTEGER("rowIndex", "0", "63"));
+    for (int i = 0; i < 7; i++)
         bytes_free(&s[i].bytes);
 }
 

@@ -168,10 +168,12 @@ static inline int fuzz_scan_bytes(const uint8_t *data, size_t size)
     const stp_scan_region box = {.bounded = true, .min = {-10, -10, -10}, .max = {1e5, 1e5, 1e5}};
     const stp_scan_params part = {.region = &box};
     const stp_scan_params numbers = {.numbers = true};
+    const stp_scan_params grid = {.keep_grid = true};
     const stp_scan_params salvage = {.salvage = true, .numbers = true};
     fuzz_read_scan(path, NULL);
     fuzz_read_scan(path, &part);
     fuzz_read_scan(path, &numbers);
+    fuzz_read_scan(path, &grid);
     fuzz_read_scan(path, &salvage);
     fuzz_read_scan(path, &sampled);
     fuzz_read_scan(path, &plain);
