@@ -75,7 +75,9 @@ static void fields_of_a_scanner(void **state)
     numbers_expect_type(&n, "returnCount", "u8");
     numbers_expect_type(&n, "deviation", "f32");
     for (unsigned i = 0; i < POINTS; i++) {
-        assert_int_equal(n.points[i].reject, i % 4 == 1 ? STP_REJECT_NO_RETURN : STP_REJECT_NONE);
+        assert_int_equal(n.points[i].reject, i == 0       ? STP_REJECT_ORIGIN
+                                             : i % 4 == 1 ? STP_REJECT_NO_RETURN
+                                                          : STP_REJECT_NONE);
         numbers_expect(&n, "rowIndex", i, 100.0 + i % 5000);
         numbers_expect(&n, "returnIndex", i, (double)(i % 3) - 1.0);
         numbers_expect(&n, "timeStamp", i, i * 0.001);

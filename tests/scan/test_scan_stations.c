@@ -72,7 +72,8 @@ static void round_trip(uint32_t station_count, uint32_t attributes, const char *
                                           .station_count = station_count};
     assert_int_equal(stp_ply_writer_create(&writer, "trip.ply", &params, &err), STP_OK);
     for (uint32_t i = 0; i < COUNT; i++) {
-        const stp_point point = {.class_id = (uint8_t)i,
+        const stp_point point = {.rgb = {257, 257, 257},
+                                 .class_id = (uint8_t)i,
                                  .station = (uint16_t)(i % 7 == 6 ? 0 : i % station_count + 1)};
         assert_int_equal(stp_ply_writer_points(writer, &point, 1, &err), STP_OK);
     }

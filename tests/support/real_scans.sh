@@ -44,12 +44,12 @@ check_prep() { # name: every point is stored or rejected by name, and the model 
     local read stored rejected triangles
     read=$(field points_in)
     stored=$(field points_out)
+    triangles=$(sed -n 's/.*"triangles":[[:space:]]*\([0-9]*\),$/\1/p' "$FOLDER/stats.json")
     rejected=$(sed -n '/"rejected"/,/}/s/.*:[[:space:]]*\([0-9]*\),\{0,1\}$/\1/p' "$FOLDER/stats.json" | paste -sd+ -)
-    [ "$read" -gt 0 ] && [ "$read" = $((stored + ${rejected:-0})) ] ||
+    [ $((read + ${triangles:-0})) -gt 0 ] && [ "$read" = $((stored + ${rejected:-0})) ] ||
         fail "$1: $read points read, $stored stored and $rejected rejected"
     run "$STIPPLE" verify "$model"
     expect_code 0
-    triangles=$(sed -n 's/.*"triangles":[[:space:]]*\([0-9]*\),$/\1/p' "$FOLDER/stats.json")
     expect_text out ": sound: $((stored + 3 * ${triangles:-0})) points" # corners are points, too
 }
 
