@@ -132,6 +132,7 @@ static void restore(stp_item *item, const stp_old_point *old, double lambda)
         item->disc.radius = item->disc.reach = item->disc.bound = old->radius;
         item->area = spacing * spacing;
     }
+    item->loose = 0.0;
     item->exponent = old->exponent;
     item->intensity = old->intensity;
     item->class_id = old->class_id;
