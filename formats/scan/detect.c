@@ -18,7 +18,7 @@
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
     "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS "   \
-    "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D"
+    "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, HGT or AL3D"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -239,11 +239,14 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
         *format = STP_SCAN_PCD;
     else if (stp_ept_is_named(p->name))
         *format = STP_SCAN_EPT;
+    else if (stp_raster_is_named(p->path))
+        *format = STP_SCAN_GRID;
     else
         return stp_detect_text(p->bytes, p->length, format) ||
                stp_detect_text_name(p->name, p->bytes, p->length, format);
     /* Text formats hold no zero bytes. If there are some, the name is wrong, not the content. */
-    return *format == STP_SCAN_STL_BINARY || !memchr(p->bytes, '\0', p->length);
+    return *format == STP_SCAN_STL_BINARY || *format == STP_SCAN_GRID ||
+           !memchr(p->bytes, '\0', p->length);
 }
 
 static stp_status read_prefix(prefix *p, stp_error *err)
