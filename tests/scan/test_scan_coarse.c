@@ -137,6 +137,23 @@ static void fine_meshes_are_their_vertices(void **state)
     }
 }
 
+/* Quads of 0.0042 x 0.05 are shorter than 1/64 of the box, but 3.5 spacings long; of 0.0063 x 0.05,
+ * 2.8 spacings. */
+static void slivers_stay_triangles(void **state)
+{
+    (void)state;
+    write_tube("tube.ply", 1500, 40, 0, false);
+    opened slivers = open_coarse("tube.ply");
+    assert_true(slivers.samples >= 8 * 2 * 1500 * 40);
+    assert_int_equal(slivers.triangles.triangle_count, 2 * 1500 * 40);
+    assert_int_equal(slivers.points, 0);
+    stp_triangle_set_clear(&slivers.triangles);
+    write_tube("tube.ply", 1000, 40, 0, false);
+    opened quads = open_coarse("tube.ply");
+    assert_int_equal(quads.samples, 0);
+    assert_int_equal(quads.points, 1000 * 41);
+}
+
 /* Points besides a few faces must not get lost. */
 static void loose_vertices_stay(void **state)
 {
@@ -193,6 +210,7 @@ int main(void)
         cmocka_unit_test(a_cube_is_its_faces),
         cmocka_unit_test(creases_have_two_normals),
         cmocka_unit_test(fine_meshes_are_their_vertices),
+        cmocka_unit_test(slivers_stay_triangles),
         cmocka_unit_test(loose_vertices_stay),
         cmocka_unit_test(edges_are_lines),
         cmocka_unit_test(odd_meshes_are_read),

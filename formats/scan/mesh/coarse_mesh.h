@@ -3,7 +3,10 @@
  * A face is long if its longest side exceeds 1 / STP_COARSE_SIDES of the diagonal of the mesh's
  * box: 8 pixels of a picture of 512. A mesh is coarse if a share STP_COARSE_SHARE of its area lies
  * in long faces. Meshes of scans have less than 1/100 of their area there, drawn ones nearly all. A
- * mesh is coarse, too, if its images have more than STP_COARSE_TEXELS texels on the faces for each
+ * mesh is coarse, too, if half of its area lies in slivers: faces longer than STP_SLIVER_SPACINGS
+ * times the vertices' mean spacing, as in parts that were constructed. Discs of the vertices would
+ * leave gaps along them. It gets the points that let all its triangles stay (hybrid.h). A mesh is
+ * coarse, too, if its images have more than STP_COARSE_TEXELS texels on the faces for each
  * vertex: the vertices would lose the picture. Vertices without a face stay points beside the
  * samples; but if they are more than half, and stations saw them, the mesh is not coarse. Threads:
  * any, one mesh each. */
@@ -14,6 +17,9 @@
 
 #define STP_COARSE_SIDES 64.0
 #define STP_COARSE_SHARE 0.125
+/* Meshes of scans have less than a tenth of their area in such faces. */
+#define STP_SLIVER_SPACINGS 3.0
+#define STP_SLIVER_SHARE 0.5
 /* Points on the diagonal, if a coarse mesh is sampled: about one a pixel. */
 #define STP_COARSE_POINTS 512.0
 /* The most points that a coarse mesh gets, unless it has more vertices. */
