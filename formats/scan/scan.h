@@ -204,6 +204,7 @@ typedef struct stp_scan_info {
     const char *colours_missing; /* why faces lack their colours: a file that could not be read;
                                     NULL: they do not. Owned by the scan */
     uint64_t coarse_samples;     /* sample_count as params.sample_coarse chose it; 0: it did not */
+    uint64_t loose_left_out; /* then, vertices that no face uses and that are no points either */
     const stp_dvec3
         *stations; /* where scanners stood; owned by the scan, valid until it is closed */
     uint32_t station_count;

@@ -46,6 +46,10 @@ static stp_status keep_loose(stp_point_mesh *mesh, const uint8_t *taken, stp_err
     for (size_t i = 0; i < mesh->point_count; i++)
         if (!used[i] && !(taken && taken[i]))
             mesh->loose[mesh->loose_count++] = (uint32_t)i;
+    if (mesh->loose_count < STP_COARSE_LOOSE) {
+        mesh->loose_left_out = mesh->loose_count;
+        mesh->loose_count = 0;
+    }
 done:
     free(used);
     return status;

@@ -8,8 +8,9 @@
  * leave gaps along them. It gets the points that let all its triangles stay (hybrid.h). A mesh is
  * coarse, too, if its images have more than STP_COARSE_TEXELS texels on the faces for each
  * vertex: the vertices would lose the picture. Vertices without a face stay points beside the
- * samples; but if they are more than half, and stations saw them, the mesh is not coarse. Threads:
- * any, one mesh each. */
+ * samples, unless they are fewer than STP_COARSE_LOOSE: waste of an export, whose discs would be as
+ * wide as the model. If they are more than half, and stations saw them, the mesh is not coarse.
+ * Threads: any, one mesh each. */
 #ifndef STP_FORMATS_SCAN_MESH_COARSE_MESH_H
 #define STP_FORMATS_SCAN_MESH_COARSE_MESH_H
 
@@ -30,6 +31,8 @@
 #define STP_COARSE_TEXELS 2.0
 /* A mesh of more vertices, in a file that has their normals, is not read to find out. */
 #define STP_COARSE_VERTEX_LIMIT 1000000u
+/* As many points as have each other for neighbours. */
+#define STP_COARSE_LOOSE 17u
 /* Faces that meet at a greater angle, 45 degrees, do so in a crease. */
 #define STP_CREASE_COSINE 0.70710678
 
@@ -37,7 +40,8 @@
  * vertices; 0 if it is not coarse. Errors: OUT_OF_MEMORY. */
 stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_count,
                                    stp_error *err);
-/* Notes the vertices without a face, but for those that lines have taken, by point; *taken may be
+/* Notes the vertices without a face, or how many are left out, but for those that lines have taken,
+ * by point; *taken may be
  * NULL, and becomes NULL. Forgets the edges, which are lines now, and splits creases. Errors: as
  * stp_mesh_split_creases. */
 stp_status stp_mesh_begin_samples(stp_point_mesh *mesh, uint8_t **taken, const char *path,
