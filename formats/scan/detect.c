@@ -18,7 +18,7 @@
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
     "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS "   \
-    "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D"
+    "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, HGT or AL3D"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -196,6 +196,15 @@ static const struct {
     {"PF\n", 3, "a picture of colours in floats (PFM)", ADVICE_GRID},
     {"CDF", 3, "a NetCDF file", ADVICE_RASTER},
     {"\x89HDF\r\n", 6, "an HDF5 file", ADVICE_RASTER},
+    {"EHFA_HEADER_TAG", 15, "an ERDAS Imagine file", ADVICE_RASTER},
+    {"DSAA", 4, "a grid of Surfer", ADVICE_RASTER},
+    {"DSBB", 4, "a grid of Surfer", ADVICE_RASTER},
+    {"DSRB", 4, "a grid of Surfer", ADVICE_RASTER},
+    {"UHL1", 4, "a DTED tile", ADVICE_RASTER},
+    {"DRACO", 5, "a Draco file", "unpack it first (draco_decoder)"},
+    {"BLENDER", 7, "a scene (Blender)", "export it as PLY or OBJ"},
+    {"ISO-10303-21", 12, "a CAD model (STEP)", "make a mesh of it as STL (FreeCAD does)"},
+    {"#ROSBAG", 7, "a ROS bag", "write its clouds as PCD (bag_to_pcd of pcl_ros)"},
     {"Kaydara FBX", 11, "a scene (FBX)", ADVICE_MESH},
     {"# vtk DataFile", 14, "a VTK file", "convert it to PLY (ParaView does)"},
     {"\xff\xfe", 2, "text in UTF-16", "save it as UTF-8"},
@@ -239,11 +248,14 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
         *format = STP_SCAN_PCD;
     else if (stp_ept_is_named(p->name))
         *format = STP_SCAN_EPT;
+    else if (stp_raster_is_named(p->path))
+        *format = STP_SCAN_GRID;
     else
         return stp_detect_text(p->bytes, p->length, format) ||
                stp_detect_text_name(p->name, p->bytes, p->length, format);
     /* Text formats hold no zero bytes. If there are some, the name is wrong, not the content. */
-    return *format == STP_SCAN_STL_BINARY || !memchr(p->bytes, '\0', p->length);
+    return *format == STP_SCAN_STL_BINARY || *format == STP_SCAN_GRID ||
+           !memchr(p->bytes, '\0', p->length);
 }
 
 static stp_status read_prefix(prefix *p, stp_error *err)

@@ -273,6 +273,7 @@ static stp_status choose_sampling(stp_scan *scan, stp_error *err)
     params->hybrid = params->sample_count > 0;
     if (params->hybrid)
         STP_TRY(stp_mesh_begin_samples(&scan->mesh, &scan->taken, scan->path, err));
+    scan->info.loose_left_out = scan->mesh.loose_left_out;
 done:
     return status;
 }

@@ -9,6 +9,7 @@ static const char cube[] =
 typedef struct opened {
     stp_triangle_set triangles;
     uint64_t points, samples; /* read, and chosen */
+    uint64_t left_out;
 } opened;
 
 static opened open_mesh(const char *path, const stp_scan_params *params)
@@ -21,6 +22,7 @@ static opened open_mesh(const char *path, const stp_scan_params *params)
     if (stp_scan_open(&scan, path, params, &err) != STP_OK)
         fail_msg("%s", err.message);
     out.samples = stp_scan_get_info(scan)->coarse_samples;
+    out.left_out = stp_scan_get_info(scan)->loose_left_out;
     stp_scan_take_triangles(scan, &out.triangles);
     for (; count > 0; out.points += count)
         assert_int_equal(stp_scan_read(scan, batch, 256, &count, &err), STP_OK);
@@ -137,6 +139,23 @@ static void fine_meshes_are_their_vertices(void **state)
     }
 }
 
+/* Quads of 0.0042 x 0.05 are shorter than 1/64 of the box, but 3.5 spacings long; of 0.0063 x 0.05,
+ * 2.8 spacings. */
+static void slivers_stay_triangles(void **state)
+{
+    (void)state;
+    write_tube("tube.ply", 1500, 40, 0, false);
+    opened slivers = open_coarse("tube.ply");
+    assert_true(slivers.samples >= 8 * 2 * 1500 * 40);
+    assert_int_equal(slivers.triangles.triangle_count, 2 * 1500 * 40);
+    assert_int_equal(slivers.points, 0);
+    stp_triangle_set_clear(&slivers.triangles);
+    write_tube("tube.ply", 1000, 40, 0, false);
+    opened quads = open_coarse("tube.ply");
+    assert_int_equal(quads.samples, 0);
+    assert_int_equal(quads.points, 1000 * 41);
+}
+
 /* Points besides a few faces must not get lost. */
 static void loose_vertices_stay(void **state)
 {
@@ -153,6 +172,20 @@ static void loose_vertices_stay(void **state)
     stp_triangle_set_clear(&cloud.triangles);
 }
 
+/* Few are waste of an export; their discs would be as wide as the model. */
+static void few_loose_vertices_are_left_out(void **state)
+{
+    (void)state;
+    for (int loose = 16; loose <= 17; loose++) {
+        write_tube("tube.ply", 16, 8, loose, false);
+        opened tube = open_coarse("tube.ply");
+        assert_int_equal(tube.triangles.triangle_count, 2 * 16 * 8);
+        assert_int_equal(tube.points, loose == 17 ? 17 : 0);
+        assert_int_equal(tube.left_out, loose == 17 ? 0 : 16);
+        stp_triangle_set_clear(&tube.triangles);
+    }
+}
+
 /* Edges that are no sides of faces are lines beside the samples. */
 static void edges_are_lines(void **state)
 {
@@ -162,7 +195,8 @@ static void edges_are_lines(void **state)
     scan_fixture_text("edges.obj", text);
     opened both = open_coarse("edges.obj");
     assert_true(both.samples > 0 && both.triangles.triangle_count == 12);
-    assert_int_equal(both.points, 2); /* vertices 10 and 11 */
+    assert_int_equal(both.points, 0);
+    assert_int_equal(both.left_out, 2); /* vertices 10 and 11 */
     stp_triangle_set_clear(&both.triangles);
 }
 
@@ -193,7 +227,9 @@ int main(void)
         cmocka_unit_test(a_cube_is_its_faces),
         cmocka_unit_test(creases_have_two_normals),
         cmocka_unit_test(fine_meshes_are_their_vertices),
+        cmocka_unit_test(slivers_stay_triangles),
         cmocka_unit_test(loose_vertices_stay),
+        cmocka_unit_test(few_loose_vertices_are_left_out),
         cmocka_unit_test(edges_are_lines),
         cmocka_unit_test(odd_meshes_are_read),
     };

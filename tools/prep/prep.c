@@ -218,7 +218,8 @@ const cli_command cli_prep = {
     .details =
         "Reads PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS and "
         "PTX,\n"
-        "and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII or AL3D. Several inputs become one "
+        "and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, HGT or AL3D. Several inputs become "
+        "one "
         "model.\n"
         "An input is a file, a folder (all scans in it and below, but no images; one EPT, if it\n"
         "holds ept.json), a pattern in quotes, an address (https://...), or @list.txt with one\n"
@@ -237,7 +238,7 @@ const cli_command cli_prep = {
         "Vertices of faces, and vertices that no edge uses, become points.\n"
         "\n"
         "Heights: a row for each y, the top one first; a column for each x. The file says how far\n"
-        "they are apart and where they lie (GeoTIFF, ESRI ASCII, AL3D), else --spacing. With\n"
+        "they are apart and where they lie (GeoTIFF, ESRI ASCII, HGT, AL3D), else --spacing. With\n"
         "--pinhole the numbers are depths in a camera's image, or with --disparity disparities.\n"
         "\n"
         "Meshes: the vertices are the points, or --sample N. A mesh whose faces are large, such "

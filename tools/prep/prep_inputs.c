@@ -420,6 +420,7 @@ static void note_mesh(prep_inputs *in, size_t i, const stp_scan_info *info)
         snprintf(in->colours_missing, sizeof in->colours_missing, "%s", info->colours_missing);
     if (info->coarse_samples > 0 && !in->coarse)
         in->coarse = in->paths[i];
+    in->loose_left_out += info->loose_left_out;
     if (info->face_count > 0 && !in->suspect && prep_plants_suspect(in->paths[i], info))
         in->suspect = in->paths[i];
 }

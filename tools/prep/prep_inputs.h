@@ -57,6 +57,7 @@ typedef struct prep_inputs {
     bool vertices;             /* the points of a mesh are its vertices, even if it is coarse */
     char colours_missing[256]; /* why a mesh lacks its colours; "": none does */
     const char *coarse;        /* a mesh that was sampled because it is coarse; NULL: none */
+    uint64_t loose_left_out;   /* of such meshes: vertices without a face */
     const char *suspect;      /* a mesh that is read as points and looks like a plant; NULL: none */
     stp_plant_report plant;   /* of all inputs */
     uint32_t stations_before; /* number of stations in the inputs before the current one */

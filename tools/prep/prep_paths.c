@@ -33,7 +33,7 @@ bool prep_paths_is_scan(const char *name)
     const size_t length = stp_is_address(name) ? strcspn(name, "?#") : strlen(name);
     static const char *const endings[] = {".ply", ".obj", ".off", ".stl", ".gltf", ".glb",
                                           ".las", ".laz", ".xyz", ".txt", ".csv",  ".asc",
-                                          ".pts", ".ptx", ".pcd", ".e57"};
+                                          ".hgt", ".pts", ".ptx", ".pcd", ".e57"};
     for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
         const size_t ending = strlen(endings[i]);
         if (length > ending && strncasecmp(name + length - ending, endings[i], ending) == 0)

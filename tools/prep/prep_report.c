@@ -371,6 +371,10 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
                 inputs->coarse,
                 s->points_in > 0 ? "points are spread over them, and the largest stay triangles"
                                  : "they stay triangles");
+    if (inputs->loose_left_out > 0)
+        fprintf(stderr,
+                "%" PRIu64 " vertices without a face are left out (--sample none keeps them)\n",
+                inputs->loose_left_out);
     if (inputs->suspect)
         fprintf(
             stderr,

@@ -2,6 +2,7 @@
 #include "formats/scan/mesh/coarse_mesh.h"
 
 #include "base/memory.h"
+#include "formats/scan/mesh/hybrid.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -45,6 +46,10 @@ static stp_status keep_loose(stp_point_mesh *mesh, const uint8_t *taken, stp_err
     for (size_t i = 0; i < mesh->point_count; i++)
         if (!used[i] && !(taken && taken[i]))
             mesh->loose[mesh->loose_count++] = (uint32_t)i;
+    if (mesh->loose_count < STP_COARSE_LOOSE) {
+        mesh->loose_left_out = mesh->loose_count;
+        mesh->loose_count = 0;
+    }
 done:
     free(used);
     return status;
@@ -53,17 +58,23 @@ done:
 /* What the faces are in all. */
 typedef struct face_sums {
     double area, long_area; /* of all; of those that are long */
+    double sliver_area;
     double texels;
 } face_sums;
 
-static face_sums sum_faces(const stp_point_mesh *mesh, double most)
+static face_sums sum_faces(const stp_point_mesh *mesh, double most, double vertices)
 {
     face_sums sums = {0};
     for (size_t t = 0; t < mesh->triangle_count; t++) {
-        const double area = stp_point_mesh_area(mesh, t);
-        sums.area += area;
-        sums.long_area += stp_point_mesh_longest_side(mesh, t) > most ? area : 0.0;
+        sums.area += stp_point_mesh_area(mesh, t);
         sums.texels += stp_materials_texels(&mesh->materials, t);
+    }
+    const double sliver = STP_SLIVER_SPACINGS * sqrt(sums.area / vertices);
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        const double area = stp_point_mesh_area(mesh, t);
+        const double side = stp_point_mesh_longest_side(mesh, t);
+        sums.long_area += side > most ? area : 0.0;
+        sums.sliver_area += side > sliver ? area : 0.0;
     }
     return sums;
 }
@@ -74,19 +85,21 @@ stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_
     stp_status status = STP_OK;
     bool *used = NULL;
     const double diagonal = diagonal_of(mesh), across = STP_COARSE_POINTS / diagonal;
-    const face_sums sums = sum_faces(mesh, diagonal / STP_COARSE_SIDES);
     *sample_count = 0;
     STP_TRY(stp_alloc(&used, mesh->point_count, sizeof *used, "a mesh's vertices", err));
     const double vertices = (double)find_used(mesh, used);
+    const face_sums sums = sum_faces(mesh, diagonal / STP_COARSE_SIDES, vertices);
+    const bool slivers = sums.sliver_area >= STP_SLIVER_SHARE * sums.area;
     if (!(sums.area > 0.0) || !isfinite(sums.area) ||
-        (sums.long_area < STP_COARSE_SHARE * sums.area &&
+        (!slivers && sums.long_area < STP_COARSE_SHARE * sums.area &&
          sums.texels <= STP_COARSE_TEXELS * vertices))
         goto done;
     if (mesh->attributes & STP_POINT_HAS_STATION && 2.0 * vertices < (double)mesh->point_count)
         goto done; /* a scan beside a few faces: samples have no stations */
-    *sample_count =
-        (uint64_t)fmax(vertices, fmax(fmin(sums.area * across * across, STP_COARSE_POINT_LIMIT),
-                                      fmin(sums.texels, STP_COARSE_TEXEL_LIMIT)));
+    const double stay = slivers ? STP_HYBRID_POINTS * (double)mesh->triangle_count : 0.0;
+    const double spread = fmax(sums.area * across * across, stay);
+    *sample_count = (uint64_t)fmax(vertices, fmax(fmin(spread, STP_COARSE_POINT_LIMIT),
+                                                  fmin(sums.texels, STP_COARSE_TEXEL_LIMIT)));
 done:
     free(used);
     return status;

@@ -36,8 +36,9 @@ typedef struct stp_point_mesh {
     stp_materials materials; /* by triangle, of OBJ and PLY files; empty: none */
     uint32_t *loose;         /* points that no face uses, kept beside samples of the faces */
     size_t loose_count;
-    uint64_t face_count; /* polygons, counted as in the file */
-    uint32_t attributes; /* STP_POINT_HAS_* of the file */
+    uint64_t loose_left_out; /* such points, but too few to be kept */
+    uint64_t face_count;     /* polygons, counted as in the file */
+    uint32_t attributes;     /* STP_POINT_HAS_* of the file */
 } stp_point_mesh;
 
 /* Makes room for count more points. Errors: OUT_OF_MEMORY, LIMIT (indices have 32 bits). */
