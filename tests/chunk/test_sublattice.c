@@ -130,6 +130,23 @@ static void coarse_blocks_are_smaller(void **state)
         assert_true((double)level_bytes(20, 0, r, &samples) <= fine - 0.9 * r * samples / 8 + 20);
 }
 
+/* What precedes the columns of a coarse table of one patch, with this symbol of its sublattice. */
+static void put_head(stp_tight_writer *w, unsigned symbol)
+{
+    stp_odds odds; /* formats/SPEC.md, "Coarse levels" */
+    for (int i = 0; i < STP_ODDS_SYMBOLS; i++)
+        odds.below[i] = (int16_t)(i == 0    ? 0
+                                  : i <= 14 ? (1 << 14) + (1 << 10) * (i - 1)
+                                            : (1 << 15) - 4 * (32 - i));
+    assert_int_equal(stp_symbols_reserve(&w->symbols, 30, NULL), STP_OK);
+    stp_symbol_put_bits(&w->symbols, 0, 15, 4);
+    stp_symbol_put_bits(&w->symbols, 0, 0, 4 + 3 + 1); /* normals, radii, no scale */
+    stp_symbol_put_bits(&w->symbols, 0, 1, 1);
+    stp_symbol_put(&w->symbols, 0, &odds, 4, symbol, 0, 0);
+    for (unsigned c = 0; c < STP_SAMPLE_COLUMN_COUNT; c++)
+        stp_symbol_put(&w->symbols, 0, &w->how, 5, 1, 0, 0);
+}
+
 /* A table of level 0 of one patch that is coarse, with this sublattice. */
 static stp_status head_status(bool may_coarsen, unsigned sublattice, stp_error *err)
 {
@@ -137,25 +154,22 @@ static stp_status head_status(bool may_coarsen, unsigned sublattice, stp_error *
     stp_tight_reader r;
     stp_bytes bytes = {0};
     int16_t cells[STP_SAMPLE_COLUMN_COUNT] = {0}, beside[STP_SAMPLE_COLUMN_COUNT] = {0};
-    uint8_t sublattices[1] = {0};
+    uint8_t sublattices[1] = {99};
     stp_table table = {.values = cells,
                        .stride = 1,
                        .column_count = STP_SAMPLE_COLUMN_COUNT,
                        .row_count = 1,
                        .may_shift = true,
                        .may_scale = true,
-                       .may_coarsen = true,
+                       .may_coarsen = may_coarsen,
                        .sublattices = sublattices,
                        .sublattice_count = 1,
                        .beside = beside,
                        .tight_first = stp_tight_elder};
-    sublattices[0] = (uint8_t)sublattice;
     stp_tight_begin(&w);
-    assert_int_equal(stp_tight_put(&w, &table, NULL), STP_OK);
+    put_head(&w, sublattice);
     assert_int_equal(stp_tight_write(&w, &bytes, NULL), STP_OK);
     assert_int_equal(stp_tight_read(&r, bytes.data, bytes.size, NULL), STP_OK);
-    table.may_coarsen = may_coarsen;
-    sublattices[0] = 99;
     stp_status status = stp_tight_get(&r, &table, err);
     if (status == STP_OK)
         assert_int_equal(sublattices[0], sublattice);
@@ -171,6 +185,10 @@ static void wrong_heads_are_refused(void **state)
     assert_int_equal(head_status(true, STP_SUBLATTICE_MOST, &err), STP_OK);
     assert_int_equal(head_status(false, 1, &err), STP_CORRUPT);
     assert_non_null(strstr(err.message, "shifted by 15 bits"));
+    for (unsigned symbol = STP_SUBLATTICE_MOST + 1; symbol < STP_ODDS_SYMBOLS; symbol++) {
+        assert_int_equal(head_status(true, symbol, &err), STP_CORRUPT);
+        assert_non_null(strstr(err.message, "a sublattice that there is not"));
+    }
 }
 
 /* A patch of points 20 steps apart that may be off by `loose` steps. */

@@ -153,7 +153,8 @@ INLINE plane plane_of(stp_ivec3 normal)
     return out;
 }
 
-/* Codes a coordinate by places on the patch's sublattice. before: see stp_sublattice_axis_of. */
+/* Codes a coordinate by places on the patch's sublattice, which is not 0. before: see
+ * stp_sublattice_axis_of. */
 INLINE void code_step(const coder *c, int column, int axis, int32_t before, int32_t predicted,
                       parts *p)
 {
@@ -174,8 +175,12 @@ INLINE void code_coordinate(const coder *c, int column, int axis, int32_t before
 {
     int16_t *residual = c->cells + (size_t)column * c->stride;
     int32_t *value = &p->v[PX + axis];
-    if (!c->patch_scale.used) {
+    if (!c->patch_scale.used && c->sublattice > 0) {
         code_step(c, column, axis, before, predicted, p);
+        return;
+    }
+    if (!c->patch_scale.used) {
+        code(c, column, PX + axis, predicted, p);
         return;
     }
     int32_t place = stp_scale_place(&c->patch_scale, axis, predicted & 0xffff);
