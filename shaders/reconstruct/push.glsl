@@ -15,8 +15,6 @@
 // Up to this q a nearer ellipse hides a pixel that its parent does not hide. Discs reach beyond
 // outlines, so less than 1 is nearer to the truth.
 #define STP_PUSH_HIDES 0.75
-// The weight of a pixel mirrored at the border: next to none, unless no other reaches.
-#define STP_PUSH_MIRRORED 1e-6
 // Coarse pixels: how far push looks for what pull left out behind a nearer surface.
 #define STP_PUSH_FURTHER 4
 
@@ -90,6 +88,11 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     stp_pixel c3 = stp_push_candidate(between, centre, ray, outline, q.w);
     int behind = (c0.tag | c1.tag | c2.tag | c3.tag) & STP_TAG_BEHIND;
 
+    ivec2 beside = (here >> 1) + 2 * (here & 1) - 1;
+    bvec2 outside = notEqual(beside, clamp(beside, ivec2(0), read_size - 1));
+    vec3 inner = max(q.yzw, vec3(bvec3(outside, any(outside))) * STP_ELLIPSE_OUTSIDE);
+    if (min(min(q.x, inner.x), min(inner.y, inner.z)) <= 1.0)
+        q.yzw = inner; // mirrored pixels count only if no other reaches
     float least = min(min(q.x, q.y), min(q.z, q.w));
     float valid = dot(vec4(lessThan(q, vec4(STP_ELLIPSE_OUTSIDE))), vec4(1.0));
     if (stp_tag_line(c0.tag) || stp_tag_line(c1.tag) || stp_tag_line(c2.tag) || stp_tag_line(c3.tag))
@@ -102,10 +105,7 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     c1.tag = q.y <= stp_ellipse_gap(c1, reach) ? c1.tag : 0;
     c2.tag = q.z <= stp_ellipse_gap(c2, reach) ? c2.tag : 0;
     c3.tag = q.w <= stp_ellipse_gap(c3, reach) ? c3.tag : 0;
-    ivec2 beside = (here >> 1) + 2 * (here & 1) - 1;
-    bvec2 outside = notEqual(beside, clamp(beside, ivec2(0), read_size - 1));
-    vec2 mirrored = mix(vec2(1.0), vec2(STP_PUSH_MIRRORED), outside);
-    vec4 weights = vec4(9.0, 3.0 * mirrored, mirrored.x * mirrored.y) / 16.0;
+    vec4 weights = vec4(9.0, 3.0, 3.0, 1.0) / 16.0;
 #if !STP_BOX
     weights *= stp_push_kernel(q);
 #endif
@@ -136,19 +136,21 @@ stp_pixel stp_push_further(ivec2 here, stp_pixel other)
     ivec2 parent = here >> 1, side = 2 * (here & 1) - 1;
     stp_pixel c0 = stp_push_look(parent), c1 = stp_push_look(parent + ivec2(side.x, 0));
     stp_pixel c2 = stp_push_look(parent + ivec2(0, side.y)), c3 = stp_push_look(parent + side);
-    stp_pixel near = stp_front(c0, c1, c2, c3), front = stp_pixel_invalid();
-    bool surrounded = c0.tag != 0 && c1.tag != 0 && c2.tag != 0 && c3.tag != 0;
+    stp_pixel near = stp_front(c0, c1, c2, c3), front = near;
+    bool found = false, surrounded = c0.tag != 0 && c1.tag != 0 && c2.tag != 0 && c3.tag != 0;
     for (int i = 0; i < width * width; i++) {
         float q;
         stp_pixel c = stp_push_look(parent + ivec2(i % width, i / width) - STP_PUSH_FURTHER);
         c = stp_push_candidate(c, centre, ray, true, q);
         bool counts = surrounded || c.z_min > near.z_max || c.z_max < near.z_min;
-        if (q <= 1.0 && counts && (front.tag == 0 || c.z_min < front.z_min))
+        if (q <= 1.0 && counts && (!found || c.z_min < front.z_min)) {
             front = c;
+            found = true;
+        }
     }
-    if (front.tag == 0)
-        front = other;
-    return front;
+    // Coarse pixels of one disc, equally deep, may differ in their source.
+    front.tag = stp_tag_from(front.tag, pyramid_level + 1) | front.tag & STP_TAG_BEHIND;
+    return found ? front : other;
 }
 
 stp_pixel stp_push(ivec2 here)

@@ -12,7 +12,6 @@
 /* A nearer ellipse hides a measured pixel up to this q. */
 #define HIDES_Q 0.75
 #define TAG_BEHIND 256 /* pull left something out behind the pixel */
-#define MIRRORED 1e-6
 /* Push looks so many coarse pixels further for what pull left out. */
 #define FURTHER 4
 /* How far an ellipse reaches into a gap. */
@@ -330,14 +329,11 @@ static bool beyond_outline(const meeting *m)
     return m->count < 4;
 }
 
-/* Adds coarse pixel (i, j) to what meets; beyond the border the one mirrored there, with next to no
- * weight. */
+/* Adds coarse pixel (i, j) to what meets; beyond the border the one mirrored there. */
 static void meet_coarse(const reference_pyramid *pyramid, int level, int i, int j, double u,
                         double v, double weight, meeting *m)
 {
     const reference_level *coarse = &pyramid->levels[level];
-    weight *= i < 0 || i >= coarse->width ? MIRRORED : 1.0;
-    weight *= j < 0 || j >= coarse->height ? MIRRORED : 1.0;
     i = abs(i < coarse->width ? i : 2 * coarse->width - 2 - i);
     j = abs(j < coarse->height ? j : 2 * coarse->height - 2 - j);
     meet(pyramid, coarse->finished, level, i, j, u, v, weight, m);
@@ -360,7 +356,11 @@ static reference_pixel push_further(const reference_pyramid *pyramid, int level,
         if (m.pixels[k].z_min <= near.z_max && m.pixels[k].z_max >= near.z_min)
             m.q[k] = INFINITY;
     keep_reaching(&m, 1.0);
-    return m.count > 0 ? *front_of(&m) : (reference_pixel){0};
+    if (m.count == 0)
+        return (reference_pixel){0};
+    reference_pixel out = *front_of(&m);
+    out.tag = tag_with_source(out.tag, level + 1) | (out.tag & TAG_BEHIND);
+    return out;
 }
 
 static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, int i, int j)
@@ -375,15 +375,22 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     double u = centre_of(i, level), v = centre_of(j, level);
     meeting m;
     m.count = m.tags = 0;
-    for (int k = 0; k < 4; k++)
-        meet_coarse(pyramid, level + 1, (i >> 1) + (k & 1 ? side_x : 0),
-                    (j >> 1) + (k & 2 ? side_y : 0), u, v, weights[k], &m);
+    bool mirrored[4] = {false};
+    for (int k = 0; k < 4; k++) {
+        int x = (i >> 1) + (k & 1 ? side_x : 0), y = (j >> 1) + (k & 2 ? side_y : 0);
+        mirrored[m.count] = x < 0 || y < 0 || x >= coarse->width || y >= coarse->height;
+        meet_coarse(pyramid, level + 1, x, y, u, v, weights[k], &m);
+    }
     const meeting four = m;
     if (seen || (own.tag == 0 && beyond_outline(&m)))
         meet_again(pyramid, u, v, OUTLINE_FLOOR_PX, &m);
-    double least = INFINITY;
+    double least = INFINITY, inner = INFINITY;
     for (int k = 0; k < m.count; k++)
+        inner = mirrored[k] ? inner : fmin(inner, m.q[k]);
+    for (int k = 0; k < m.count; k++) { /* mirrored pixels count only if no other reaches */
+        m.q[k] = mirrored[k] && inner <= 1.0 ? INFINITY : m.q[k];
         least = fmin(least, m.q[k]);
+    }
     if (own.tag == 0 && least > 1.0 && (four.tags & TAG_BEHIND)) {
         const reference_pixel further = push_further(pyramid, level, i, j, &four);
         if (further.tag != 0)
