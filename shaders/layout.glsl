@@ -137,11 +137,9 @@ layout(binding = 13) uniform samplerBuffer code_texture;
 #define STP_SQUARE_SPLAT 1u
 #define STP_SQUARE_BORDER 2u
 #define STP_SQUARE_SECOND 8u
-// Flags of a square: other surfaces go on at its borders; it is one of a map, whose cells are all surface;
-// triangles lie between its map and others.
+// Flags of a square: other surfaces go on at its borders; it is one of a map, whose cells are all surface.
 #define STP_SQUARE_OVERLAPS 1u
 #define STP_SQUARE_OF_MAP 2u
-#define STP_SQUARE_FILLED 4u
 
 // Flags of a patch (formats/chunk/sample.h).
 #define STP_PATCH_STRIP 2u

@@ -152,8 +152,7 @@ static stp_gpu_square record_of(const stp_square *square, const stp_raster *rast
                           .first = patch->first,
                           .axis = raster->axis,
                           .flags = (overlaps ? STP_SQUARE_OVERLAPS : 0u) |
-                                   (model->is_maps ? STP_SQUARE_OF_MAP : 0u) |
-                                   (model->is_filled ? STP_SQUARE_FILLED : 0u)};
+                                   (model->is_maps ? STP_SQUARE_OF_MAP : 0u)};
     for (int i = 0; i < 3; i++)
         out.origin[i] = patch->origin[i] + chunk->offset[i];
     /* A camera's columns and rows spread: they are taken as in the square's middle. */

@@ -67,10 +67,9 @@ static inline int stp_name_level(uint32_t name)
 #define STP_NAMED_SQUARES_LIMIT (1u << (29 - STP_NAME_SQUARE_SHIFT))
 
 /* Flags of a square: other surfaces go on at its borders; it is one of a map, whose cells are all
- * surface; triangles lie between its map and others. */
+ * surface. */
 #define STP_SQUARE_OVERLAPS 1u
 #define STP_SQUARE_OF_MAP 2u
-#define STP_SQUARE_FILLED 4u
 
 /* Words of a bit set of all classes. */
 #define STP_CLASS_WORDS 8

@@ -190,6 +190,9 @@ stp_disc stp_square_mean(stp_square_cell cell, vec4 weights, int own)
     return disc;
 }
 
+// A seam between maps is narrower than so many pixels, or quarters close it.
+#define STP_SEAM_PX 2.0
+
 // Over how many cells, by columns and by rows, pixels of whole cells grow beside a side where no square is
 // drawn: over a pixel's diagonal, so that no two pixels beside each other lie on both sides of them. a: the
 // cell's corner; b, c: the next along its columns and along its rows.
@@ -220,6 +223,6 @@ stp_disc stp_square_disc(uint name, vec2 window)
     disc.normal = stp_square_normal(disc.normal, is_whole ? cross(b - a, c - a) : disc.normal, disc.position);
     bool grows = (stp_square_flags(listed) & STP_SQUARE_OVERLAPS) != 0u &&
                  (!is_whole || stp_square_ends(listed, at, stp_square_seam(a, b, c)));
-    disc.radius = grows ? disc.radius : 0.0;
+    disc.radius = grows ? min(disc.radius, STP_SEAM_PX / stp_pixels_per_unit(-disc.position.z)) : 0.0;
     return disc;
 }

@@ -48,18 +48,19 @@ void main()
     if (gl_GlobalInvocationID.x >= quartered_count)
         return;
     uint entry = quartered[gl_GlobalInvocationID.x], piece = entry >> 7;
-    uint listed = first_square + piece / STP_SQUARE_PIECES, flags = stp_square_flags(listed);
+    uint listed = first_square + piece / STP_SQUARE_PIECES;
+    bool of_map = (stp_square_flags(listed) & STP_SQUARE_OF_MAP) != 0u;
     ivec2 first = stp_cell_first(entry & 127u);
     stp_square_axes axes = stp_square_axes_fetch(listed);
     stp_square_corner c[4];
     for (int i = 0; i < 4; i++)
         c[i] = stp_square_corner_at(listed, first + ivec2(i & 1, i >> 1), axes);
-    bvec4 sides = stp_square_sides(c, (flags & STP_SQUARE_OF_MAP) != 0u), quarters = stp_square_quarters(c, first);
+    bvec4 sides = stp_square_sides(c, of_map), quarters = stp_square_quarters(c, first);
     for (int own = 0; own < 4; own++) {
         if (!quarters[own])
             continue;
-        // Triangles lie in front of quarters, which show where these are not drawn.
-        float behind = (flags & STP_SQUARE_FILLED) != 0u ? length(c[own].by_column) : 0.0;
+        // Quarters of maps show where no cell of another map, and no triangle between them, is drawn.
+        float behind = of_map ? 2.0 * length(c[own].by_column) : 0.0;
         vec3 places[4] = stp_square_quarter(c, sides, own);
         for (int i = 0; i < 4; i++)
             places[i] = stp_square_behind(places[i], behind);

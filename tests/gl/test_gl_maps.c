@@ -15,10 +15,14 @@
 
 #include <sys/stat.h>
 
+/* The side of a cell, about: the root of the ball's surface by the points. */
+#define CELL 0.0177
+
 enum { SIZE = 160, PIXELS = SIZE * SIZE, POINTS = 40000, WAYS = 5 };
 #define MAPS_FILE "maps.stipple"
 #define CHUNKS_FILE "chunks.stipple"
 #define FILLED_FILE "filled.stipple" /* the same with the gaps between maps filled */
+#define LENS_FILE "lens.stipple"
 #define SHADER_FOLDER "maps-shaders"
 
 static const stp_maps_as ways[WAYS] = {STP_MAPS_MESH, STP_MAPS_SPLATS, STP_MAPS_BLEND,
@@ -27,9 +31,17 @@ static const char *const names[] = {"auto", "mesh", "splats", "blend", "plain", 
 
 /* ---- the surface ---- */
 
+/* The height of a lens of radius 1 in place of the ball; 0: the ball. */
+static double lens;
+
 /* How far a place lies outside the surface: the gradient's length is nearly 1 there. */
 static double outside(stp_dvec3 p)
 {
+    if (lens > 0.0) {
+        const double k = sqrt(p.x * p.x + p.y * p.y + p.z * p.z / (lens * lens));
+        return k * (k - 1.0) /
+               sqrt(p.x * p.x + p.y * p.y + p.z * p.z / (lens * lens * lens * lens));
+    }
     const double waves = sin(30.0 * p.x) * sin(30.0 * p.y + 1.0) * sin(30.0 * p.z + 2.0);
     return stp_dvec3_length(p) - 1.0 - 0.008 * waves;
 }
@@ -71,7 +83,7 @@ static stp_prep_stats prepare(const char *path, size_t points, bool fill)
     for (size_t i = 0; i < cloud.count; i++) { /* along a spiral */
         const double z = 1.0 - 2.0 * ((double)i + 0.5) / (double)cloud.count;
         const double a = 2.39996322972865332 * (double)i, across = sqrt(1.0 - z * z);
-        stp_dvec3 p = {across * cos(a), across * sin(a), z};
+        stp_dvec3 p = {across * cos(a), across * sin(a), lens > 0.0 ? z * lens : z};
         for (int k = 0; k < 20; k++)
             p = stp_dvec3_scale(p, 1.0 - outside(p));
         cloud.points[i].position = p;
@@ -203,6 +215,73 @@ static void no_pixel_between_filled_maps_is_open(void **state)
     gl_fixture_close(&files[1]);
 }
 
+/* What a pixel is in a picture of the surface, 0 to 255. */
+static double grey_at(const stp_view *view, stp_dvec3 at)
+{
+    return 255.0 * 0.8 * (0.05 + 0.85 * fmax(0.0, stp_dvec3_dot(normal_at(at), view->back)));
+}
+
+/* sum: of squared errors of so many pixels, 0 to 255. */
+static double psnr_of(double sum, size_t count)
+{
+    return 10.0 * log10(255.0 * 255.0 * (double)count / sum);
+}
+
+/* How near a pixel's ray comes to the surface; less than 0 inside. */
+static double approach(const stp_view *view, int pixel)
+{
+    const stp_dvec3 way = stp_dvec3_normalize(stp_dvec3_sub(
+        stp_view_unproject(view, pixel % SIZE + 0.5, pixel / SIZE + 0.5, 1.0), view->eye));
+    double least = INFINITY;
+    for (double along = 0.0; along < 6.0;) {
+        const double off = outside(stp_dvec3_add(view->eye, stp_dvec3_scale(way, along)));
+        least = fmin(least, off);
+        along += fmax(0.5 * fabs(off), 0.001);
+    }
+    return least;
+}
+
+/* From near, borders of maps do not stick out over the sharp rim of a lens, where they are steep.
+ */
+static void borders_do_not_stick_out(void **state)
+{
+    (void)state;
+    lens = 0.15;
+    static uint8_t rgba[4 * PIXELS];
+    const stp_draw_params params = params_for(STP_MAPS_MESH);
+    size_t hits = 0, beyond = 0;
+    double sum = 0.0;
+    gl_fixture f = {0};
+    prepare(LENS_FILE, POINTS, false);
+    gl_fixture_open(&f, LENS_FILE, NULL);
+    for (int i = 0; i < 12; i++) {
+        const double a = M_PI / 6.0 * i;
+        const stp_camera camera = {.eye = {3.0 * cos(a), 3.0 * sin(a), 1.0},
+                                   .look = {-sin(a), cos(a), 0.0},
+                                   .up = {0.0, 0.0, 1.0},
+                                   .fovy_deg = 8.0};
+        stp_view view;
+        check_ok(stp_view_create(&view, &camera, &f.model->ball, SIZE, SIZE, err));
+        gl_fixture_draw(&f, &view, &params, NULL, rgba);
+        for (int k = 0; k < PIXELS; k++) {
+            stp_dvec3 hit;
+            const double off = rgba[4 * k + 3] ? approach(&view, k) : -INFINITY;
+            if (rgba[4 * k + 3] && cast(&view, k, 0.01, &hit)) {
+                const double error = rgba[4 * k] - grey_at(&view, hit);
+                sum += error * error;
+                hits++;
+            }
+            beyond += off > CELL / 3.0;
+        }
+    }
+    const double db = psnr_of(sum, hits);
+    print_message("rim: %.1f dB, %zu pixels beyond the outline\n", db, beyond);
+    gl_fixture_close(&f);
+    lens = 0.0;
+    assert_true(db >= 51.5);
+    assert_true(beyond <= 40);
+}
+
 /* Whether a square has a sample at a column and row, both 0 to 8: then it is in a square beside. */
 static bool square_has(const stp_squares *s, size_t square, int column, int row)
 {
@@ -293,12 +372,12 @@ static double psnr_db(const stp_view *view, const uint8_t *rgba)
                         way = stp_dvec3_normalize(stp_dvec3_sub(view->eye, hit));
         if (stp_dvec3_dot(n, way) < cos(70.0 * M_PI / 180.0))
             continue;
-        const double grey = 255.0 * 0.8 * (0.05 + 0.85 * fmax(0.0, stp_dvec3_dot(n, view->back)));
+        const double grey = grey_at(view, hit);
         sum += (rgba[4 * i] - grey) * (rgba[4 * i] - grey);
         count++;
     }
     assert_true(count > PIXELS / 2);
-    return 10.0 * log10(255.0 * 255.0 * (double)count / sum);
+    return psnr_of(sum, count);
 }
 
 static void splats_are_nearer_to_the_truth(void **state)
@@ -444,6 +523,7 @@ int main(void)
         cmocka_unit_test(make_maps),
         cmocka_unit_test(no_pixel_is_open),
         cmocka_unit_test(no_pixel_between_filled_maps_is_open),
+        cmocka_unit_test(borders_do_not_stick_out),
         cmocka_unit_test(cells_go_on_in_other_chunks),
         cmocka_unit_test(roads_draw_the_same),
         cmocka_unit_test(coarse_samples_are_points),
