@@ -324,8 +324,7 @@ done:
     return status;
 }
 
-/* Fails if the user names columns for a format that names its own, or speaks of a grid that is
- * none. */
+/* Fails if columns are named for a format that names its own, or what is no grid is called one. */
 static stp_status check_params(const stp_scan *scan, stp_scan_format format, stp_error *err)
 {
     const stp_scan_region *region = scan->params.region;
