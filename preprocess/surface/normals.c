@@ -57,11 +57,19 @@ typedef struct plane {
     uint8_t wide;   /* STP_MARK_WIDE or STP_MARK_WIDEST: has more than the nearest neighbours */
 } plane;
 
+/* A point's plane after a round of growth. */
+typedef struct grown_plane {
+    plane plane;
+    uint32_t point;
+} grown_plane;
+
 typedef struct estimation {
     const stp_cloud *cloud;
     const stp_neighbours *neighbours;
     double scale; /* factor of lengths, so that floats hold their squares */
-    plane *planes, *grown;
+    plane *planes;
+    grown_plane *grown; /* of this round: few, if there is little noise */
+    size_t grown_count, grown_capacity;
     vec3s *normals; /* as fitted */
 } estimation;
 
@@ -180,8 +188,9 @@ static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *lis
 }
 
 /* Widens a point's plane by its neighbours' planes if the noise is more than least_noise spacings
- * and the heights of all points over the wide plane are no more than noise. */
-static plane grow(const estimation *e, uint32_t self, float least_noise)
+ * and the heights of all points over the wide plane are no more than noise. Returns whether it did.
+ */
+static bool grow(const estimation *e, uint32_t self, float least_noise, plane *out)
 {
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
     unsigned count = known_count(list, e->neighbours->k);
@@ -189,10 +198,10 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
     float quiet = least_noise * least_noise * spacing * spacing, wide = 0.0f;
     plane f = e->planes[self];
     if (!(f.variance > 0.25f * quiet)) /* usually saves asking the neighbours */
-        return f;
+        return false;
     float noise = noise_near(e, list, count);
     if (!(noise > quiet))
-        return f;
+        return false;
     stp_moments sums = widen(e, self, list, count, noise, spacing);
     vec3s normal = stp_moments_turn(&sums, f.normal, &wide);
     bool noisy = noise > NOISY * NOISY * spacing * spacing &&
@@ -201,14 +210,34 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
     float least = noisy ? NOISY_EXCESS : EXCESS, most = noisy ? MOST_NOISY_EXCESS : MOST_EXCESS;
     float share = (most - wide / noise) / (most - least);
     if (!(share > 0.0f))
-        return f;
+        return false;
     if (share < 1.0f)
         normal = glms_vec3_normalize(glms_vec3_lerp(f.normal, normal, share));
     f.normal = normal;
     f.moments = sums;
     f.noise = noise;
     f.wide = f.wide ? STP_MARK_WIDEST : STP_MARK_WIDE;
-    return f;
+    *out = f;
+    return true;
+}
+
+/* Grows the planes of the first `count` points, each from its neighbours' planes of before. */
+static stp_status grow_all(estimation *e, uint32_t count, float least_noise, stp_error *err)
+{
+    stp_status status = STP_OK;
+    plane wider;
+    e->grown_count = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (!grow(e, i, least_noise, &wider))
+            continue;
+        STP_TRY(stp_grow(&e->grown, &e->grown_capacity, e->grown_count + 1, sizeof *e->grown,
+                         "normals", err));
+        e->grown[e->grown_count++] = (grown_plane){wider, i};
+    }
+    for (size_t i = 0; i < e->grown_count; i++)
+        e->planes[e->grown[i].point] = e->grown[i].plane;
+done:
+    return status;
 }
 
 /* Weight of a neighbour's normal. Falls with the angle and with the squared distance in spacings;
@@ -306,17 +335,11 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
     if (all_given(unit) && !shifts)
         return STP_OK;
     STP_TRY(stp_alloc(&e.planes, count, sizeof *e.planes, "normals", err));
-    STP_TRY(stp_alloc(&e.grown, count, sizeof *e.grown, "normals", err));
-    STP_TRY(stp_alloc(&e.normals, count, sizeof *e.normals, "normals", err));
     for (uint32_t i = 0; i < count; i++)
         e.planes[i] = fit(&e, i);
     for (unsigned round = 1; round <= ROUNDS; round++) {
         count = stp_unit_inner(unit, 1 + round);
-        for (uint32_t i = 0; i < count; i++)
-            e.grown[i] = grow(&e, i, round == 1 ? QUIET : NOISY);
-        plane *before = e.planes;
-        e.planes = e.grown;
-        e.grown = before;
+        STP_TRY(grow_all(&e, count, round == 1 ? QUIET : NOISY, err));
     }
     STP_TRY(stp_alloc(&unit->wide, unit->ring_end[0], sizeof *unit->wide, "normals", err));
     for (uint32_t i = 0; i < unit->ring_end[0]; i++)
@@ -324,6 +347,7 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
     add_errors(&e, unit->ring_end[0], errors);
     for (uint32_t i = 0; shifts && i < unit->ring_end[0]; i++)
         shifts[i] = shift_of(&e, i);
+    STP_TRY(stp_alloc(&e.normals, count, sizeof *e.normals, "normals", err));
     for (uint32_t i = 0; i < count; i++)
         e.normals[i] = points[i].given ? points[i].normal : e.planes[i].normal;
     count = stp_unit_inner(unit, 2 + ROUNDS);
