@@ -7,6 +7,7 @@
 #include "preprocess/surface/moments.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* A second sheet has at least this many neighbours. */
 #define LAYER_POINTS 4u
@@ -48,14 +49,19 @@
  * noise. Noise is measured within layers, and overlapping layers lie farther apart. */
 #define JOIN_REACH 2.0f
 
-/* The plane near a point. */
+/* Moments without what their symmetry repeats: xx, xy, xz, yy, yz, zz, x, y, z, weight. */
+#define MOMENTS 10
+
+/* The plane near a point: a line of the cache. */
 typedef struct plane {
-    stp_moments moments; /* of its own sheet's points; lengths times estimation.scale */
+    float sums[MOMENTS]; /* of its own sheet's points; lengths times estimation.scale */
     vec3s normal;
     float variance; /* of the heights over the first plane */
     float noise;    /* variance of the noise, if wide */
     uint8_t wide;   /* STP_MARK_WIDE or STP_MARK_WIDEST: has more than the nearest neighbours */
 } plane;
+
+_Static_assert(sizeof(plane) == 64, "a line of the cache");
 
 /* A point's plane after a round of growth. */
 typedef struct grown_plane {
@@ -72,6 +78,23 @@ typedef struct estimation {
     size_t grown_count, grown_capacity;
     vec3s *normals; /* as fitted */
 } estimation;
+
+static void keep_moments(plane *f, const stp_moments *m)
+{
+    const stp_float4 *r = m->row;
+    const float sums[MOMENTS] = {r[0][0], r[0][1], r[0][2], r[1][1], r[1][2],
+                                 r[2][2], r[3][0], r[3][1], r[3][2], r[3][3]};
+    memcpy(f->sums, sums, sizeof sums);
+}
+
+static stp_moments moments_of(const plane *f)
+{
+    const float *s = f->sums;
+    return (stp_moments){{{s[0], s[1], s[2], s[6]},
+                          {s[1], s[3], s[4], s[7]},
+                          {s[2], s[4], s[5], s[8]},
+                          {s[6], s[7], s[8], s[9]}}};
+}
 
 static unsigned known_count(const uint32_t *list, unsigned k)
 {
@@ -131,7 +154,7 @@ static void part_sheets(plane *f, const estimation *e, uint32_t self, const uint
     stp_float4 apart = own.row[3] / own.row[3][3] - other.row[3] / other.row[3][3];
     stp_moments_add(&both, &other, apart + (stp_float4){0.0f, 0.0f, 0.0f, 1.0f}, 1.0f);
     f->normal = stp_moments_normal(&both, &variance);
-    f->moments = own;
+    keep_moments(f, &own);
 }
 
 /* Fits a plane to the nearest neighbours. */
@@ -142,8 +165,9 @@ static plane fit(const estimation *e, uint32_t self)
     plane f = {.wide = 0};
     if (count < 3)
         return f;
-    f.moments = collect(e, self, list, count, true);
-    f.normal = stp_moments_normal(&f.moments, &f.variance);
+    const stp_moments sums = collect(e, self, list, count, true);
+    keep_moments(&f, &sums);
+    f.normal = stp_moments_normal(&sums, &f.variance);
     stp_float4 last = place_of(e, list[count - 1], self);
     float squared = last[0] * last[0] + last[1] * last[1] + last[2] * last[2];
     float gap = STP_LAYER_GAP * sqrtf(squared * (float)M_PI / (float)count);
@@ -174,15 +198,17 @@ static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *lis
     const float slack =
         fmaxf(fminf(LEAST_SLACK + SLACK * squared, MOST_SLACK), LEAST_SLACK + LOUD_SLACK * squared);
     const float reach = LEAST_REACH * spacing + REACH * sqrtf(noise);
-    stp_moments sums = e->planes[self].moments;
+    stp_moments sums = moments_of(&e->planes[self]);
     for (unsigned i = count / 2; i < count; i++) {
         const plane *other = &e->planes[list[i]];
         stp_float4 d = place_of(e, list[i], self);
         float cosine = fabsf(glms_vec3_dot(n, other->normal));
         float offset = fabsf(n.x * d[0] + n.y * d[1] + n.z * d[2]);
         float weight = 1.0f - (1.0f - cosine) / slack;
-        if (weight > 0.0f && offset <= reach)
-            stp_moments_add(&sums, &other->moments, d, weight);
+        if (weight > 0.0f && offset <= reach) {
+            const stp_moments others = moments_of(other);
+            stp_moments_add(&sums, &others, d, weight);
+        }
     }
     return sums;
 }
@@ -214,7 +240,7 @@ static bool grow(const estimation *e, uint32_t self, float least_noise, plane *o
     if (share < 1.0f)
         normal = glms_vec3_normalize(glms_vec3_lerp(f.normal, normal, share));
     f.normal = normal;
-    f.moments = sums;
+    keep_moments(&f, &sums);
     f.noise = noise;
     f.wide = f.wide ? STP_MARK_WIDEST : STP_MARK_WIDE;
     *out = f;
@@ -306,8 +332,9 @@ static vec3s shift_of(const estimation *e, uint32_t self)
     const plane *f = &e->planes[self];
     if (!f->wide || e->cloud->points[self].given == STP_GIVEN_IMAGE)
         return glms_vec3_zero();
-    stp_float4 mean = f->moments.row[3] / f->moments.row[3][3];
-    float height = f->normal.x * mean[0] + f->normal.y * mean[1] + f->normal.z * mean[2];
+    const float *s = f->sums;
+    float height =
+        f->normal.x * (s[6] / s[9]) + f->normal.y * (s[7] / s[9]) + f->normal.z * (s[8] / s[9]);
     float spacing = (float)e->scale * e->cloud->points[self].spacing;
     if (!(fabsf(height) <= JOIN_REACH * spacing + REACH * sqrtf(f->noise)))
         return glms_vec3_zero();
@@ -319,8 +346,9 @@ static void add_errors(const estimation *e, uint32_t count, stp_normal_errors *e
 {
     for (uint32_t i = 0; i < count; i++) {
         const plane *f = &e->planes[i];
-        if (!e->cloud->points[i].given && f->moments.row[3][3] > 0.0f)
-            stp_normal_errors_add(errors, &f->moments, f->wide ? f->noise : f->variance);
+        const stp_moments sums = moments_of(f);
+        if (!e->cloud->points[i].given && sums.row[3][3] > 0.0f)
+            stp_normal_errors_add(errors, &sums, f->wide ? f->noise : f->variance);
     }
 }
 
