@@ -7,6 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Room for the rings, as a part of the own points, is taken at once: arrays that move leave holes.
+ */
+#define RINGS_PART 2u
 /* Spare reach beyond the rings and the last ring's own search, in k-th neighbour distances. */
 #define REACH_SPARE 0.25
 
@@ -86,6 +89,20 @@ static void copy_point(stp_cloud_point *out, const stp_cloud_point *from)
     out->normal = from->given ? from->normal : (vec3s){{0.0f, 0.0f, 0.0f}};
 }
 
+/* Makes room for `needed` points, and for their lists. */
+static stp_status reserve(maker *m, size_t needed, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_unit *u = m->unit;
+    STP_TRY(stp_grow(&u->cloud.points, &m->point_capacity, needed, sizeof *u->cloud.points,
+                     "points", err));
+    STP_TRY(stp_grow(&u->places, &m->place_capacity, needed, sizeof *u->places, "points", err));
+    STP_TRY(stp_grow(&u->neighbours.indices, &m->list_capacity, needed * u->neighbours.k,
+                     sizeof *u->neighbours.indices, "neighbours", err));
+done:
+    return status;
+}
+
 /* Appends the points at `count` places, ascending, as a ring. */
 static stp_status add_ring(maker *m, const uint32_t *places, uint32_t count, unsigned ring,
                            stp_error *err)
@@ -94,9 +111,7 @@ static stp_status add_ring(maker *m, const uint32_t *places, uint32_t count, uns
     stp_unit *u = m->unit;
     uint32_t first = u->cloud.count;
     size_t needed = (size_t)first + count;
-    STP_TRY(stp_grow(&u->cloud.points, &m->point_capacity, needed, sizeof *u->cloud.points,
-                     "points", err));
-    STP_TRY(stp_grow(&u->places, &m->place_capacity, needed, sizeof *u->places, "points", err));
+    STP_TRY(reserve(m, needed, err));
     for (uint32_t i = 0; i < count; i++) {
         copy_point(&u->cloud.points[first + i], &u->whole->points[places[i]]);
         u->places[first + i] = places[i];
@@ -113,15 +128,8 @@ static stp_status search_ring(maker *m, unsigned ring, stp_error *err)
     stp_unit *u = m->unit;
     unsigned k = u->neighbours.k;
     uint32_t first = ring > 0 ? u->ring_end[ring - 1] : 0, count = u->ring_end[ring] - first;
-    uint32_t *lists = NULL;
-    if (ring < u->ring_count) {
-        stp_status status =
-            stp_grow(&u->neighbours.indices, &m->list_capacity, (size_t)u->ring_end[ring] * k,
-                     sizeof *u->neighbours.indices, "neighbours", err);
-        if (status != STP_OK)
-            return status;
-        lists = u->neighbours.indices + (size_t)first * k;
-    }
+    const bool kept = ring < u->ring_count;
+    uint32_t *lists = kept ? u->neighbours.indices + (size_t)first * k : NULL;
     return stp_neighbours_find(&m->locale, k, u->places + first, count, lists,
                                u->cloud.points + first, err);
 }
@@ -180,6 +188,7 @@ static stp_status gather(maker *m, stp_error *err)
     for (uint32_t i = 0; i < count; i++)
         own[i] = m->begin + i;
     STP_TRY(map_grow(&m->map, 1, err));
+    STP_TRY(reserve(m, (size_t)count + count / RINGS_PART, err));
     STP_TRY(add_ring(m, own, count, 0, err));
     STP_TRY(search_ring(m, 0, err));
     for (unsigned ring = 1; ring <= u->ring_count && !has_missed(u->whole); ring++) {

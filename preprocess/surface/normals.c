@@ -7,6 +7,7 @@
 #include "preprocess/surface/moments.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* A second sheet has at least this many neighbours. */
 #define LAYER_POINTS 4u
@@ -48,22 +49,52 @@
  * noise. Noise is measured within layers, and overlapping layers lie farther apart. */
 #define JOIN_REACH 2.0f
 
-/* The plane near a point. */
+/* Moments without what their symmetry repeats: xx, xy, xz, yy, yz, zz, x, y, z, weight. */
+#define MOMENTS 10
+
+/* The plane near a point: a line of the cache. */
 typedef struct plane {
-    stp_moments moments; /* of its own sheet's points; lengths times estimation.scale */
+    float sums[MOMENTS]; /* of its own sheet's points; lengths times estimation.scale */
     vec3s normal;
     float variance; /* of the heights over the first plane */
     float noise;    /* variance of the noise, if wide */
     uint8_t wide;   /* STP_MARK_WIDE or STP_MARK_WIDEST: has more than the nearest neighbours */
 } plane;
 
+_Static_assert(sizeof(plane) == 64, "a line of the cache");
+
+/* A point's plane after a round of growth. */
+typedef struct grown_plane {
+    plane plane;
+    uint32_t point;
+} grown_plane;
+
 typedef struct estimation {
     const stp_cloud *cloud;
     const stp_neighbours *neighbours;
     double scale; /* factor of lengths, so that floats hold their squares */
-    plane *planes, *grown;
+    plane *planes;
+    grown_plane *grown; /* of this round: few, if there is little noise */
+    size_t grown_count, grown_capacity;
     vec3s *normals; /* as fitted */
 } estimation;
+
+static void keep_moments(plane *f, const stp_moments *m)
+{
+    const stp_float4 *r = m->row;
+    const float sums[MOMENTS] = {r[0][0], r[0][1], r[0][2], r[1][1], r[1][2],
+                                 r[2][2], r[3][0], r[3][1], r[3][2], r[3][3]};
+    memcpy(f->sums, sums, sizeof sums);
+}
+
+static stp_moments moments_of(const plane *f)
+{
+    const float *s = f->sums;
+    return (stp_moments){{{s[0], s[1], s[2], s[6]},
+                          {s[1], s[3], s[4], s[7]},
+                          {s[2], s[4], s[5], s[8]},
+                          {s[6], s[7], s[8], s[9]}}};
+}
 
 static unsigned known_count(const uint32_t *list, unsigned k)
 {
@@ -123,7 +154,7 @@ static void part_sheets(plane *f, const estimation *e, uint32_t self, const uint
     stp_float4 apart = own.row[3] / own.row[3][3] - other.row[3] / other.row[3][3];
     stp_moments_add(&both, &other, apart + (stp_float4){0.0f, 0.0f, 0.0f, 1.0f}, 1.0f);
     f->normal = stp_moments_normal(&both, &variance);
-    f->moments = own;
+    keep_moments(f, &own);
 }
 
 /* Fits a plane to the nearest neighbours. */
@@ -134,8 +165,9 @@ static plane fit(const estimation *e, uint32_t self)
     plane f = {.wide = 0};
     if (count < 3)
         return f;
-    f.moments = collect(e, self, list, count, true);
-    f.normal = stp_moments_normal(&f.moments, &f.variance);
+    const stp_moments sums = collect(e, self, list, count, true);
+    keep_moments(&f, &sums);
+    f.normal = stp_moments_normal(&sums, &f.variance);
     stp_float4 last = place_of(e, list[count - 1], self);
     float squared = last[0] * last[0] + last[1] * last[1] + last[2] * last[2];
     float gap = STP_LAYER_GAP * sqrtf(squared * (float)M_PI / (float)count);
@@ -166,22 +198,25 @@ static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *lis
     const float slack =
         fmaxf(fminf(LEAST_SLACK + SLACK * squared, MOST_SLACK), LEAST_SLACK + LOUD_SLACK * squared);
     const float reach = LEAST_REACH * spacing + REACH * sqrtf(noise);
-    stp_moments sums = e->planes[self].moments;
+    stp_moments sums = moments_of(&e->planes[self]);
     for (unsigned i = count / 2; i < count; i++) {
         const plane *other = &e->planes[list[i]];
         stp_float4 d = place_of(e, list[i], self);
         float cosine = fabsf(glms_vec3_dot(n, other->normal));
         float offset = fabsf(n.x * d[0] + n.y * d[1] + n.z * d[2]);
         float weight = 1.0f - (1.0f - cosine) / slack;
-        if (weight > 0.0f && offset <= reach)
-            stp_moments_add(&sums, &other->moments, d, weight);
+        if (weight > 0.0f && offset <= reach) {
+            const stp_moments others = moments_of(other);
+            stp_moments_add(&sums, &others, d, weight);
+        }
     }
     return sums;
 }
 
 /* Widens a point's plane by its neighbours' planes if the noise is more than least_noise spacings
- * and the heights of all points over the wide plane are no more than noise. */
-static plane grow(const estimation *e, uint32_t self, float least_noise)
+ * and the heights of all points over the wide plane are no more than noise. Returns whether it did.
+ */
+static bool grow(const estimation *e, uint32_t self, float least_noise, plane *out)
 {
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
     unsigned count = known_count(list, e->neighbours->k);
@@ -189,10 +224,10 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
     float quiet = least_noise * least_noise * spacing * spacing, wide = 0.0f;
     plane f = e->planes[self];
     if (!(f.variance > 0.25f * quiet)) /* usually saves asking the neighbours */
-        return f;
+        return false;
     float noise = noise_near(e, list, count);
     if (!(noise > quiet))
-        return f;
+        return false;
     stp_moments sums = widen(e, self, list, count, noise, spacing);
     vec3s normal = stp_moments_turn(&sums, f.normal, &wide);
     bool noisy = noise > NOISY * NOISY * spacing * spacing &&
@@ -201,14 +236,34 @@ static plane grow(const estimation *e, uint32_t self, float least_noise)
     float least = noisy ? NOISY_EXCESS : EXCESS, most = noisy ? MOST_NOISY_EXCESS : MOST_EXCESS;
     float share = (most - wide / noise) / (most - least);
     if (!(share > 0.0f))
-        return f;
+        return false;
     if (share < 1.0f)
         normal = glms_vec3_normalize(glms_vec3_lerp(f.normal, normal, share));
     f.normal = normal;
-    f.moments = sums;
+    keep_moments(&f, &sums);
     f.noise = noise;
     f.wide = f.wide ? STP_MARK_WIDEST : STP_MARK_WIDE;
-    return f;
+    *out = f;
+    return true;
+}
+
+/* Grows the planes of the first `count` points, each from its neighbours' planes of before. */
+static stp_status grow_all(estimation *e, uint32_t count, float least_noise, stp_error *err)
+{
+    stp_status status = STP_OK;
+    plane wider;
+    e->grown_count = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        if (!grow(e, i, least_noise, &wider))
+            continue;
+        STP_TRY(stp_grow(&e->grown, &e->grown_capacity, e->grown_count + 1, sizeof *e->grown,
+                         "normals", err));
+        e->grown[e->grown_count++] = (grown_plane){wider, i};
+    }
+    for (size_t i = 0; i < e->grown_count; i++)
+        e->planes[e->grown[i].point] = e->grown[i].plane;
+done:
+    return status;
 }
 
 /* Weight of a neighbour's normal. Falls with the angle and with the squared distance in spacings;
@@ -277,8 +332,9 @@ static vec3s shift_of(const estimation *e, uint32_t self)
     const plane *f = &e->planes[self];
     if (!f->wide || e->cloud->points[self].given == STP_GIVEN_IMAGE)
         return glms_vec3_zero();
-    stp_float4 mean = f->moments.row[3] / f->moments.row[3][3];
-    float height = f->normal.x * mean[0] + f->normal.y * mean[1] + f->normal.z * mean[2];
+    const float *s = f->sums;
+    float height =
+        f->normal.x * (s[6] / s[9]) + f->normal.y * (s[7] / s[9]) + f->normal.z * (s[8] / s[9]);
     float spacing = (float)e->scale * e->cloud->points[self].spacing;
     if (!(fabsf(height) <= JOIN_REACH * spacing + REACH * sqrtf(f->noise)))
         return glms_vec3_zero();
@@ -290,8 +346,9 @@ static void add_errors(const estimation *e, uint32_t count, stp_normal_errors *e
 {
     for (uint32_t i = 0; i < count; i++) {
         const plane *f = &e->planes[i];
-        if (!e->cloud->points[i].given && f->moments.row[3][3] > 0.0f)
-            stp_normal_errors_add(errors, &f->moments, f->wide ? f->noise : f->variance);
+        const stp_moments sums = moments_of(f);
+        if (!e->cloud->points[i].given && sums.row[3][3] > 0.0f)
+            stp_normal_errors_add(errors, &sums, f->wide ? f->noise : f->variance);
     }
 }
 
@@ -306,17 +363,11 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
     if (all_given(unit) && !shifts)
         return STP_OK;
     STP_TRY(stp_alloc(&e.planes, count, sizeof *e.planes, "normals", err));
-    STP_TRY(stp_alloc(&e.grown, count, sizeof *e.grown, "normals", err));
-    STP_TRY(stp_alloc(&e.normals, count, sizeof *e.normals, "normals", err));
     for (uint32_t i = 0; i < count; i++)
         e.planes[i] = fit(&e, i);
     for (unsigned round = 1; round <= ROUNDS; round++) {
         count = stp_unit_inner(unit, 1 + round);
-        for (uint32_t i = 0; i < count; i++)
-            e.grown[i] = grow(&e, i, round == 1 ? QUIET : NOISY);
-        plane *before = e.planes;
-        e.planes = e.grown;
-        e.grown = before;
+        STP_TRY(grow_all(&e, count, round == 1 ? QUIET : NOISY, err));
     }
     STP_TRY(stp_alloc(&unit->wide, unit->ring_end[0], sizeof *unit->wide, "normals", err));
     for (uint32_t i = 0; i < unit->ring_end[0]; i++)
@@ -324,6 +375,7 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
     add_errors(&e, unit->ring_end[0], errors);
     for (uint32_t i = 0; shifts && i < unit->ring_end[0]; i++)
         shifts[i] = shift_of(&e, i);
+    STP_TRY(stp_alloc(&e.normals, count, sizeof *e.normals, "normals", err));
     for (uint32_t i = 0; i < count; i++)
         e.normals[i] = points[i].given ? points[i].normal : e.planes[i].normal;
     count = stp_unit_inner(unit, 2 + ROUNDS);
