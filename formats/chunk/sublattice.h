@@ -38,13 +38,13 @@ typedef struct stp_sublattice_axis {
 /* The axis of the i-th coordinate that is coded; the bits that count of those before, from the
  * chunk's origin: their sum for r = 1, that of the first for r = 2. origin: of the patch along the
  * axis. */
-static inline stp_sublattice_axis stp_sublattice_axis_of(unsigned sublattice, int i, int32_t before,
-                                                         int32_t origin)
+static inline stp_sublattice_axis stp_sublattice_axis_of(unsigned sublattice, int i,
+                                                         uint32_t before, int32_t origin)
 {
     const unsigned octave = sublattice / STP_SUBLATTICE_KINDS;
     const unsigned kind = sublattice % STP_SUBLATTICE_KINDS;
     const unsigned odd = kind != 0 && i + (int)kind > 2;
-    const uint32_t bits = odd ? (uint32_t)before & (UINT32_C(1) << octave) : 0;
+    const uint32_t bits = odd ? before & (UINT32_C(1) << octave) : 0;
     const uint32_t mask = (UINT32_C(2) << octave) - 1;
     return (stp_sublattice_axis){octave + odd, (int32_t)((bits - (uint32_t)origin) & mask)};
 }

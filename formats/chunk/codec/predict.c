@@ -155,7 +155,7 @@ INLINE plane plane_of(stp_ivec3 normal)
 
 /* Codes a coordinate by places on the patch's sublattice, which is not 0. before: see
  * stp_sublattice_axis_of. */
-INLINE void code_step(const coder *c, int column, int axis, int32_t before, int32_t predicted,
+INLINE void code_step(const coder *c, int column, int axis, uint32_t before, int32_t predicted,
                       parts *p)
 {
     int16_t *residual = c->cells + (size_t)column * c->stride;
@@ -170,8 +170,8 @@ INLINE void code_step(const coder *c, int column, int axis, int32_t before, int3
 }
 
 /* Codes a coordinate of a position: if the patch has a scale, by places on the scale. */
-INLINE void code_coordinate(const coder *c, int column, int axis, int32_t before, int32_t predicted,
-                            parts *p)
+INLINE void code_coordinate(const coder *c, int column, int axis, uint32_t before,
+                            int32_t predicted, parts *p)
 {
     int16_t *residual = c->cells + (size_t)column * c->stride;
     int32_t *value = &p->v[PX + axis];
@@ -200,7 +200,7 @@ INLINE void code_position(const coder *c, const parts *predicted, const plane *o
     int b = on->b;
     int32_t rise = 0;
     code_coordinate(c, STP_COLUMN_POSITION_A, a, 0, predicted->v[PX + a], p);
-    const int32_t first = p->v[PX + a] + c->origin[a];
+    const uint32_t first = (uint32_t)p->v[PX + a] + (uint32_t)c->origin[a];
     code_coordinate(c, STP_COLUMN_POSITION_B, b, first, predicted->v[PX + b], p);
     if (!free) {
         int32_t slope = on->normal.v[a] * (p->v[PX + a] - predicted->v[PX + a]) +
@@ -208,7 +208,7 @@ INLINE void code_position(const coder *c, const parts *predicted, const plane *o
         rise = divide(on->normal.v[main_axis] < 0 ? slope : -slope, on->along);
     }
     const bool face = c->sublattice % STP_SUBLATTICE_KINDS == 1;
-    const int32_t both = first + (face ? p->v[PX + b] + c->origin[b] : 0);
+    const uint32_t both = first + (face ? (uint32_t)p->v[PX + b] + (uint32_t)c->origin[b] : 0);
     code_coordinate(c, STP_COLUMN_POSITION_C, main_axis, both, predicted->v[PX + main_axis] + rise,
                     p);
 }
