@@ -55,7 +55,7 @@ static pixel unpack(const stp_gpu_frame *frame, const texels *t, int x, int y)
                .z_max = float_of(t->shape[3]),
                .rgb = {(t->paint[2] & 0xffffu) / 65535.0, (t->paint[2] >> 16) / 65535.0,
                        (t->paint[3] & 0xffffu) / 65535.0},
-               .tag = (int)(t->paint[3] >> 16 & 255)}; /* without marks */
+               .tag = (int)(t->paint[3] >> 16 & 511)}; /* without the mark */
     p.centre =
         place(frame, x + 0.5 + float_of(t->shape[0]), y + 0.5 + float_of(t->shape[1]), p.z_min);
     return p;

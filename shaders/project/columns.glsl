@@ -6,11 +6,10 @@
 // instead of four. The eight lanes of a software driver work on the columns of one block. Needs
 // push.glsl and blocks.glsl. The including file defines
 //     struct stp_made, and stp_made stp_make(stp_pixel p, ivec2 here)
-//     void stp_put_one(ivec2 here, stp_made made, bool wanted)
 //     void stp_put(ivec2 here, stp_made made, stp_made right, stp_made above, stp_made beyond, bvec4 wanted)
 // stp_make packs one pixel at a time, so that less is kept until stp_put stores all four. wanted:
-// which of the four to store. Pixels that push missed come last, one by one, in a loop that software
-// drivers skip if no lane has any.
+// which of the four to store. Pixels that push missed come one by one, in a loop that software drivers
+// skip if no lane has any.
 
 #if STP_COLUMNS_IN_PLACE
 #define STP_WANTED(pushed) pushed
@@ -23,8 +22,7 @@ void main()
     uvec2 block = stp_block();
     ivec2 in_block = ivec2(2 * gl_LocalInvocationID.x, 0);
     ivec2 here = stp_block_place(block) + in_block;
-    ivec2 coarse = here >> 1, first = here;
-    uint missing = 0u; // bit x + 2 y: the pixel at first + (x, y)
+    ivec2 coarse = here >> 1;
     stp_pixel a0 = stp_push_look(coarse);
     stp_pixel a1 = stp_push_look(coarse + ivec2(1, 0));
     for (int row = 0; row < STP_BLOCK_SIZE.y / 2; row++) {
@@ -37,19 +35,31 @@ void main()
         stp_made beyond = stp_make(stp_push_from(here + ivec2(1, 1), b1, b0, a1, a0, pushed.w, missed.w), here + ivec2(1, 1));
         bvec4 asked = bvec4(stp_block_wants(block, in_block), stp_block_wants(block, in_block + ivec2(1, 0)),
                             stp_block_wants(block, in_block + ivec2(0, 1)), stp_block_wants(block, in_block + 1));
+#if STP_COLUMNS_IN_PLACE
+        uvec4 bits = uvec4(missed) << uvec4(0u, 1u, 2u, 3u);
+        for (uint left = bits.x | bits.y | bits.z | bits.w; left != 0u; left &= left - 1u) {
+            int k = findLSB(left);
+            ivec2 at = here + ivec2(k & 1, k >> 1);
+            stp_pixel p = stp_push_further(at, stp_pixel_invalid());
+            stp_made found = stp_make(p, at);
+            bvec4 is = bvec4(k == 0, k == 1, k == 2, k == 3);
+            bool valid = p.tag != 0;
+            if (valid && is.x)
+                made = found;
+            if (valid && is.y)
+                right = found;
+            if (valid && is.z)
+                above = found;
+            if (valid && is.w)
+                beyond = found;
+            pushed = bvec4(uvec4(pushed) | uvec4(is) & uvec4(valid));
+        }
+#endif
         stp_put(here, made, right, above, beyond, bvec4(uvec4(asked) & uvec4(STP_WANTED(pushed))));
-        uvec4 bits = (uvec4(missed) & uvec4(asked)) << uvec4(0u, 1u, 2u, 3u);
-        missing |= (bits.x | bits.y | bits.z | bits.w) << uint(4 * row);
         a0 = b0;
         a1 = b1;
         in_block.y += 2;
         here.y += 2;
         coarse.y++;
-    }
-    for (; missing != 0u; missing &= missing - 1u) {
-        int bit = findLSB(missing);
-        ivec2 there = first + ivec2(bit & 1, bit >> 1);
-        stp_pixel p = stp_push_further(there, stp_pixel_invalid());
-        stp_put_one(there, stp_make(p, there), p.tag != 0);
     }
 }

@@ -10,8 +10,8 @@ layout(location = 7) uniform ivec2 level_size;
 void stp_far(ivec2 here, float pushed)
 {
     int tag = int(imageLoad(fine_paint, here).w >> 16);
-    float pulled = uintBitsToFloat(imageLoad(fine_shape, here).w);
-    float depth = stp_tag_source(tag) == pyramid_level ? pulled : pushed;
+    float own = uintBitsToFloat(imageLoad(fine_shape, here).w);
+    float depth = stp_tag_source(tag) == pyramid_level ? own : max(own, pushed);
     imageStore(far, here, vec4(tag == 0 ? STP_FAR_NONE : depth));
 }
 

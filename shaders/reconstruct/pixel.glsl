@@ -8,13 +8,12 @@ struct stp_pixel {
     vec2 d;        // centre of the ellipse minus the pixel's centre, viewport pixels
     vec3 colour;
     float middle;  // depth of the surface at the ellipse's centre; without STP_HEIGHTS not kept
-    int tag;       // 0: invalid; else 1 + kind + 8 two_sided + 16 source + 256 behind + 512 mark
+    int tag;       // 0: invalid; else 1 + kind + 8 two_sided + 16 source + 512 mark
 };
 
 #define STP_KIND_RIBBON 1
 #define STP_KIND_TUBE 2
 #define STP_KIND_POLYGON 3
-#define STP_TAG_BEHIND 256 // pull left something out behind the pixel
 
 // A pixel is two RGBA32UI texels, since fetches are the cost of pull and push. `paint` alone is
 // enough to shade a pixel and to know whether another is in front of it.

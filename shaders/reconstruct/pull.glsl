@@ -18,12 +18,6 @@ stp_pixel stp_pull_candidate(stp_pixel c, ivec2 p, int level, bool inside, vec2 
     return c;
 }
 
-// Whether a candidate lies behind the front's interval.
-bool stp_pull_behind(stp_pixel c, stp_pixel front)
-{
-    return c.tag != 0 && c.z_min > front.z_max;
-}
-
 // Pixel `here` of a level, from the pixels 2 here + (0,0), (1,0), (0,1), (1,1) of the finer level
 // of that size.
 stp_pixel stp_pull(ivec2 here, int level, ivec2 size, stp_pixel f0, stp_pixel f1, stp_pixel f2, stp_pixel f3)
@@ -52,11 +46,6 @@ stp_pixel stp_pull(ivec2 here, int level, ivec2 size, stp_pixel f0, stp_pixel f1
     p.z_min = front.z_min;
     p.z_max = blend.farthest;
     p.tag = stp_tag_from(front.tag, level);
-#if !STP_TEMPLATE
-    bool behind = stp_pull_behind(c0, front) || stp_pull_behind(c1, front) || stp_pull_behind(c2, front) ||
-                  stp_pull_behind(c3, front);
-    p.tag |= behind ? STP_TAG_BEHIND : (f0.tag | f1.tag | f2.tag | f3.tag) & STP_TAG_BEHIND;
-#endif
     if (front.tag == 0)
         p = stp_pixel_invalid();
     return p;

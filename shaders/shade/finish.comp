@@ -55,12 +55,6 @@ void stp_put_rest(ivec2 here, stp_made made, bool wanted)
 #endif
 }
 
-void stp_put_one(ivec2 here, stp_made made, bool wanted)
-{
-    stp_put_picture(here, made, wanted);
-    stp_put_rest(here, made, wanted);
-}
-
 // Writes image by image: alternating stores to several images cost a software driver twice as much.
 void stp_put(ivec2 here, stp_made made, stp_made right, stp_made above, stp_made beyond, bvec4 wanted)
 {

@@ -75,7 +75,7 @@ static void confidence(void **state)
     reference_pixel *pixels = gl_fixture_pixels(f, true), *pulled = gl_fixture_pixels(f, false);
     for (int i = 0; i < PIXELS; i++) {
         const uint8_t *p = rgba + 4 * i;
-        int source = pixels[i].tag == 0 ? 0 : (pixels[i].tag - 1) >> 4 & 15;
+        int source = pixels[i].tag == 0 ? 0 : (pixels[i].tag - 1) >> 4;
         assert_int_equal(p[3] != 0, pixels[i].tag != 0);
         if (pixels[i].tag == 0)
             continue;

@@ -59,7 +59,7 @@ static void compare_pixel(const reference_pixel *a, const reference_pixel *b, ag
     bool colour = true;
     for (int k = 0; k < 3; k++)
         colour &= fabs(a->rgb[k] - b->rgb[k]) <= TOLERANCE;
-    bool source = ((a->tag - 1) >> 4 & 15) == ((b->tag - 1) >> 4 & 15);
+    bool source = (a->tag - 1) >> 4 == (b->tag - 1) >> 4;
     sum->source += !source;
     sum->normal += !normal;
     sum->depth += !depth;

@@ -11,9 +11,9 @@
 #define OUTLINE_FLOOR_PX 0.6
 /* A nearer ellipse hides a measured pixel up to this q. */
 #define HIDES_Q 0.75
-#define TAG_BEHIND 256 /* pull left something out behind the pixel */
-/* Push looks so many coarse pixels further for what pull left out. */
+/* Push looks so many coarse pixels further for what pull left out, if a disc is so wide. */
 #define FURTHER 4
+#define WIDE 2.0
 /* How far an ellipse reaches into a gap. */
 #define GAP_Q_3 2.0
 #define GAP_Q_4 4.0
@@ -109,7 +109,7 @@ static bool carries(const reference_pyramid *pyramid, const reference_pixel *p, 
 typedef struct meeting {
     reference_pixel pixels[MEETING_LIMIT];
     double weights[MEETING_LIMIT], q[MEETING_LIMIT];
-    int count, tags; /* tags: all bits of the pixels' tags */
+    int count;
 } meeting;
 
 /* Adds pixel (i, j) of a level to what meets at window (u, v), if it exists and is valid. */
@@ -126,7 +126,6 @@ static void meet(const reference_pyramid *pyramid, const reference_pixel *pixels
     p.dx = cx - u;
     p.dy = cy - v;
     m->q[m->count] = reference_ellipse(pyramid, &p, cx, cy, u - cx, v - cy);
-    m->tags |= p.tag;
     m->weights[m->count] = weight;
     m->pixels[m->count++] = p;
 }
@@ -259,7 +258,7 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
     const reference_pixel *finer = pyramid->levels[level - 1].pulled;
     double u = centre_of(i, level), v = centre_of(j, level);
     meeting m;
-    m.count = m.tags = 0;
+    m.count = 0;
     for (int k = 0; k < 4; k++)
         meet(pyramid, finer, level - 1, 2 * i + (k & 1), 2 * j + (k >> 1), u, v, 1.0, &m);
     if (pyramid->filter >= REFERENCE_TEMPLATE3)
@@ -269,12 +268,9 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
     if (m.count == 0)
         return (reference_pixel){0};
     const reference_pixel front = *front_of(&m);
-    int reaching = m.count;
     keep_surface(&m, &front);
     reference_pixel out = reference_mean(m.pixels, m.weights, m.count, &front);
     out.tag = tag_with_source(front.tag, level);
-    if (pyramid->filter < REFERENCE_TEMPLATE3)
-        out.tag |= m.count < reaching ? TAG_BEHIND : m.tags & TAG_BEHIND;
     out.z_min = front.z_min;
     out.z_max = front.z_max;
     for (int k = 0; k < m.count; k++)
@@ -342,11 +338,11 @@ static void meet_coarse(const reference_pyramid *pyramid, int level, int i, int 
 /* A pixel that none of four coarse pixels reaches: the front of those around that do. Unless all
  * four are valid, depths that meet those of the four's front do not count. */
 static reference_pixel push_further(const reference_pyramid *pyramid, int level, int i, int j,
-                                    const meeting *four)
+                                    const reference_pixel *own, const meeting *four)
 {
     const reference_pixel near = *front_of(four);
     meeting m;
-    m.count = m.tags = 0;
+    m.count = 0;
     double u = centre_of(i, level), v = centre_of(j, level);
     for (int k = -FURTHER; k <= FURTHER; k++)
         for (int h = -FURTHER; h <= FURTHER; h++)
@@ -359,7 +355,9 @@ static reference_pixel push_further(const reference_pyramid *pyramid, int level,
     if (m.count == 0)
         return (reference_pixel){0};
     reference_pixel out = *front_of(&m);
-    out.tag = tag_with_source(out.tag, level + 1) | (out.tag & TAG_BEHIND);
+    if (own->tag != 0 && !(out.z_min < own->z_min))
+        return (reference_pixel){0};
+    out.tag = tag_with_source(out.tag, level + 1);
     return out;
 }
 
@@ -374,7 +372,7 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     int side_x = i & 1 ? 1 : -1, side_y = j & 1 ? 1 : -1;
     double u = centre_of(i, level), v = centre_of(j, level);
     meeting m;
-    m.count = m.tags = 0;
+    m.count = 0;
     bool mirrored[4] = {false};
     for (int k = 0; k < 4; k++) {
         int x = (i >> 1) + (k & 1 ? side_x : 0), y = (j >> 1) + (k & 2 ? side_y : 0);
@@ -384,15 +382,17 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     const meeting four = m;
     if (seen || (own.tag == 0 && beyond_outline(&m)))
         meet_again(pyramid, u, v, OUTLINE_FLOOR_PX, &m);
-    double least = INFINITY, inner = INFINITY;
+    double least = INFINITY, inner = INFINITY, widest = 0.0;
     for (int k = 0; k < m.count; k++)
         inner = mirrored[k] ? inner : fmin(inner, m.q[k]);
     for (int k = 0; k < m.count; k++) { /* mirrored pixels count only if no other reaches */
         m.q[k] = mirrored[k] && inner <= 1.0 ? INFINITY : m.q[k];
         least = fmin(least, m.q[k]);
+        widest = fmax(widest, m.pixels[k].radius *
+                                  reference_pixels_per_unit(&pyramid->view, m.pixels[k].z_min));
     }
-    if (own.tag == 0 && least > 1.0 && (four.tags & TAG_BEHIND)) {
-        const reference_pixel further = push_further(pyramid, level, i, j, &four);
+    if (level > 0 && !seen && least > 1.0 && widest > WIDE * exp2(level + 1)) {
+        const reference_pixel further = push_further(pyramid, level, i, j, &own, &four);
         if (further.tag != 0)
             return further;
     }
@@ -406,7 +406,6 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
         return own;
     keep_surface(&m, &front);
     reference_pixel out = reference_mean(m.pixels, m.weights, m.count, &front);
-    out.tag |= four.tags & TAG_BEHIND;
     if (pyramid->filter != REFERENCE_BOX)
         out.radius = sqrt(square_radius(&m));
     return out;
@@ -498,7 +497,7 @@ static reference_pixel template_pixel(const reference_pyramid *pyramid, int i, i
     double own_z = INFINITY;
     meeting m;
     gap g = {.q = INFINITY};
-    m.count = m.tags = 0;
+    m.count = 0;
     for (int l = 0; l <= pyramid->level_count; l++)
         for (int y = -reach; y <= reach; y++)
             for (int x = -reach; x <= reach; x++) {

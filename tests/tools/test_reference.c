@@ -363,8 +363,8 @@ static void source_levels(void **state)
     stp_view view = check_view(64, 64, 32.0, true);
     reference_disc disc = disc_at(0.01, 0.01, 2.0, 0.5);
     reference_pyramid p = draw(&view, true, &disc, 1, 16.0);
-    assert_int_equal((at(&p, 32, 32)->tag - 1) >> 4 & 15, 0);
-    assert_true(((at(&p, 40, 32)->tag - 1) >> 4 & 15) > 0);
+    assert_int_equal((at(&p, 32, 32)->tag - 1) >> 4, 0);
+    assert_true((at(&p, 40, 32)->tag - 1) >> 4 > 0);
     reference_destroy(&p);
     assert_int_equal(reference_level_count(0.0, 64, 64), 0);
     assert_int_equal(reference_level_count(1.0, 64, 64), 3);
