@@ -89,9 +89,11 @@ unsigned stp_sublattice_of(const stp_patch *patch, const stp_sample *samples)
     const bits b = bits_of(patch, samples);
     const uint32_t most = UINT32_C(1) << (STP_SUBLATTICE_MOST / STP_SUBLATTICE_KINDS);
     const unsigned octave = (unsigned)__builtin_ctz(b.any | most);
-    const unsigned kind = !(b.uneven >> octave & 1u)    ? BODY_CENTRED
-                          : !(b.odd_sum >> octave & 1u) ? FACE_CENTRED
-                                                        : WHOLE;
+    unsigned kind = WHOLE;
+    if (!(b.uneven >> octave & 1u))
+        kind = BODY_CENTRED;
+    else if (!(b.odd_sum >> octave & 1u))
+        kind = FACE_CENTRED;
     return STP_SUBLATTICE_KINDS * octave + kind;
 }
 
