@@ -49,7 +49,8 @@ bool stp_push_beyond(stp_pixel c, vec2 centre)
     return c.tag == 0 || (!stp_tag_line(c.tag) && dot(centre - c.d, c.normal.xy) > 0.0);
 }
 
-// A coarse pixel as seen from `centre`, its least semi-axis that of an outline or the usual one; q says how far `centre` is from the centre of the ellipse.
+// A coarse pixel as seen from `centre`; q says how far `centre` is from the centre of the ellipse.
+// outline: with the least semi-axis of an outline.
 stp_pixel stp_push_candidate(stp_pixel c, vec2 centre, vec3 ray, bool outline, out float q)
 {
     float least = outline ? STP_PUSH_OUTLINE_FLOOR : stp_ellipse_floor(c.tag);
@@ -77,8 +78,8 @@ bool stp_push_differ(stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
 // Finishes a pixel of the pulled (fine) level from four of level l + 1: its parent, the parent's
 // neighbours on the pixel's side along x and along y, and the one diagonally between. pushed: the
 // pixel has changed. missed: none of the four reaches it, but discs are so wide that it may belong to
-// one that pull left out behind another: stp_push_further may know better (not at level 0: it costs the
-// shading of all pixels a tenth, and finds little).
+// one that pull left out behind another: stp_push_further may know better. Not at level 0, where the
+// loop would cost a software driver a fifth to a third of a frame, and finds little.
 stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pixel beside_y, stp_pixel between,
                         out bool pushed, out bool missed)
 {
@@ -136,8 +137,9 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
 }
 
 // Finishes a pixel that none of the four coarse pixels reaches, from all that lie around them: the
-// front of those whose ellipse reaches it, or `other`. Unless all four are valid, the pixel may lie beyond an
-// outline: then a coarse pixel counts only if its depths do not meet those of the four's front.
+// front of those whose ellipse reaches it, or `other`. Unless all four are valid, the pixel may lie
+// beyond an outline: then a coarse pixel counts only if its depths do not meet those of the four's
+// front. A pixel that is there is replaced only by a nearer one.
 stp_pixel stp_push_further(ivec2 here, stp_pixel other)
 {
     const int width = 2 * STP_PUSH_FURTHER + 1;

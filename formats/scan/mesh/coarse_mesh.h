@@ -6,7 +6,7 @@
  * mesh is coarse, too, if half of its area lies in slivers: faces longer than STP_SLIVER_SPACINGS
  * times the vertices' mean spacing, as in parts that were constructed. Discs of the vertices would
  * leave gaps along them. It gets the points that let all its triangles stay (hybrid.h). A mesh is
- * coarse, too, if its images have more than STP_COARSE_TEXELS texels on the faces for each
+ * coarse as well if its images have more than STP_COARSE_TEXELS texels on the faces for each
  * vertex: the vertices would lose the picture. Vertices without a face stay points beside the
  * samples, unless they are fewer than STP_COARSE_LOOSE: waste of an export, whose discs would be as
  * wide as the model. If they are more than half, and stations saw them, the mesh is not coarse.
@@ -41,9 +41,8 @@
 stp_status stp_mesh_measure_coarse(const stp_point_mesh *mesh, uint64_t *sample_count,
                                    stp_error *err);
 /* Notes the vertices without a face, or how many are left out, but for those that lines have taken,
- * by point; *taken may be
- * NULL, and becomes NULL. Forgets the edges, which are lines now, and splits creases. Errors: as
- * stp_mesh_split_creases. */
+ * by point; *taken may be NULL, and becomes NULL. Forgets the edges, which are lines now, and
+ * splits creases. Errors: as stp_mesh_split_creases. */
 stp_status stp_mesh_begin_samples(stp_point_mesh *mesh, uint8_t **taken, const char *path,
                                   stp_error *err);
 /* Gives each side of a crease vertices and normals of its own. A face whose material has another
