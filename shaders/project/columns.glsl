@@ -36,23 +36,13 @@ void main()
         bvec4 asked = bvec4(stp_block_wants(block, in_block), stp_block_wants(block, in_block + ivec2(1, 0)),
                             stp_block_wants(block, in_block + ivec2(0, 1)), stp_block_wants(block, in_block + 1));
 #if STP_COLUMNS_IN_PLACE
-        uvec4 bits = uvec4(missed) << uvec4(0u, 1u, 2u, 3u);
+        uvec4 bits = (uvec4(missed) & uvec4(asked)) << uvec4(0u, 1u, 2u, 3u);
         for (uint left = bits.x | bits.y | bits.z | bits.w; left != 0u; left &= left - 1u) {
             int k = findLSB(left);
             ivec2 at = here + ivec2(k & 1, k >> 1);
             stp_pixel p = stp_push_further(at, stp_pixel_invalid());
-            stp_made found = stp_make(p, at);
-            bvec4 is = bvec4(k == 0, k == 1, k == 2, k == 3);
-            bool valid = p.tag != 0;
-            if (valid && is.x)
-                made = found;
-            if (valid && is.y)
-                right = found;
-            if (valid && is.z)
-                above = found;
-            if (valid && is.w)
-                beyond = found;
-            pushed = bvec4(uvec4(pushed) | uvec4(is) & uvec4(valid));
+            stp_put_one(at, stp_make(p, at), p.tag != 0);
+            pushed[k] = pushed[k] && p.tag == 0;
         }
 #endif
         stp_put(here, made, right, above, beyond, bvec4(uvec4(asked) & uvec4(STP_WANTED(pushed))));
