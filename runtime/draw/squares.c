@@ -12,20 +12,20 @@
 
 /* So many squares are listed, then drawn: few on a software driver, whose cache then holds the
  * list. */
-static const GLsizei part_squares[2] = {1024, 64};
+static const GLsizei part_squares[2] = {1024, 256};
 
-/* The same as in pieces.glsl. A corner is a place and a name; a piece has four, and is drawn as two
- * triangles. */
+/* The same as in pieces.glsl, square.comp and square.vert. */
 enum {
-    SQUARE_PIECES = 256,
-    PIECE_CORNERS = 4,
-    PIECE_INDICES = 6,
-    CORNER_BYTES = 16,
-    DRAW_BYTES = 20
+    SQUARE_CELLS = 81,
+    SQUARE_TRIANGLES = 640,
+    SQUARE_PLACES = 1105,
+    PLACE_BYTES = 12,
+    DRAW_BYTES = 16,
+    LIST_GROUP = 8
 };
-enum { SQUARE_CELLS = 81 };
 static const GLuint no_quarters[4] = {0, 1, 1, 0};
-enum { UNIFORM_FIRST_SQUARE = 4, STORAGE_CORNERS = 1, STORAGE_DRAWS = 2, STORAGE_QUARTERS = 3 };
+enum { STORAGE_PLACES = 1, STORAGE_TRIANGLES, STORAGE_DRAWS, STORAGE_QUARTERS };
+enum { UNIFORM_SQUARES = 4, UNIT_TRIANGLES = 9, UNIT_PLACES = 10 };
 
 /* A square is beside another if it is where the other's grid goes on, to within this part of the
  * other's side: grids that are not straight bend a little from piece to piece. */
@@ -42,15 +42,15 @@ typedef struct stp_square_key {
 
 void stp_squares_destroy(stp_squares *s)
 {
-    const GLuint buffers[5] = {s->buffer, s->corners, s->draws, s->quarters, s->indices};
+    const GLuint buffers[5] = {s->buffer, s->places, s->triangle_names, s->draws, s->quarters};
+    const GLuint textures[3] = {s->texture, s->triangle_texture, s->place_texture};
     glDeleteProgram(s->list);
     glDeleteProgram(s->list_quarters);
     glDeleteProgram(s->program);
     glDeleteProgram(s->resolve);
     stp_splat_destroy(&s->splat);
     if (s->buffer != 0) {
-        glDeleteTextures(1, &s->texture);
-        glDeleteVertexArrays(1, &s->corner_array);
+        glDeleteTextures(3, textures);
         glDeleteBuffers(5, buffers);
     }
     free(s->records);
@@ -303,35 +303,25 @@ done:
     return status;
 }
 
-/* Makes the buffers for what square.comp lists. */
-static void create_pieces(stp_squares *s)
+/* Makes a buffer that a texture shows; format 0: none does. */
+static void create_list(GLuint *buffer, GLuint *texture, GLsizeiptr bytes, GLenum format)
 {
-    GLushort indices[SQUARE_PIECES][PIECE_INDICES];
-    const GLsizeiptr squares = part_squares[stp_road_is_software()];
-    for (int i = 0; i < SQUARE_PIECES; i++)
-        for (int k = 0; k < PIECE_INDICES; k++) {
-            static const int corners[PIECE_INDICES] = {0, 1, 2, 2, 1, 3};
-            indices[i][k] = (GLushort)(PIECE_CORNERS * i + corners[k]);
-        }
-    glCreateBuffers(1, &s->corners);
-    glCreateBuffers(1, &s->draws);
-    glCreateBuffers(1, &s->quarters);
-    glCreateBuffers(1, &s->indices);
-    glNamedBufferStorage(s->corners, squares * SQUARE_PIECES * PIECE_CORNERS * CORNER_BYTES, NULL,
-                         0);
-    glNamedBufferStorage(s->draws, squares * DRAW_BYTES, NULL, 0);
-    glNamedBufferStorage(s->quarters, (GLsizeiptr)sizeof no_quarters + squares * SQUARE_CELLS * 4,
-                         NULL, GL_DYNAMIC_STORAGE_BIT);
-    glNamedBufferStorage(s->indices, sizeof indices, indices, 0);
-    glCreateVertexArrays(1, &s->corner_array);
-    glVertexArrayElementBuffer(s->corner_array, s->indices);
-    glVertexArrayVertexBuffer(s->corner_array, 0, s->corners, 0, CORNER_BYTES);
-    glVertexArrayAttribFormat(s->corner_array, 0, 3, GL_FLOAT, GL_FALSE, 0);
-    glVertexArrayAttribIFormat(s->corner_array, 1, 1, GL_UNSIGNED_INT, 3 * sizeof(GLfloat));
-    for (GLuint i = 0; i < 2; i++) {
-        glVertexArrayAttribBinding(s->corner_array, i, 0);
-        glEnableVertexArrayAttrib(s->corner_array, i);
+    glCreateBuffers(1, buffer);
+    glNamedBufferStorage(*buffer, bytes, NULL, GL_DYNAMIC_STORAGE_BIT);
+    if (format != 0) {
+        glCreateTextures(GL_TEXTURE_BUFFER, 1, texture);
+        glTextureBuffer(*texture, format, *buffer);
     }
+}
+
+/* Makes the buffers for what square.comp lists. */
+static void create_lists(stp_squares *s)
+{
+    const GLsizeiptr squares = part_squares[stp_road_is_software()];
+    create_list(&s->places, &s->place_texture, squares * SQUARE_PLACES * PLACE_BYTES, GL_RGB32F);
+    create_list(&s->triangle_names, &s->triangle_texture, squares * SQUARE_TRIANGLES * 4, GL_R32UI);
+    create_list(&s->draws, NULL, squares * DRAW_BYTES, 0);
+    create_list(&s->quarters, NULL, (GLsizeiptr)sizeof no_quarters + squares * SQUARE_CELLS * 4, 0);
 }
 
 static void upload(stp_squares *s)
@@ -339,7 +329,7 @@ static void upload(stp_squares *s)
     if (s->buffer == 0) {
         glCreateBuffers(1, &s->buffer);
         glCreateTextures(GL_TEXTURE_BUFFER, 1, &s->texture);
-        create_pieces(s);
+        create_lists(s);
     }
     glNamedBufferData(s->buffer, (GLsizeiptr)(s->count * sizeof *s->records), s->records,
                       GL_STREAM_DRAW);
@@ -374,26 +364,29 @@ void stp_squares_draw(const stp_squares *s, const stp_project_params *params)
 {
     const size_t most = (size_t)part_squares[stp_road_is_software()];
     glProgramUniform1i(s->program, STP_UNIFORM_SCATTERED, params->lod == STP_LOD_COMPUTE);
-    glBindVertexArray(s->corner_array);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_CORNERS, s->corners);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_DRAWS, s->draws);
-    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STORAGE_QUARTERS, s->quarters);
+    const GLuint lists[4] = {s->places, s->triangle_names, s->draws, s->quarters};
+    const GLuint programs[3] = {s->list, s->list_quarters, s->program};
+    glBindVertexArray(stp_block_cache_texture(params->cache)->empty_array);
+    glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, STORAGE_PLACES, 4, lists);
+    glBindTextureUnit(UNIT_TRIANGLES, s->triangle_texture);
+    glBindTextureUnit(UNIT_PLACES, s->place_texture);
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, s->draws);
     glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, s->quarters);
     for (size_t i = 0; i < s->triangles; i += most) {
         const size_t count = s->triangles - i < most ? s->triangles - i : most;
-        glProgramUniform1ui(s->list, UNIFORM_FIRST_SQUARE, (GLuint)i);
-        glProgramUniform1ui(s->list_quarters, UNIFORM_FIRST_SQUARE, (GLuint)i);
+        for (int k = 0; k < 3; k++)
+            glProgramUniform2ui(programs[k], UNIFORM_SQUARES, (GLuint)i, (GLuint)count);
         glNamedBufferSubData(s->quarters, 0, sizeof no_quarters, no_quarters);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT); /* the last part is drawn */
         glUseProgram(s->list);
-        glDispatchCompute((GLuint)count, 1, 1);
+        glDispatchCompute(((GLuint)count + LIST_GROUP - 1) / LIST_GROUP, 1, 1);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
         glUseProgram(s->list_quarters);
         glDispatchComputeIndirect(0);
-        glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+        glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_COMMAND_BARRIER_BIT |
+                        GL_BUFFER_UPDATE_BARRIER_BIT);
         glUseProgram(s->program);
-        glMultiDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_SHORT, NULL, (GLsizei)count, 0);
+        glMultiDrawArraysIndirect(GL_TRIANGLES, NULL, (GLsizei)count, 0);
     }
 }
 

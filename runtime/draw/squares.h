@@ -25,9 +25,9 @@ typedef struct stp_squares {
     int maps;        /* of the variant */
     stp_splat splat; /* if maps are drawn as splats */
     GLuint buffer, texture;
-    /* What square.comp lists of some squares: corners, a draw a square, cells with quarters; and
-     * how corners make triangles. */
-    GLuint corners, draws, quarters, indices, corner_array;
+    /* What square.comp lists of some squares: places, triangles, a draw a square, cells with
+     * quarters. */
+    GLuint places, triangle_names, draws, quarters, place_texture, triangle_texture;
     stp_gpu_square *records; /* of the last pass */
     size_t count, capacity;
     size_t triangles;            /* so many are drawn as triangles, the others as splats */

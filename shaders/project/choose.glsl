@@ -59,7 +59,7 @@ uvec4 stp_patch_openings(stp_patch p, uint slot)
     bool faces = a.cos_phi < 0.0 && stp_rule_sin_alpha(a.cos_phi, p.cone_cos, a.sin_beta) < 1.0;
     uvec4 left = faces || modes.y == 0 ? uvec4(0u) : stp_chunk_openings(slot);
     while (left != uvec4(0u)) {
-        int i = stp_openings_take(left);
+        int i = stp_set_take(left);
         bool through = stp_seen_through(STP_OPENING(i), p.bound_centre, p.bound_radius * 1.00001);
         uvec4 bit = uvec4(equal(ivec4(i >> 5), ivec4(0, 1, 2, 3))) << uint(i & 31);
         set |= through ? bit : uvec4(0u);

@@ -89,8 +89,8 @@ bool stp_seen_through(vec4 opening, vec3 from_eye, float radius)
 #endif
 }
 
-// Takes the first opening out of a set that has one (stp_chunk_openings).
-int stp_openings_take(inout uvec4 set)
+// Sets of numbers below 128: bit i % 32 of word i / 32. Takes the least out of a set that has one.
+int stp_set_take(inout uvec4 set)
 {
     int word = set.x != 0u ? 0 : set.y != 0u ? 1 : set.z != 0u ? 2 : 3;
     uint bits = set.x != 0u ? set.x : set.y != 0u ? set.y : set.z != 0u ? set.z : set.w;
@@ -99,12 +99,17 @@ int stp_openings_take(inout uvec4 set)
     return 32 * word + findLSB(bits);
 }
 
+void stp_set_add(inout uvec4 set, int number)
+{
+    set |= mix(uvec4(0u), uvec4(1u << (number & 31)), equal(ivec4(0, 1, 2, 3), ivec4(number >> 5)));
+}
+
 // Whether the line of sight to a place passes through an opening of the set.
 bool stp_place_opened(vec3 from_eye, uvec4 set)
 {
 #if STP_OPENINGS
     while (set != uvec4(0u))
-        if (stp_seen_through(STP_OPENING(stp_openings_take(set)), from_eye, 0.0))
+        if (stp_seen_through(STP_OPENING(stp_set_take(set)), from_eye, 0.0))
             return true;
 #endif
     return false;

@@ -118,22 +118,40 @@ struct stp_square_sample {
     vec3 place;   // relative to the eye, world axes
 };
 
+// A drawn square, or what takes its place where none is.
+struct stp_square_read {
+    bool drawn;
+    stp_square square;
+    uint colours; // of its block
+};
+
+// The square at this side of a square, or itself: -1, 0 or 1 by columns and by rows.
+stp_square_read stp_square_read_beside(uint listed, ivec2 side)
+{
+    uint beside = side == ivec2(0) ? listed : stp_square_beside(listed, side);
+    bool drawn = beside != STP_NO_SAMPLE;
+    uint read = drawn ? beside : listed;
+    return stp_square_read(drawn, stp_square_fetch(read), stp_square_colours(read));
+}
+
+// The sample at a column and row, modulo 8.
+stp_square_sample stp_square_sample_in(stp_square_read of, ivec2 at)
+{
+    uint place = stp_square_place(uvec2(at & 7));
+    stp_square_sample c;
+    c.there = of.drawn && stp_square_has(of.square.mask, place);
+    uint index = of.square.first + (c.there ? stp_square_rank(of.square.mask, place) : 0u);
+    c.texel = stp_sample_fetch(index, of.colours);
+    c.there = c.there && !stp_sample_left_out(c.texel);
+    c.lattice = of.square.lattice;
+    c.place = stp_sample_position(c.texel, c.lattice.xyz, c.lattice.w);
+    return c;
+}
+
 // The sample at a column and row of a square, both from -1 to 8: it may be in the square beside.
 stp_square_sample stp_square_sample_at(uint listed, ivec2 at)
 {
-    uint beside = listed;
-    if (at >> 3 != ivec2(0))
-        beside = stp_square_beside(listed, at >> 3);
-    stp_square s = stp_square_fetch(beside == STP_NO_SAMPLE ? listed : beside);
-    uint place = stp_square_place(uvec2(at & 7));
-    stp_square_sample c;
-    c.there = beside != STP_NO_SAMPLE && stp_square_has(s.mask, place);
-    uint index = s.first + (c.there ? stp_square_rank(s.mask, place) : 0u);
-    c.texel = stp_sample_fetch(index, stp_square_colours(beside == STP_NO_SAMPLE ? listed : beside));
-    c.there = c.there && !stp_sample_left_out(c.texel);
-    c.lattice = s.lattice;
-    c.place = stp_sample_position(c.texel, s.lattice.xyz, s.lattice.w);
-    return c;
+    return stp_square_sample_in(stp_square_read_beside(listed, at >> 3), at);
 }
 
 // The samples of a cell: of a column and a row, of the next column, of the next row, and of both.

@@ -1,16 +1,25 @@
-// Writes the quarters of cells that square.comp lists, one invocation a cell.
+// Lists the quarters of cells that square.comp found, one invocation a cell, after the triangles of whole cells.
+// Those of a square come in any order: they do not lie before each other.
 #define STP_FRAME_HELD
 #include "layout.glsl"
 #include "patch.glsl"
 #include "project.glsl"
 #include "square.glsl"
 #include "pieces.glsl"
+#include "square_list.glsl"
 
 layout(local_size_x = STP_QUARTER_GROUP) in;
 
+// A place relative to the eye, moved away from it.
+vec3 stp_square_behind(vec3 place, float by)
+{
+    vec3 back = vec3(axis_right.w, axis_up.w, axis_back.w);
+    return place - by * (STP_ORTHOGRAPHIC != 0 ? back : -normalize(place));
+}
+
 // The corners of a cell's quarter, from its sample `own` on: the next along columns, along rows, and
 // across. sides: stp_square_sides.
-vec3[4] stp_square_quarter(stp_square_corner c[4], bvec4 sides, int own)
+vec3[4] stp_square_quarter(stp_square_corner c[4], bvec4 sides, int own, bool of_map)
 {
     int by_column = own ^ 1, by_row = own ^ 2, across = own ^ 3;
     bool column = sides[own >> 1], row = sides[2 + (own & 1)];
@@ -31,15 +40,24 @@ vec3[4] stp_square_quarter(stp_square_corner c[4], bvec4 sides, int own)
     }
     vec3 half_column = (own & 1) != 0 ? -c[own].by_column : c[own].by_column;
     vec3 half_row = (own & 2) != 0 ? -c[own].by_row : c[own].by_row;
-    return vec3[](place, column ? 0.5 * (place + c[by_column].place) : place + half_column,
-                  row ? 0.5 * (place + c[by_row].place) : place + half_row, middle / count);
+    vec3 corners[4] = vec3[](place, column ? 0.5 * (place + c[by_column].place) : place + half_column,
+                             row ? 0.5 * (place + c[by_row].place) : place + half_row, middle / count);
+    // Quarters of maps show where no cell of another map, and no triangle between them, is drawn.
+    float behind = of_map ? 2.0 * length(c[own].by_column) : 0.0;
+    for (int i = 0; i < 4; i++)
+        corners[i] = stp_square_behind(corners[i], behind);
+    return corners;
 }
 
-// A place relative to the eye, moved away from it.
-vec3 stp_square_behind(vec3 place, float by)
+void stp_quarter_write(uint square, ivec2 at, vec3 corners[4])
 {
-    vec3 back = vec3(axis_right.w, axis_up.w, axis_back.w);
-    return place - by * (STP_ORTHOGRAPHIC != 0 ? back : -normalize(place));
+    uint slot = (atomicAdd(draws[square].count, 6u) + draws[square].first) / 3u - square * STP_SQUARE_TRIANGLES;
+    uint quarter = (slot - STP_CELL_TRIANGLES) / 2u;
+    uint name = quarter << STP_NAME_SQUARE_SHIFT | stp_square_place(uvec2(at)) << STP_NAME_PLACE_SHIFT;
+    for (uint i = 0u; i < 4u; i++)
+        stp_place_write(square, uint(STP_SQUARE_CELLS) + 4u * quarter + i, corners[i]);
+    triangles[square * STP_SQUARE_TRIANGLES + slot] = name;
+    triangles[square * STP_SQUARE_TRIANGLES + slot + 1u] = name | STP_SQUARE_SECOND;
 }
 
 void main()
@@ -47,23 +65,25 @@ void main()
     stp_frame_hold();
     if (gl_GlobalInvocationID.x >= quartered_count)
         return;
-    uint entry = quartered[gl_GlobalInvocationID.x], piece = entry >> 7;
-    uint listed = first_square + piece / STP_SQUARE_PIECES;
+    uint entry = quartered[gl_GlobalInvocationID.x], square = entry >> 7, listed = squares.x + square;
     bool of_map = (stp_square_flags(listed) & STP_SQUARE_OF_MAP) != 0u;
     ivec2 first = stp_cell_first(entry & 127u);
     stp_square_axes axes = stp_square_axes_fetch(listed);
     stp_square_corner c[4];
     for (int i = 0; i < 4; i++)
-        c[i] = stp_square_corner_at(listed, first + ivec2(i & 1, i >> 1), axes);
+        c[i] = stp_square_corner_of(stp_square_sample_at(listed, first + ivec2(i & 1, i >> 1)), axes);
     bvec4 sides = stp_square_sides(c, of_map), quarters = stp_square_quarters(c, first);
+    uint seen = 0u;
     for (int own = 0; own < 4; own++) {
-        if (!quarters[own])
-            continue;
-        // Quarters of maps show where no cell of another map, and no triangle between them, is drawn.
-        float behind = of_map ? 2.0 * length(c[own].by_column) : 0.0;
-        vec3 places[4] = stp_square_quarter(c, sides, own);
+        vec3 places[4] = stp_square_quarter(c, sides, own, of_map), windows[4];
         for (int i = 0; i < 4; i++)
-            places[i] = stp_square_behind(places[i], behind);
-        stp_piece_write(piece++, places, listed, first + ivec2(own & 1, own >> 1), 0u);
+            windows[i] = stp_place_window(places[i]);
+        bool either = stp_triangle_seen(windows[0], windows[1], windows[2]) ||
+                      stp_triangle_seen(windows[2], windows[1], windows[3]);
+        seen |= uint(quarters[own] && either) << own;
+    }
+    for (; seen != 0u; seen &= seen - 1u) {
+        int own = findLSB(seen);
+        stp_quarter_write(square, first + ivec2(own & 1, own >> 1), stp_square_quarter(c, sides, own, of_map));
     }
 }
