@@ -164,6 +164,19 @@ static bool has_squares(const stp_renderer *r, size_t draw_count)
     return r->sight.lists[STP_SIGHT_SQUARES].begin[draw_count] > 0;
 }
 
+/* Turns nearest samples into pixels. After compute shaders, the first pass has rasterised nothing
+ * but squares, so depths tell their pixels. */
+static void resolve(const stp_renderer *r, const stp_project_params *params)
+{
+    const bool squares = has_squares(r, params->draw_count);
+    const bool apart = squares && params->first && params->lod == STP_LOD_COMPUTE;
+    stp_reconstruct_resolve(r->reconstruct.resolve, &r->pyramid, &r->tiles, params->first,
+                            apart ? GL_EQUAL : GL_ALWAYS);
+    if (squares)
+        stp_reconstruct_resolve(r->project.squares.resolve, &r->pyramid, &r->tiles, params->first,
+                                apart ? GL_NOTEQUAL : GL_ALWAYS);
+}
+
 /* Draws the nearest sample of each pixel; of splats, the one whose interval ends first. */
 static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                               stp_error *err)
@@ -187,9 +200,7 @@ static stp_status draw_fronts(stp_renderer *r, stp_drawing *d, const stp_draw *d
     if (status != STP_OK)
         return status;
     stp_stage_end(params.clock, STP_STAGE_PROJECT);
-    stp_reconstruct_resolve(r->reconstruct.resolve, &r->pyramid, &r->tiles, first);
-    if (has_squares(r, count))
-        stp_reconstruct_resolve(r->project.squares.resolve, &r->pyramid, &r->tiles, first);
+    resolve(r, &params);
     stp_stage_end(params.clock, STP_STAGE_RESOLVE);
     d->stats.passes++;
     d->stats.chunks_drawn += (uint32_t)count;

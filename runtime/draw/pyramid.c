@@ -133,6 +133,7 @@ stp_status stp_pyramid_resize(stp_pyramid *pyramid, int width, int height, stp_e
     p.nearest_depth = create_texture(GL_DEPTH_COMPONENT32F, width, height);
     p.nearest_frame = create_frame(&p.nearest, 1);
     glNamedFramebufferTexture(p.nearest_frame, GL_DEPTH_ATTACHMENT, p.nearest_depth, 0);
+    glNamedFramebufferTexture(p.levels[0].pulled_frame, GL_DEPTH_ATTACHMENT, p.nearest_depth, 0);
     p.picture = create_texture(GL_RGBA8, width, height);
     p.picture_depth = create_texture(GL_R32F, width, height);
     p.picture_mark = create_texture(GL_R8UI, width, height);

@@ -71,14 +71,19 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *p)
 }
 
 void stp_reconstruct_resolve(GLuint program, const stp_pyramid *pyramid, const stp_tiles *tiles,
-                             bool first)
+                             bool first, GLenum where)
 {
     glBindFramebuffer(GL_FRAMEBUFFER, pyramid->levels[0].pulled_frame);
-    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_DEPTH_TEST); /* at depth 0, without writing it */
+    glDepthMask(GL_FALSE);
+    glDepthFunc(where);
     glUseProgram(program);
     glUniform1i(STP_UNIFORM_FIRST_PASS, first);
     glBindTextureUnit(STP_UNIT_NEAREST, pyramid->nearest);
     stp_tiles_draw(tiles, 0);
+    glDepthFunc(GL_GREATER);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_DEPTH_TEST);
 }
 
 static void set_read(const stp_pyramid_level *level)

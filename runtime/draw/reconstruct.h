@@ -34,9 +34,11 @@ void stp_reconstruct_destroy(stp_reconstruct_programs *programs);
 
 /* Turns nearest samples into level 0 as pulled, by the program `resolve`, or one for squares of
  * grids, which leaves all other pixels. The first pass of a frame empties the pixels that it does
- * not cover; later passes leave them. Leaves the depth test off. All passes draw tiles only. */
+ * not cover; later passes leave them. where: GL_ALWAYS, or only pixels whose rasterised depth is 0
+ * (GL_EQUAL) or is not (GL_NOTEQUAL): a software driver then skips the others. Leaves the depth
+ * test off. All passes draw tiles only. */
 void stp_reconstruct_resolve(GLuint program, const stp_pyramid *pyramid, const stp_tiles *tiles,
-                             bool first);
+                             bool first, GLenum where);
 /* Whether level 0 has finished pixels besides the pulled ones. */
 bool stp_reconstruct_finishes(const stp_reconstruct_programs *programs, int levels);
 /* Fills levels 1..levels as pulled, then levels - 1..1 as finished (with templates none of these).

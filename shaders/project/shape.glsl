@@ -175,7 +175,9 @@ vec3 stp_disc_meet(stp_disc disc, vec2 window)
 // The disc of a cell's sample, with the mean colour, intensity and normal of all four.
 stp_disc stp_square_mean(stp_square_cell cell, vec4 weights, int own)
 {
-    stp_disc disc = stp_disc_decode(cell.samples[own].texel, cell.samples[own].lattice.xyz, cell.samples[own].lattice.w);
+    // A software driver would keep an array in memory that is read at a number known late.
+    stp_square_sample s = own == 0 ? cell.samples[0] : own == 1 ? cell.samples[1] : own == 2 ? cell.samples[2] : cell.samples[3];
+    stp_disc disc = stp_disc_decode(s.texel, s.lattice.xyz, s.lattice.w);
     vec3 normal = vec3(0.0), colour = vec3(0.0);
     float intensity = 0.0;
     for (int i = 0; i < 4; i++) {

@@ -18,19 +18,18 @@ vec3 stp_square_behind(vec3 place, float by)
 }
 
 // The corners of a cell's quarter, from its sample `own` on: the next along columns, along rows, and
-// across. sides: stp_square_sides.
+// across. sides: stp_square_sides. Reads no array at a number known late: a software driver would keep it in memory.
 vec3[4] stp_square_quarter(stp_square_corner c[4], bvec4 sides, int own, bool of_map)
 {
-    int by_column = own ^ 1, by_row = own ^ 2, across = own ^ 3;
-    bool column = sides[own >> 1], row = sides[2 + (own & 1)];
-    bool far_column = sides[1 - (own >> 1)], far_row = sides[3 - (own & 1)];
-    // Which samples the surface joins to the own one within the cell.
-    bool joined[4];
-    joined[own] = true;
-    joined[by_column] = column || row && far_row && far_column;
-    joined[by_row] = row || column && far_row && far_column;
-    joined[across] = column && far_row || row && far_column;
-    vec3 place = c[own].place, middle = vec3(0.0);
+    bool last_column = (own & 1) != 0, last_row = (own & 2) != 0;
+    bool column = last_row ? sides.y : sides.x, far_column = last_row ? sides.x : sides.y;
+    bool row = last_column ? sides.w : sides.z, far_row = last_column ? sides.z : sides.w;
+    // Which samples the surface joins to the own one within the cell: itself, by column, by row, across.
+    bvec4 joined = bvec4(true, column || row && far_row && far_column, row || column && far_row && far_column,
+                         column && far_row || row && far_column);
+    joined = last_column ? joined.yxwz : joined;
+    joined = last_row ? joined.zwxy : joined;
+    vec3 middle = vec3(0.0);
     float count = 0.0;
     for (int i = 0; i < 4; i++) {
         vec3 at = c[i].place + ((i & 1) != 0 ? -c[i].by_column : c[i].by_column) +
@@ -38,12 +37,15 @@ vec3[4] stp_square_quarter(stp_square_corner c[4], bvec4 sides, int own, bool of
         middle += joined[i] ? at : vec3(0.0);
         count += joined[i] ? 1.0 : 0.0;
     }
-    vec3 half_column = (own & 1) != 0 ? -c[own].by_column : c[own].by_column;
-    vec3 half_row = (own & 2) != 0 ? -c[own].by_row : c[own].by_row;
-    vec3 corners[4] = vec3[](place, column ? 0.5 * (place + c[by_column].place) : place + half_column,
-                             row ? 0.5 * (place + c[by_row].place) : place + half_row, middle / count);
+    stp_square_corner low = last_column ? c[1] : c[0], high = last_column ? c[3] : c[2], here = last_row ? high : low;
+    vec3 next_column = last_row ? (last_column ? c[2].place : c[3].place) : (last_column ? c[0].place : c[1].place);
+    vec3 next_row = last_row ? low.place : high.place;
+    vec3 half_column = last_column ? -here.by_column : here.by_column;
+    vec3 half_row = last_row ? -here.by_row : here.by_row;
+    vec3 corners[4] = vec3[](here.place, column ? 0.5 * (here.place + next_column) : here.place + half_column,
+                             row ? 0.5 * (here.place + next_row) : here.place + half_row, middle / count);
     // Quarters of maps show where no cell of another map, and no triangle between them, is drawn.
-    float behind = of_map ? 2.0 * length(c[own].by_column) : 0.0;
+    float behind = of_map ? 2.0 * length(here.by_column) : 0.0;
     for (int i = 0; i < 4; i++)
         corners[i] = stp_square_behind(corners[i], behind);
     return corners;
