@@ -2,10 +2,12 @@
 #include "preprocess/maps/map_make.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/normal_grid.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* A grid has at most so many squares a point, beside SQUARES_LEAST. */
 #define SQUARES_MOST 32.0
@@ -219,6 +221,63 @@ static void round_heights(making *m)
                 (int32_t)nearbyint((double)m->heights[i] * HEIGHT_STEPS - base);
 }
 
+/* Counts the squares that have samples, if the first row is the row `down` of a square, and the
+ * first column its column 0 to 7. any: by column. */
+static void count_squares(const stp_map *map, uint32_t down, bool *any,
+                          uint32_t counts[STP_SQUARE_SIDE])
+{
+    memset(counts, 0, STP_SQUARE_SIDE * sizeof *counts);
+    for (uint32_t row = 0; row < map->rows;) {
+        memset(any, 0, map->columns * sizeof *any);
+        do
+            for (uint32_t c = 0; c < map->columns; c++)
+                any[c] = any[c] || stp_map_at(map, c, row)->flags & STP_MAP_SUPPORTED;
+        while (++row < map->rows && (row + down) % STP_SQUARE_SIDE != 0);
+        for (uint32_t right = 0; right < STP_SQUARE_SIDE; right++) {
+            uint32_t next = 0; /* the first column behind the last square that has samples */
+            for (uint32_t c = 0; c < map->columns; c++)
+                if (any[c] && c >= next) {
+                    next = c + STP_SQUARE_SIDE - (c + right) % STP_SQUARE_SIDE;
+                    counts[right]++;
+                }
+        }
+    }
+}
+
+/* Puts empty rows and columns before the first ones so that the fewest squares have samples: each
+ * is a patch. */
+static stp_status fit_squares(stp_map *map, stp_error *err)
+{
+    stp_status status = STP_OK;
+    bool *any = NULL;
+    stp_map_sample *samples = NULL;
+    uint32_t least = UINT32_MAX, right = 0, down = 0, counts[STP_SQUARE_SIDE];
+    STP_TRY(stp_alloc(&any, map->columns, sizeof *any, "maps", err));
+    for (uint32_t r = 0; r < STP_SQUARE_SIDE; r++) {
+        count_squares(map, r, any, counts);
+        for (uint32_t c = 0; c < STP_SQUARE_SIDE; c++)
+            if (counts[c] < least) {
+                least = counts[c];
+                right = c;
+                down = r;
+            }
+    }
+    const uint32_t columns = map->columns + right, rows = map->rows + down;
+    STP_TRY(stp_alloc(&samples, (size_t)columns * rows, sizeof *samples, "maps", err));
+    for (uint32_t row = 0; row < map->rows; row++)
+        memcpy(samples + (size_t)(row + down) * columns + right,
+               map->samples + (size_t)row * map->columns, map->columns * sizeof *samples);
+    map->frame.origin = stp_map_frame_world(
+        &map->frame, (stp_dvec3){-map->frame.spacing * right, -map->frame.spacing * down, 0.0});
+    map->columns = columns;
+    map->rows = rows;
+    free(map->samples);
+    map->samples = samples;
+done:
+    free(any);
+    return status;
+}
+
 stp_status stp_map_make(stp_map *out, bool *fits, const stp_cloud *cloud,
                         const stp_map_places *places, const stp_normal_cone *cone, double cone_rad,
                         stp_error *err)
@@ -253,6 +312,7 @@ stp_status stp_map_make(stp_map *out, bool *fits, const stp_cloud *cloud,
     if (jumps(&m))
         goto done;
     round_heights(&m);
+    STP_TRY(fit_squares(&m.map, err));
     *fits = true;
     *out = m.map;
     m.map.samples = NULL;

@@ -160,6 +160,24 @@ done:
     return status;
 }
 
+/* Takes the points that halving left without a map into the nearest map of their part, if that is
+ * near enough. */
+static void take_left(trial *t, const uint32_t *own, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        double distance = INFINITY;
+        if (t->mapped[own[i]] || t->cloud->marks[own[i]] & STP_MARK_OUTLIER)
+            continue;
+        for (size_t m = 0; m < t->list->count; m++)
+            distance = stp_min(
+                distance, stp_map_distance(&t->list->maps[m], t->cloud->points[own[i]].position));
+        if (distance > limit_of(t, own[i]))
+            continue;
+        t->mapped[own[i]] = true;
+        stp_maps_counts_add(&t->list->counts, distance);
+    }
+}
+
 stp_status stp_map_list_make(stp_map_list *out, const stp_cloud *cloud,
                              const stp_maps_params *params, const stp_face_tree *faces,
                              const uint32_t *parts, bool *mapped, uint32_t *places, uint32_t count,
@@ -173,6 +191,7 @@ stp_status stp_map_list_make(stp_map_list *out, const stp_cloud *cloud,
     STP_TRY(stp_alloc(&t.normals, count, sizeof *t.normals, "normals", err));
     STP_TRY(stp_alloc(&t.distances, count, sizeof *t.distances, "points", err));
     STP_TRY(try_places(&t, places, count, err));
+    take_left(&t, places, count);
     *out = made;
     made = (stp_map_list){0};
 done:

@@ -7,8 +7,8 @@
 
 #include <string.h>
 
-/* Of maps: a radius this near to that of a full cell becomes it. */
-#define FULL_OCTAVES 0.25
+/* Of maps: radii are that of a full cell times powers of two of so many in an octave. */
+#define FULL_PARTS 2.0
 #define LATTICE_MIN (-160)
 #define LATTICE_MAX 160
 /* A bound below 2^(BOUND_OCTAVES + 1) steps has a code. */
@@ -303,9 +303,17 @@ static double full_radius(const builder *b, const stp_disc *merged, int level)
     return STP_MERGED_LAMBDA * ldexp(grid->spacing, level) * sqrt(stp_stretch(cosine));
 }
 
+/* Of a map: the nearest radius that the codec expects nearly, at least `least`. */
+static double radius_on_map(double radius, double full, double least)
+{
+    double step = round(log2(radius / full) * FULL_PARTS);
+    while (full * exp2(step / FULL_PARTS) < least)
+        step += 1.0;
+    return full * exp2(step / FULL_PARTS);
+}
+
 /* A radius that covers the centres of the finer samples and the disc's own share of the surface. It
- * is at least a step of its lattice, so that it has a code in the chunk above, too. Of a map it is
- * the full one if that is near. */
+ * is at least a step of its lattice, so that it has a code in the chunk above, too. */
 static double merged_radius(const builder *b, const stp_disc *merged, int level, unsigned begin,
                             unsigned end, double area, int lattice)
 {
@@ -315,11 +323,8 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
     for (unsigned i = begin; i < end && !alone; i++)
         reach = stp_max(reach, stp_dvec3_length(stp_dvec3_sub(finer[i].centre, merged->centre)));
     radius = stp_max(radius, reach);
-    if (b->ground->grid && !alone) {
-        const double full = full_radius(b, merged, level);
-        if (full >= reach && fabs(log2(radius / full)) < FULL_OCTAVES) /* false if radius is 0 */
-            radius = full;
-    }
+    if (b->ground->grid && !alone && radius > 0.0)
+        radius = radius_on_map(radius, full_radius(b, merged, level), reach);
     if (!b->ground->even && !alone)
         radius = stp_radius_on_grid(radius, reach);
     return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;

@@ -2,9 +2,14 @@
 #include "preprocess/patch/triangle_build.h"
 
 #include "formats/chunk/measure/triangles.h"
+#include "formats/chunk/normal_grid.h"
 #include "preprocess/patch/world_lattice.h"
 
 #include <string.h>
+
+/* Normals of discs are rounded by at most 0.33 degrees: they stand for triangles that lie at many
+ * more. */
+#define DISC_NORMAL_BITS 9u
 
 typedef struct builder {
     const stp_triangle_source *source;
@@ -98,7 +103,7 @@ static stp_sample mean_sample(const builder *b, int level, unsigned j, stp_dvec3
         out.rgb[c] = (uint8_t)lrint(rgb[c] / sum);
     out.intensity = (uint8_t)lrint(intensity / sum);
     normal = stp_dvec3_normalize(normal);
-    stp_normal_encode(stp_dvec3_to_float(normal), out.normal);
+    stp_normal_encode_on(stp_dvec3_to_float(normal), DISC_NORMAL_BITS, out.normal);
     out.flags = stp_dvec3_length(normal) > 0.5 ? STP_SAMPLE_HAS_NORMAL : 0;
     return out;
 }

@@ -25,15 +25,15 @@ typedef struct stp_triangle_part {
 /* What parts are made from: triangles in an order, and each vertex's lattice. */
 typedef struct stp_triangle_source {
     const stp_triangle_set *set;
-    const uint32_t *order;
-    const int16_t *exponents;
+    uint32_t (*corners)[3]; /* of each triangle: vertices, in an order that codes well */
+    int16_t *exponents;
 } stp_triangle_source;
 
 /* The vertex of a corner. corner: its number in the part, from 0. */
 static inline uint32_t stp_corner_vertex(const stp_triangle_source *source,
                                          const stp_triangle_part *part, unsigned corner)
 {
-    return source->set->triangles[source->order[part->first + corner / 3]][corner % 3];
+    return source->corners[part->first + corner / 3][corner % 3];
 }
 
 /* Builds the patch. chunk_origin: a multiple of twice each of the part's lattices. greatest: the

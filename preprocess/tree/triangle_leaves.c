@@ -6,6 +6,7 @@
 #include "preprocess/patch/world_lattice.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Greatest diagonal of a patch, in sizes of its triangles. The curve that orders the triangles
  * jumps. */
@@ -14,15 +15,15 @@
 typedef struct maker {
     stp_triangle_leaves out;
     const stp_triangle_set *set;
-    uint32_t *order; /* order of the source */
+    uint32_t (*corners)[3];
     int16_t *exponents;
     size_t part_capacity;
     double precision, side;
 } maker;
 
-static const stp_dvec3 *corner(const stp_triangle_set *set, uint32_t t, int k)
+static const stp_line_vertex *corner(const maker *m, uint32_t t, int k)
 {
-    return &set->vertices[set->triangles[t][k]].position;
+    return &m->set->vertices[m->corners[t][k]];
 }
 
 static bool is_valid(const stp_triangle_set *set, uint64_t t)
@@ -61,14 +62,16 @@ static stp_status sort_triangles(maker *m, stp_error *err)
     const stp_morton_grid grid = stp_morton_grid_of(&m->out.box);
     for (uint32_t i = 0; i < count; i++) {
         stp_dvec3 sum = {0.0, 0.0, 0.0};
-        for (int k = 0; k < 3; k++)
-            sum = stp_dvec3_add(sum, stp_dvec3_scale(*corner(set, placed[i].index, k), 1.0 / 3.0));
+        for (int k = 0; k < 3; k++) {
+            const uint32_t v = set->triangles[placed[i].index][k];
+            sum = stp_dvec3_add(sum, stp_dvec3_scale(set->vertices[v].position, 1.0 / 3.0));
+        }
         placed[i].code = stp_morton_code(&grid, sum);
     }
     stp_morton_order(placed, count);
-    STP_TRY(stp_alloc(&m->order, count, sizeof *m->order, "triangles", err));
+    STP_TRY(stp_alloc(&m->corners, count, sizeof *m->corners, "triangles", err));
     for (uint32_t i = 0; i < count; i++)
-        m->order[i] = placed[i].index;
+        memcpy(m->corners[i], set->triangles[placed[i].index], sizeof *m->corners);
     m->out.counts.triangles = count;
 done:
     free(placed);
@@ -82,7 +85,7 @@ static stp_dbox part_box(const maker *m, const stp_triangle_part *part)
     stp_dbox box = stp_dbox_empty();
     for (uint32_t t = 0; t < part->count; t++)
         for (int k = 0; k < 3; k++)
-            stp_dbox_add(&box, *corner(m->set, m->order[part->first + t], k));
+            stp_dbox_add(&box, corner(m, part->first + t, k)->position);
     return box;
 }
 
@@ -94,7 +97,7 @@ static int corners_lattice(const maker *m, const stp_triangle_part *part, int fr
         return free;
     for (uint32_t t = 0; t < part->count; t++)
         for (int k = 0; k < 3; k++) {
-            const int told = m->set->lattices[m->set->triangles[m->order[part->first + t]][k]];
+            const int told = m->set->lattices[m->corners[part->first + t][k]];
             const int own = told == STP_LATTICE_ANY ? free : told;
             finest = own < finest ? own : finest;
         }
@@ -111,11 +114,10 @@ static bool choose_lattice(const maker *m, stp_triangle_part *part)
     double length = 0.0, wide = 0.0;
     for (uint32_t t = 0; t < part->count; t++)
         for (int k = 0; k < 3; k++) {
-            const uint32_t at = m->order[part->first + t];
-            const float radius = m->set->vertices[m->set->triangles[at][k]].radius;
-            length += stp_dvec3_length(
-                stp_dvec3_sub(*corner(m->set, at, k), *corner(m->set, at, (k + 1) % 3)));
-            wide = isfinite(radius) ? fmax(wide, (double)radius) : wide;
+            const stp_line_vertex *a = corner(m, part->first + t, k);
+            const stp_line_vertex *b = corner(m, part->first + t, (k + 1) % 3);
+            length += stp_dvec3_length(stp_dvec3_sub(a->position, b->position));
+            wide = isfinite(a->radius) ? fmax(wide, (double)a->radius) : wide;
         }
     const double reach = stp_dvec3_length(stp_dvec3_sub(box.max, box.min)) + wide;
     const double size = length / (3.0 * part->count), fine = size * STP_SPACING_PARTS / 1024.0;
@@ -127,6 +129,47 @@ static bool choose_lattice(const maker *m, stp_triangle_part *part)
     part->exponent = part->coarsest = lattices.exponent;
     part->vertex_exponent = lattices.vertex_exponent;
     return part->exponent <= wanted && reach - wide <= PART_SIZES * size;
+}
+
+/* Which corner of a triangle another one lacks, if they have an edge in common; else 3. */
+static unsigned corner_beside(const uint32_t a[3], const uint32_t other[3])
+{
+    unsigned lacking = 3, count = 0;
+    for (unsigned k = 0; k < 3; k++) {
+        const bool has = a[k] == other[0] || a[k] == other[1] || a[k] == other[2];
+        lacking = has ? lacking : k;
+        count += has;
+    }
+    return count == 2 ? lacking : 3;
+}
+
+/* Puts first what comes before, then the corner that the triangle before lacks. */
+static void turn(uint32_t corners[3], unsigned last)
+{
+    const uint32_t old[3] = {corners[0], corners[1], corners[2]};
+    for (unsigned k = 0; k < 3; k++)
+        corners[k] = old[(last + 1 + k) % 3];
+}
+
+/* Orders the triangles of a part so that each has an edge in common with the one before, or with
+ * one as late before it as may be; its other corner comes last. Equal corners then take few bytes
+ * (formats/SPEC.md, "Corners"). */
+static void arrange(uint32_t (*corners)[3], uint32_t count)
+{
+    for (uint32_t i = 1; i < count; i++) {
+        uint32_t found = i;
+        unsigned last = 3;
+        for (uint32_t before = i; before-- > 0 && last == 3;)
+            for (uint32_t j = i; j < count && last == 3; j++) {
+                last = corner_beside(corners[j], corners[before]);
+                found = last < 3 ? j : found;
+            }
+        uint32_t next[3] = {corners[found][0], corners[found][1], corners[found][2]};
+        if (last < 3)
+            turn(next, last);
+        memmove(corners + i + 1, corners + i, (found - i) * sizeof *corners);
+        memcpy(corners[i], next, sizeof next);
+    }
 }
 
 static stp_status make_parts(maker *m, stp_error *err)
@@ -146,6 +189,7 @@ static stp_status make_parts(maker *m, stp_error *err)
             part = fits ? more : part;
         }
         out->parts[out->part_count++] = part;
+        arrange(m->corners + first, part.count);
         first += part.count;
     }
 done:
@@ -158,7 +202,7 @@ static stp_status share_lattices(maker *m, stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(stp_alloc(&m->exponents, m->set->vertex_count, sizeof *m->exponents, "triangles", err));
-    m->out.source = (stp_triangle_source){m->set, m->order, m->exponents};
+    m->out.source = (stp_triangle_source){m->set, m->corners, m->exponents};
     for (uint64_t v = 0; v < m->set->vertex_count; v++)
         m->exponents[v] = INT16_MIN;
     for (bool changed = true; changed;) {
@@ -218,7 +262,7 @@ stp_status stp_triangle_leaves_create(stp_triangle_leaves *out, const stp_triang
     *out = m.out;
     m = (maker){0};
 done:
-    m.out.source = (stp_triangle_source){NULL, m.order, m.exponents};
+    m.out.source = (stp_triangle_source){NULL, m.corners, m.exponents};
     stp_triangle_leaves_clear(&m.out);
     return status;
 }
@@ -257,8 +301,8 @@ stp_status stp_triangle_leaf_build(const stp_triangle_leaves *leaves, uint32_t l
 
 void stp_triangle_leaves_clear(stp_triangle_leaves *leaves)
 {
-    free((void *)leaves->source.order);
-    free((void *)leaves->source.exponents);
+    free(leaves->source.corners);
+    free(leaves->source.exponents);
     free(leaves->parts);
     free(leaves->leaves);
     *leaves = (stp_triangle_leaves){0};

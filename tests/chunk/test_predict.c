@@ -50,7 +50,7 @@ static stp_level_tables encode_level(const stp_chunk *chunk, int level)
 {
     uint32_t elder, last;
     stp_predict_row_counts(chunk, level, &elder, &last);
-    stp_level_tables tables = {table_of(elder), table_of(last)};
+    stp_level_tables tables = {.elder = table_of(elder), .last = table_of(last)};
     stp_predict_level_encode(chunk, level, &tables);
     return tables;
 }

@@ -4,6 +4,7 @@ import math
 import struct
 
 import codec_squares
+from corners import Equal, has_corners, read_corners
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
                    grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
 from odds import TIGHT_LADDER, TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Symbols, is_short, read_columns, tight_columns
@@ -151,7 +152,7 @@ class TightTables:
 
     def __init__(self, cursor, squares=False):
         self.symbols, self.name, self.scale, self.squares = Symbols(cursor, True), cursor.name, None, squares
-        self.patch_count, self.coarse, self.sublattices = 0, None, []
+        self.patch_count, self.coarse, self.sublattices, self.shift = 0, None, [], None
 
     def read_sublattices(self):
         odds = [0] + [(1 << 14) + 1024 * (s - 1) for s in range(1, 15)] + [(1 << 15) - 4 * (32 - s) for s in range(15, 32)]
@@ -159,6 +160,14 @@ class TightTables:
             change = self.symbols.symbol(0, odds, 4, 0)[0]
             require(change < 15, f"{self.name}: a sublattice that there is not")
             self.sublattices.append(((self.sublattices or [0])[-1] + change) % 15)
+
+    def read_corners(self, patches):
+        """What corners.read_corners returns, or nothing."""
+        self.shift = self.symbols.bits(0, 4)
+        if self.shift != 14:
+            return []
+        self.shift = None
+        return read_corners(self.symbols, patches, self.name)
 
     def read(self, rows, columns, level=None, last=False):
         """The next table: of patches, of their squares, or of samples; level: None for level 3."""
@@ -168,7 +177,7 @@ class TightTables:
         if columns == SAMPLE_COLUMNS and self.coarse:
             shift, radii = self.coarse
         elif columns == SAMPLE_COLUMNS:
-            shift = symbols.bits(0, 4)
+            shift, self.shift = symbols.bits(0, 4) if self.shift is None else self.shift, None
             if shift == 15 and level is not None and not self.squares:
                 self.coarse = shift, radii = symbols.bits(0, 4), symbols.bits(0, 3)
             require(shift <= 11, f"{self.name}: normals are shifted by {shift} bits")
@@ -409,6 +418,11 @@ def family(parent, children, rows, shifts, scales, sublattice, turnings):
     normals = NormalsOfFamily(parent, weights, turnings)
     for e, (child, cells, shift, scale) in enumerate(zip(children, rows, shifts, scales)):
         last, rest = e == len(children) - 1, sum(weights[e:])
+        if isinstance(cells, Equal):
+            cells.fill(child)
+            normals.predict(e, child)
+            normals.add(e, child)
+            continue
 
         def left(what, i):
             value = getattr(parent, what)[i]
@@ -430,7 +444,17 @@ def family(parent, children, rows, shifts, scales, sublattice, turnings):
         normals.add(e, child)
 
 
-def finer_level(elder, last, patches, level, coarser, sublattices):
+def told_of(corners, patches, level):
+    """How many elder and last children of a level are told."""
+    told, i = [0, 0], 0
+    for children in (c for patch in patches for c in families(patch, level)):
+        for k in children:
+            told[k == children[-1]] += not (corners and corners[i])
+            i += 1
+    return told
+
+
+def finer_level(elder, last, patches, level, coarser, sublattices, corners):
     """The samples of a level; elder, last: tables of read_table; coarser: the samples of level + 1."""
     elder_rows, last_rows, out, begin = iter(elder.rows), iter(last.rows), [], 0
     for patch, number in zip(patches, sublattices or [0] * len(patches)):
@@ -439,14 +463,18 @@ def finer_level(elder, last, patches, level, coarser, sublattices):
         parents = coarser[begin:begin + patch.counts[level + 1]]
         begin += len(parents)
         ranges = families(patch, level)
-        rows = [[next(elder_rows) for _ in children[1:]] + [next(last_rows)] for children in ranges]
-        samples, m = [], 16 * patch.radius[level]
+        first = len(out)
+        equals = corners[first:first + patch.counts[level]] or [None] * patch.counts[level]
+        rows = [[Equal(equals[i], out, patch) if equals[i] else next(last_rows if i == children[-1] else elder_rows)
+                 for i in children] for children in ranges]
+        m = 16 * patch.radius[level]
         lasts = [k == len(children) - 1 for children in ranges for k in range(len(children))]
         for row, is_last in zip(sum(rows, []), lasts):
             grid = (last if is_last else elder).radii
-            place = ((m + 8 >> 4) - 1 + (1 << grid >> 1) >> grid) + row[0]
-            samples.append(Sample(((place << grid) + 1) & 255))
-            m = (m + 16 * samples[-1].radius) >> 1
+            place = ((m + 8 >> 4) - 1 + (1 << grid >> 1) >> grid) + (0 if isinstance(row, Equal) else row[0])
+            out.append(Sample(row.sample().radius if isinstance(row, Equal) else ((place << grid) + 1) & 255))
+            m = (m + 16 * out[-1].radius) >> 1
+        samples = out[first:]
         groups = [range(1)] if level == 2 else families(patch, level + 1)
         for group in groups:
             turnings = Turnings([parents[k] for k in group])
@@ -455,7 +483,6 @@ def finer_level(elder, last, patches, level, coarser, sublattices):
                 shifts = [elder.shift] * (len(children) - 1) + [last.shift]
                 scales = [elder_scale] * (len(children) - 1) + [last_scale]
                 family(parents[k], children, rows[k], shifts, scales, sublattice, turnings)
-        out += samples
     return out
 
 
@@ -503,13 +530,14 @@ def decode(segments, patch_count, linked, name, joined=False):
                                   (tables_of(cursor, joined), 0, 0))
         elif isinstance(tables, LooseTables) and squares:
             how = squares_begin(cursor, 0)[1]
-        parents = len(levels[level + 1])
-        elder = sum(p.counts[level] for p in patches) - parents
-        tables.patch_count = patch_count
+        tables.patch_count, corners = patch_count, []
+        if level == 0 and isinstance(tables, TightTables) and has_corners(patches):
+            corners = tables.read_corners(patches)
+        told = told_of(corners, patches, level)
         ladder = ladder_of(tables.read(rungs, LADDER_COLUMNS).rows, cursor.name)
-        both = [tables.read(rows, SAMPLE_COLUMNS, level, last) for last, rows in enumerate((elder, parents))]
+        both = [tables.read(rows, SAMPLE_COLUMNS, level, last) for last, rows in enumerate(told)]
         levels[level] = (codec_squares.decode_level(squares, level, how, levels[level + 1], both, ladder) if squares else
-                         finer_level(*both, patches, level, levels[level + 1], getattr(tables, "sublattices", [])))
+                         finer_level(*both, patches, level, levels[level + 1], getattr(tables, "sublattices", []), corners))
         tables.end()
     return patches, levels
 

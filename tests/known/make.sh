@@ -224,4 +224,11 @@ for codec in raw draco zstd; do
     "$program" convert paper/2_0_paper.stipple -o "paper/2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" paper/2_0_raw.stipple >paper/2_0.samples
+# From here on equal corners of triangles are told once.
+mkdir -p corners
+"$program" gen sphere -n 300 --seed 14 -o maps.ply --quiet --force
+for codec in raw draco zstd; do
+    "$program" prep maps.ply --maps --gaps fill -o "corners/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" corners/2_0_raw.stipple >corners/2_0.samples
 rm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -367,7 +367,7 @@ static void closed_surfaces_are_closed(void **state)
         clear_mesh(&m);
     }
     print_message("%.2f bytes a triangle\n", (double)bytes / (double)between);
-    assert_true((double)bytes <= 23.5 * (double)between);
+    assert_true((double)bytes <= 15.0 * (double)between);
 }
 
 /* The rim of the bowl stays open, and nothing lies over it. */

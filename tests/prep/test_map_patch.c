@@ -26,15 +26,16 @@ static stp_dvec3 place_of(double column, double row, double height)
     return stp_dvec3_add(p, stp_dvec3_scale(grid.along, height - p.z));
 }
 
-/* A full square with rough heights that are multiples of the step, and rough normals. */
-static void build(double steepness, stp_patch *patch, stp_patch_samples *samples)
+/* The first samples of a square, with rough heights that are multiples of the step, and rough
+ * normals. */
+static void build(double steepness, uint32_t count, stp_patch *patch, stp_patch_samples *samples)
 {
     stp_item items[STP_PATCH_SAMPLES] = {0}, vertex;
     uint32_t order[STP_PATCH_SAMPLES];
     const double step = ldexp(1.0, EXPONENT);
     const stp_patch_ground ground = {
         .vertex_least = EXPONENT - 8, .normal_bits = STP_NORMAL_BITS, .even = true, .grid = &grid};
-    for (uint32_t k = 0; k < STP_PATCH_SAMPLES; k++) {
+    for (uint32_t k = 0; k < count; k++) {
         const double height = step * floor(40.0 * stp_random_unit(1, k));
         stp_item *item = &items[k];
         order[k] = k;
@@ -48,7 +49,7 @@ static void build(double steepness, stp_patch *patch, stp_patch_samples *samples
                      stp_stretch(stp_dvec3_dot(item->disc.normal, stp_dvec3_normalize(grid.along)));
         item->disc.radius = item->disc.reach = item->disc.bound = 1.7 * sqrt(item->area);
     }
-    assert_true(stp_patch_build(items, order, STP_PATCH_SAMPLES, &ground, patch, samples, &vertex));
+    assert_true(stp_patch_build(items, order, count, &ground, patch, samples, &vertex));
     assert_int_equal(patch->exponent, EXPONENT);
 }
 
@@ -60,7 +61,7 @@ static void test_places(void **state)
     stp_patch_samples samples;
     const double half = ldexp(1.0, EXPONENT - 1) + 1e-9;
     (void)state;
-    build(0.0, &patch, &samples);
+    build(0.0, STP_PATCH_SAMPLES, &patch, &samples);
     for (int level = 1; level <= 2; level++)
         for (uint32_t i = 0; i < patch.counts[level]; i++) {
             const uint32_t first = i << 2 * level;
@@ -81,7 +82,7 @@ static void test_radii_and_normals(void **state)
     for (size_t s = 0; s < 3; s++) {
         stp_patch patch;
         stp_patch_samples samples;
-        build(steepness[s], &patch, &samples);
+        build(steepness[s], STP_PATCH_SAMPLES, &patch, &samples);
         for (int level = 1; level <= 2; level++) {
             const stp_sample *of = samples.level[level];
             assert_int_equal(stp_normal_grid_shift(of, patch.counts[level]),
@@ -98,11 +99,41 @@ static void test_radii_and_normals(void **state)
     }
 }
 
+/* Discs of cells that are not full are a half of an octave, or more of them, from that. */
+static void test_radii_of_parts(void **state)
+{
+    unsigned others = 0;
+    (void)state;
+    for (uint32_t count = 2; count < STP_PATCH_SAMPLES; count += 3) {
+        stp_patch patch;
+        stp_patch_samples samples;
+        build(0.5, count, &patch, &samples);
+        for (int level = 1; level <= 2; level++)
+            for (uint32_t i = 0; i < patch.counts[level]; i++) {
+                const stp_sample *s = &samples.level[level][i];
+                const unsigned children =
+                    stp_level_children_begin(i + 1, patch.counts[level], patch.counts[level - 1]) -
+                    stp_level_children_begin(i, patch.counts[level], patch.counts[level - 1]);
+                const stp_dvec3 n = stp_dvec3_from_float(stp_normal_decode(s->normal));
+                const double stretch =
+                    stp_stretch(stp_dvec3_dot(n, stp_dvec3_normalize(grid.along)));
+                const double full = STP_MERGED_LAMBDA * ldexp(grid.spacing, level) * sqrt(stretch);
+                bool found = children == 1;
+                for (int half = -8; half <= 8 && !found; half++)
+                    found = s->radius == stp_radius_encode(full * exp2(0.5 * half), EXPONENT);
+                assert_true(found);
+                others += children > 1 && s->radius != stp_radius_encode(full, EXPONENT);
+            }
+    }
+    assert_true(others > 20);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_places),
         cmocka_unit_test(test_radii_and_normals),
+        cmocka_unit_test(test_radii_of_parts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

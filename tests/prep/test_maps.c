@@ -213,6 +213,51 @@ static void test_plane(void **state)
     surface_clear(&s);
 }
 
+/* How many squares have samples if the grid of squares is moved. */
+static unsigned squares_of(const stp_map *map, uint32_t right, uint32_t down)
+{
+    unsigned count = 0;
+    for (uint32_t r = 0; r < map->rows + down; r += 8)
+        for (uint32_t c = 0; c < map->columns + right; c += 8) {
+            bool any = false;
+            for (uint32_t k = 0; k < 64; k++) {
+                const uint32_t column = c + k % 8 - right, row = r + k / 8 - down; /* or great */
+                any = any || (column < map->columns && row < map->rows &&
+                              stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED);
+            }
+            count += any;
+        }
+    return count;
+}
+
+/* No other place of the grid gives fewer squares. */
+static void test_squares(void **state)
+{
+    surface_cloud s = oriented(GEN_BUMPY, 20000, 0.0);
+    stp_maps maps = {0};
+    free(make_maps(&s, &maps, 60.0, 0.0));
+    (void)state;
+    assert_true(maps.count > 5);
+    for (uint32_t m = 0; m < maps.count; m++)
+        for (uint32_t k = 0; k < 64; k++)
+            assert_true(squares_of(&maps.maps[m], 0, 0) <= squares_of(&maps.maps[m], k % 8, k / 8));
+    stp_maps_clear(&maps);
+    surface_clear(&s);
+}
+
+/* Of a surface whose details are as fine as its sampling, few points stay: those that halving
+ * leaves go to other maps of their part. */
+static void test_rough(void **state)
+{
+    surface_cloud s = oriented(GEN_STATUE, 20000, 0.0);
+    stp_maps maps = {0};
+    free(make_maps(&s, &maps, 60.0, 0.0));
+    (void)state;
+    assert_true(maps.counts.as_points < 800); /* a third less than without that */
+    stp_maps_clear(&maps);
+    surface_clear(&s);
+}
+
 /* Three turns of a ramp: each turn lies above the last. */
 static stp_dvec3 on_ramp(uint32_t i)
 {
@@ -512,6 +557,8 @@ int main(void)
         cmocka_unit_test(test_error),
         cmocka_unit_test(test_noise),
         cmocka_unit_test(test_plane),
+        cmocka_unit_test(test_squares),
+        cmocka_unit_test(test_rough),
         cmocka_unit_test(test_ramp),
         cmocka_unit_test(test_mesh),
         cmocka_unit_test(test_wide_triangles),

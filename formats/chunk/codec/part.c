@@ -176,6 +176,10 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
 {
     stp_level_tables tables = {0};
     stp_status status = STP_OK;
+    if (to->is_tight && level == 0 && stp_has_corners(chunk))
+        STP_TRY(stp_corners_find(chunk, &tables.corners, err));
+    if (tables.corners.of)
+        STP_TRY(stp_tight_put_corners(&to->tight, chunk, &tables.corners, err));
     STP_TRY(stp_level_tables_create(chunk, level, squares->found, &tables, err));
     tables.elder.normal_shift = tables.last.normal_shift = stp_level_normal_shift(chunk, level);
     if (tables.elder.may_scale)
@@ -371,12 +375,24 @@ done:
     return status;
 }
 
+static stp_status corners_read(table_source *from, const stp_chunk *chunk, stp_corners *out,
+                               stp_error *err)
+{
+    const uint8_t *begin = from->tight.symbols.next;
+    const stp_status status = stp_tight_get_corners(&from->tight, chunk, out, err);
+    if (from->shares)
+        from->shares->bytes[STP_SHARE_POSITIONS] += (size_t)(from->tight.symbols.next - begin);
+    return status;
+}
+
 static stp_status level_decode(table_source *from, int level, stp_chunk *chunk, stp_error *err)
 {
     stp_level_tables tables = {0};
     stp_ladder ladder = {0};
     stp_status status = STP_OK;
     const bool squares = stp_chunk_is_squares(chunk);
+    if (from->is_tight && level == 0 && stp_has_corners(chunk))
+        STP_TRY(corners_read(from, chunk, &tables.corners, err));
     STP_TRY(stp_level_tables_create(chunk, level, squares, &tables, err));
     if (squares && !from->is_tight)
         STP_TRY(choice_read(from, level, err));

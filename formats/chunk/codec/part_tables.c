@@ -86,6 +86,8 @@ stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squar
     uint32_t elder;
     uint32_t last;
     stp_predict_row_counts(chunk, level, &elder, &last);
+    elder -= tables->corners.recalled[0];
+    last -= tables->corners.recalled[1];
     stp_status status =
         stp_part_table_create(chunk, &tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
     if (status == STP_OK)
@@ -139,4 +141,5 @@ void stp_level_tables_destroy(stp_level_tables *tables)
     free(tables->elder.values);
     free(tables->last.values);
     free(tables->elder.sublattices);
+    stp_corners_clear(&tables->corners);
 }

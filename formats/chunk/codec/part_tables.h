@@ -13,8 +13,8 @@ unsigned stp_patch_columns(const stp_chunk *chunk);
 /* A table of patches or of samples; free table->values. Errors: OUT_OF_MEMORY. */
 stp_status stp_part_table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
                                  uint32_t row_count, stp_error *err);
-/* The tables of level 0 to 2; to be destroyed even if it fails. squares: the block is one of
- * squares. Errors: OUT_OF_MEMORY. */
+/* The tables of level 0 to 2, whose corners are known; to be destroyed even if it fails. squares:
+ * the block is one of squares. Errors: OUT_OF_MEMORY. */
 stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squares,
                                    stp_level_tables *tables, stp_error *err);
 /* Sets the coarsest grid of radii and, at level 0, the coarsest sublattices that all samples are

@@ -49,11 +49,13 @@ INLINE void sample_pack(const parts *p, stp_sample *out)
 typedef struct coder {
     int16_t *cells; /* column c is cells[c * stride] */
     size_t stride;
-    unsigned normal_shift; /* of the grid that all normals are on */
-    unsigned radius_shift; /* likewise of radii */
-    unsigned sublattice;   /* of the patch's positions */
-    const int32_t *origin; /* of the patch */
-    stp_scale scale;       /* of positions */
+    unsigned normal_shift;  /* of the grid that all normals are on */
+    unsigned radius_shift;  /* likewise of radii */
+    unsigned sublattice;    /* of the patch's positions */
+    const int32_t *origin;  /* of the patch */
+    const stp_chunk *block; /* to recall corners in; and the patch at hand */
+    const stp_patch *patch;
+    stp_scale scale; /* of positions */
     stp_patch_scale patch_scale;
     bool decode;
 } coder;
@@ -277,6 +279,7 @@ typedef struct family {
     parts parent;
     plane plane;
     stp_sample *children;
+    const stp_corner *corners; /* of the children; NULL: all are told */
     unsigned count;
     int32_t weight[4];
     int32_t weight_all, weight_left;
@@ -284,10 +287,11 @@ typedef struct family {
     stp_family_normals normals;
 } family;
 
-INLINE void family_begin(family *f, stp_sample *children, unsigned count)
+INLINE void family_begin(family *f, stp_sample *children, const stp_corner *corners, unsigned count)
 {
     int greatest = 0;
     f->children = children;
+    f->corners = corners;
     f->count = count;
     f->weight_left = 0;
     for (unsigned k = 0; k < count; k++)
@@ -346,24 +350,32 @@ INLINE void family_take(family *f, unsigned k, const parts *child)
         f->normals.sum.v[i] += f->weight[k] * unit.v[i];
 }
 
-/* Codes one child. `youngest` is a constant in each caller, as c->decode is. */
+/* Codes one child, or recalls it. `youngest` is a constant in each caller, as c->decode is. */
 INLINE void code_child(family *f, unsigned k, bool youngest, const stp_turning *turning, coder *c)
 {
     parts predicted;
     parts p = {{0}};
-    if (c->decode)
+    const bool told = !f->corners || f->corners[k].ago == 0;
+    if (!told && c->decode)
+        f->children[k] = stp_corner_recall(c->block, f->corners[k], c->patch);
+    if (told && c->decode)
         p.v[RADIUS] = f->children[k].radius;
     else
         p = sample_unpack(&f->children[k]);
     family_predict(f, &predicted);
-    code(c, STP_COLUMN_FLAGS, FLAGS, predicted.v[FLAGS], &p);
-    code(c, STP_COLUMN_CLASS, CLASS, predicted.v[CLASS], &p);
-    code_colours(c, &predicted, youngest, &p);
-    code_position(c, &predicted, &f->plane, youngest, &p);
+    if (told) {
+        code(c, STP_COLUMN_FLAGS, FLAGS, predicted.v[FLAGS], &p);
+        code(c, STP_COLUMN_CLASS, CLASS, predicted.v[CLASS], &p);
+        code_colours(c, &predicted, youngest, &p);
+        code_position(c, &predicted, &f->plane, youngest, &p);
+    }
     family_predict_normal(f, k, youngest, turning, &p, &predicted);
-    code_normal(c, &predicted, &p);
+    if (told)
+        code_normal(c, &predicted, &p);
     if (!youngest)
         family_take(f, k, &p);
+    if (!told)
+        return;
     if (c->decode)
         sample_pack(&p, &f->children[k]);
     c->cells++;
@@ -379,7 +391,8 @@ INLINE void code_family(family *f, const stp_turning *turning, coder *elder, cod
 /* Codes the children of parents that are siblings: the parents' normals tell how the surface turns.
  */
 INLINE void code_siblings(const stp_sample *parents, unsigned count, stp_sample *children,
-                          const unsigned *begin, coder *elder, coder *last)
+                          const stp_corner *corners, const unsigned *begin, coder *elder,
+                          coder *last)
 {
     family families[4];
     stp_siblings siblings = {.count = count};
@@ -396,7 +409,8 @@ INLINE void code_siblings(const stp_sample *parents, unsigned count, stp_sample 
     }
     stp_turning_fit(&siblings, &turning);
     for (unsigned j = 0; j < count; j++) {
-        family_begin(&families[j], children + begin[j], begin[j + 1] - begin[j]);
+        family_begin(&families[j], children + begin[j], corners ? corners + begin[j] : NULL,
+                     begin[j + 1] - begin[j]);
         code_family(&families[j], &turning, elder, last);
     }
 }
@@ -415,8 +429,8 @@ INLINE void code_radius(const coder *c, int32_t predicted, parts *p)
 
 /* Codes the radii of one patch's level first, because they are the weights of all other fields.
  * Each is predicted from a running mean of the radii before (in sixteenths). */
-INLINE void code_radii(stp_sample *samples, unsigned count, unsigned finer, int32_t first,
-                       coder *elder, coder *last)
+INLINE void code_radii(stp_sample *samples, const stp_corner *corners, unsigned count,
+                       unsigned finer, int32_t first, coder *elder, coder *last)
 {
     parts p = {{0}};
     int32_t mean = 16 * first;
@@ -425,19 +439,23 @@ INLINE void code_radii(stp_sample *samples, unsigned count, unsigned finer, int3
         unsigned end = stp_level_children_begin(j + 1, count, finer);
         for (unsigned k = begin; k < end; k++) {
             coder *c = k + 1 < end ? elder : last;
+            const bool told = !corners || corners[k].ago == 0;
+            if (!told && c->decode)
+                samples[k].radius = stp_corner_recall(c->block, corners[k], c->patch).radius;
             p.v[RADIUS] = samples[k].radius;
-            code_radius(c, (mean + 8) >> 4, &p);
+            if (told)
+                code_radius(c, (mean + 8) >> 4, &p);
             if (c->decode)
                 samples[k].radius = (uint8_t)p.v[RADIUS];
             mean = (mean + 16 * p.v[RADIUS]) >> 1;
-            c->cells++;
+            c->cells += told;
         }
     }
 }
 
 /* Codes a level, siblings by siblings. At level 3 each sample is alone: one a patch. */
-INLINE void code_level(const stp_chunk *chunk, int level, const uint8_t *sublattices, coder elder,
-                       coder last)
+INLINE void code_level(const stp_chunk *chunk, int level, const uint8_t *sublattices,
+                       const stp_corner *all_corners, coder elder, coder last)
 {
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         const stp_patch *patch = &chunk->patches[i];
@@ -450,16 +468,19 @@ INLINE void code_level(const stp_chunk *chunk, int level, const uint8_t *sublatt
         last.patch_scale = stp_scale_of_patch(&last.scale, patch);
         elder.sublattice = last.sublattice = sublattices ? sublattices[i] : 0;
         elder.origin = last.origin = patch->origin;
+        elder.block = last.block = chunk;
+        elder.patch = last.patch = patch;
+        const stp_corner *corners = all_corners ? all_corners + chunk->level_begin[0][i] : NULL;
         coder elder_radii = elder;
         coder last_radii = last;
-        code_radii(samples, count, finer, patch->radius[level], &elder_radii, &last_radii);
+        code_radii(samples, corners, count, finer, patch->radius[level], &elder_radii, &last_radii);
         for (unsigned g = 0; g < groups; g++) {
             unsigned first = stp_level_children_begin(g, groups, count);
             unsigned end = stp_level_children_begin(g + 1, groups, count);
             unsigned begin[5];
             for (unsigned j = first; j <= end; j++)
                 begin[j - first] = stp_level_children_begin(j, count, finer);
-            code_siblings(parents + first, end - first, samples, begin, &elder, &last);
+            code_siblings(parents + first, end - first, samples, corners, begin, &elder, &last);
         }
     }
 }
@@ -472,12 +493,16 @@ void stp_predict_row_counts(const stp_chunk *chunk, int level, uint32_t *elder, 
 
 void stp_predict_level_encode(const stp_chunk *chunk, int level, const stp_level_tables *tables)
 {
-    code_level(chunk, level, tables->elder.sublattices, table_coder(&tables->elder, false),
-               table_coder(&tables->last, false));
+    code_level(chunk, level, tables->elder.sublattices, tables->corners.of,
+               table_coder(&tables->elder, false), table_coder(&tables->last, false));
 }
 
 void stp_predict_level_decode(stp_chunk *chunk, int level, const stp_level_tables *tables)
 {
-    code_level(chunk, level, tables->elder.sublattices, table_coder(&tables->elder, true),
-               table_coder(&tables->last, true));
+    const uint8_t *sublattices = tables->elder.sublattices;
+    const coder elder = table_coder(&tables->elder, true), last = table_coder(&tables->last, true);
+    if (tables->corners.of)
+        code_level(chunk, level, sublattices, tables->corners.of, elder, last);
+    else /* without any look at corners */
+        code_level(chunk, level, sublattices, NULL, elder, last);
 }

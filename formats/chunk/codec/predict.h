@@ -10,6 +10,7 @@
 #define STP_FORMATS_CHUNK_CODEC_PREDICT_H
 
 #include "formats/chunk/chunk_file.h"
+#include "formats/chunk/codec/corners.h"
 #include "formats/chunk/codec/table.h"
 
 /* Columns of a table of samples, in this order. */
@@ -33,6 +34,7 @@ enum {
  * whose residuals are much smaller. */
 typedef struct stp_level_tables {
     stp_table elder, last;
+    stp_corners corners; /* of level 0 of triangles: the tables lack those that are not told */
 } stp_level_tables;
 
 /* Rows of a level's two tables (level 0..2). Needs only patches and level_begin. */

@@ -22,6 +22,8 @@ enum { HOW_VARYING, HOW_ZERO, HOW_CONSTANT, HOW_COUNT };
 #define SCALE_WORDS (STP_SCALE_BYTES / 2u)
 /* In place of the shift of normals: that follows, then how coarse radii and positions are. */
 #define COARSE_MARK 15u
+/* Likewise: corners that are told once follow, then all that is there without them. */
+#define CORNERS_MARK 14u
 #define RADIUS_BITS 3u
 #define SUBLATTICES (STP_SUBLATTICE_MOST + 1)
 #define SUBLATTICE_SHIFT 4
@@ -164,6 +166,16 @@ done:
     return status;
 }
 
+stp_status stp_tight_put_corners(stp_tight_writer *w, const stp_chunk *block,
+                                 const stp_corners *corners, stp_error *err)
+{
+    const stp_status status = stp_symbols_reserve(&w->symbols, 1, err);
+    if (status != STP_OK)
+        return status;
+    stp_symbol_put_bits(&w->symbols, LANE, CORNERS_MARK, SHIFT_BITS);
+    return stp_corners_put(block, corners, LANE, &w->symbols, err);
+}
+
 stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, stp_error *err)
 {
     const size_t begin = out->size;
@@ -200,7 +212,7 @@ stp_status stp_tight_read(stp_tight_reader *r, const uint8_t *bytes, size_t size
             (uint64_t)(stp_get_u32(bytes) & ~TIGHT_MARK) << 32 | stp_get_u32(bytes + 4);
     how_begin(&r->how);
     memset(r->first.known, 0, sizeof r->first.known);
-    r->scaled = r->coarse = false;
+    r->scaled = r->coarse = r->shift_read = false;
     r->radius_shift = 0;
     r->scale = (stp_scale){0};
     return STP_OK;
@@ -259,8 +271,9 @@ static stp_status get_grids(stp_tight_reader *r, stp_table *table, stp_error *er
 {
     stp_status status = STP_OK;
     const bool first = table->may_scale && !r->scaled, known = r->coarse;
-    if (!known)
+    if (!known && !r->shift_read)
         r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
+    r->shift_read = false;
     r->coarse = known || (table->may_coarsen && r->normal_shift == COARSE_MARK);
     if (r->coarse && !known) {
         r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
@@ -293,6 +306,14 @@ stp_status stp_tight_get(stp_tight_reader *r, stp_table *table, stp_error *err)
     STP_TRY(stp_cells_get(&r->symbols, constant, &r->first, table, err));
 done:
     return status;
+}
+
+stp_status stp_tight_get_corners(stp_tight_reader *r, const stp_chunk *block, stp_corners *out,
+                                 stp_error *err)
+{
+    r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
+    r->shift_read = r->normal_shift != CORNERS_MARK;
+    return r->shift_read ? STP_OK : stp_corners_get(&r->symbols, LANE, block, out, err);
 }
 
 stp_status stp_tight_end(const stp_tight_reader *r, stp_error *err)

@@ -6,6 +6,7 @@
 #define STP_FORMATS_CHUNK_CODEC_TIGHT_H
 
 #include "formats/chunk/codec/cells.h"
+#include "formats/chunk/codec/corners.h"
 
 /* By column of patches: the bits of the mean that its odds begin with, and the sign of its cells.
  * By column of samples: bits of means of level 3, of elder and of last children. They are what
@@ -28,6 +29,9 @@ void stp_tight_begin(stp_tight_writer *w);
 /* Takes the next table, which has tight_first. A table without rows takes no symbols. All tables
  * that may have a scale have the same. Errors: OUT_OF_MEMORY. */
 stp_status stp_tight_put(stp_tight_writer *w, const stp_table *table, stp_error *err);
+/* Takes which corners are told, before the tables of level 0. Errors: OUT_OF_MEMORY. */
+stp_status stp_tight_put_corners(stp_tight_writer *w, const stp_chunk *block,
+                                 const stp_corners *corners, stp_error *err);
 /* Appends all tables as bytes. Errors: OUT_OF_MEMORY. */
 stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, stp_error *err);
 void stp_tight_clear(stp_tight_writer *w);
@@ -38,6 +42,7 @@ typedef struct stp_tight_reader {
     stp_first_odds first;
     stp_odds how;
     bool scaled, coarse; /* as above */
+    bool shift_read;     /* the shift of the next table has been read: normal_shift */
     unsigned normal_shift, radius_shift;
     stp_scale scale; /* of all tables, once it has been told */
 } stp_tight_reader;
@@ -49,6 +54,10 @@ stp_status stp_tight_read(stp_tight_reader *r, const uint8_t *bytes, size_t size
 /* Reads the next table, whose counts and tight_first the caller has set. Errors: CORRUPT,
  * OUT_OF_MEMORY. */
 stp_status stp_tight_get(stp_tight_reader *r, stp_table *table, stp_error *err);
+/* Reads which corners are told, if the part says so; `of` stays NULL if not. Errors: CORRUPT,
+ * OUT_OF_MEMORY. */
+stp_status stp_tight_get_corners(stp_tight_reader *r, const stp_chunk *block, stp_corners *out,
+                                 stp_error *err);
 /* Checks that all symbols are read and nothing is left. Errors: CORRUPT. */
 stp_status stp_tight_end(const stp_tight_reader *r, stp_error *err);
 
