@@ -2,7 +2,6 @@
 #include "formats/chunk/normal_grid.h"
 
 #include <math.h>
-#include <string.h>
 
 /* stp_normal_grid_angle times 2^bits. Grids are coarsest near (1, 1, 1). There they are triangles
  * with sides of 2 sqrt(6) / 2^bits, whose corners are 2 sqrt(2) / 2^bits from their middle. The
@@ -17,29 +16,32 @@ static void find_places(int32_t code, unsigned shift, int32_t out[2])
 }
 
 /* The nearest direction is not always the one whose coordinates are nearest, because cells are
- * skewed: tries the four codes around. */
+ * skewed: tries the four codes around, in lanes. */
 void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3])
 {
     const unsigned shift = STP_NORMAL_BITS - bits;
     int32_t nearest[2], u[2], v[2];
-    float least = INFINITY;
+    uint32_t code[4];
+    float at[3][4], squared[4];
     stp_normal_encode(normal, out);
     if (shift == 0 || glms_vec3_norm2(normal) == 0.0f) /* the code of no normal is on each grid */
         return;
     stp_normal_codes_get(out, nearest);
     find_places(nearest[0], shift, u);
     find_places(nearest[1], shift, v);
-    for (int i = 0; i < 4 && least > 0.0f; i++) {
-        const int32_t uv[2] = {stp_normal_grid_code(u[i & 1], shift),
-                               stp_normal_grid_code(v[i >> 1], shift)};
-        uint8_t code[3];
-        stp_normal_codes_put(uv, code);
-        const float squared = glms_vec3_norm2(glms_vec3_sub(stp_normal_decode(code), normal));
-        if (squared < least) {
-            least = squared;
-            memcpy(out, code, sizeof code);
-        }
+    for (int i = 0; i < 4; i++)
+        code[i] = (uint32_t)stp_normal_grid_code(u[i & 1], shift) |
+                  (uint32_t)stp_normal_grid_code(v[i >> 1], shift) << 12;
+    stp_normals_decode(code, at);
+    for (int i = 0; i < 4; i++) {
+        const float x = at[0][i] - normal.x, y = at[1][i] - normal.y, z = at[2][i] - normal.z;
+        squared[i] = x * x + y * y + z * z;
     }
+    int best = 0;
+    for (int i = 1; i < 4; i++)
+        best = squared[i] < squared[best] ? i : best;
+    for (int byte = 0; byte < 3; byte++)
+        out[byte] = (uint8_t)(code[best] >> 8 * byte);
 }
 
 double stp_normal_grid_angle(unsigned bits)

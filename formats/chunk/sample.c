@@ -61,6 +61,16 @@ vec3s stp_normal_decode(const uint8_t code[3])
     return n;
 }
 
+void stp_normals_decode(const uint32_t code[4], float out[3][4])
+{
+    for (unsigned i = 0; i < 4; i++) {
+        float n[3];
+        decode_normal(code[i], n);
+        for (int a = 0; a < 3; a++)
+            out[a][i] = n[a];
+    }
+}
+
 /* 2^exponent; avoids the call of ldexp if a double holds the power as a normal number. */
 static double power_of_two(int exponent)
 {

@@ -183,6 +183,8 @@ static inline uint8_t stp_quarter_tangential_error(const stp_patch *patch, int l
  * is within 0.04 degrees of n and is a unit vector. Components are the scan's axes. */
 void stp_normal_encode(vec3s normal, uint8_t out[3]);
 vec3s stp_normal_decode(const uint8_t code[3]);
+/* The same of four codes in lanes, by axis. A code here is u | v << 12. */
+void stp_normals_decode(const uint32_t code[4], float out[3][4]);
 
 /* World units. Encoding rounds up; a value beyond the range gets code 255. */
 uint8_t stp_radius_encode(double radius, int exponent);
