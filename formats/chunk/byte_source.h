@@ -11,7 +11,8 @@
  * connect_ms, then stall_ms, plus a second for each KiB asked for. Each pause takes at most
  * STP_SOURCE_PAUSE_LIMIT_MS. If patience_ms is given, all reads end with IO once they have waited
  * for the source that long in all, plus a second for each KiB and each answer that came. If a
- * server refuses a request by 429 or 503, fewer are in flight from then on. */
+ * server refuses a request by 429 or 503, or closes one of several connections, fewer requests are
+ * in flight from then on. The latter does not count as a try, and is mended without a pause. */
 #ifndef STP_FORMATS_CHUNK_BYTE_SOURCE_H
 #define STP_FORMATS_CHUNK_BYTE_SOURCE_H
 

@@ -22,7 +22,7 @@
 #define REQUEST_LIMIT 8192
 
 typedef struct fault_shared {
-    atomic_uint requests;
+    atomic_uint requests, open;
     atomic_uint_fast64_t bytes;
     atomic_bool changed;
     fault_orders orders; /* written while no request is running */
@@ -337,8 +337,11 @@ static void accept_all(fault_shared *s, int listener)
         if (fork() == 0) {
             prctl(PR_SET_PDEATHSIG, SIGKILL);
             close(listener);
-            serve(s, client);
+            const unsigned most = s->orders.most;
+            if (atomic_fetch_add(&s->open, 1) < most || most == 0)
+                serve(s, client);
             close(client);
+            atomic_fetch_sub(&s->open, 1);
             _exit(0);
         }
         close(client);

@@ -56,6 +56,7 @@ typedef struct fault_orders {
     unsigned first, count; /* the requests that get the fault, */
     unsigned every;        /* and of these every n-th from the first on; 0: all */
     int code, retry_after;
+    unsigned most; /* connections at a time; others are closed without an answer. 0: no limit */
     fault_validator validator;
 } fault_orders;
 

@@ -2,7 +2,8 @@
  * it.
  *
  * Keeps up to STP_SOURCE_CONNECTIONS connections alive, each with one request at a time; a further
- * read waits for a free one. A server that refuses a request by 429 or 503 gets fewer at a time.
+ * read waits for a free one. A server that refuses a request by 429 or 503, or that closes one of
+ * several connections without an answer, gets fewer at a time.
  * Certificates are checked, with the system's authorities or those of CURL_CA_BUNDLE or
  * SSL_CERT_FILE. Proxies are those of the environment, as with curl. At most five redirections are
  * followed, from https to https only; later requests go straight to their target. Threads: as

@@ -30,6 +30,7 @@ typedef struct stp_http_connection {
     CURL *easy;
     char text[CURL_ERROR_SIZE]; /* libcurl's text of the last failure */
     bool busy;
+    bool answered; /* so was its last request: the server has it open, most likely */
 } stp_http_connection;
 
 typedef struct stp_http_transfer {
@@ -54,6 +55,7 @@ typedef struct stp_http_transfer {
     double unwanted_s; /* since when nobody wants the bytes; 0: somebody does */
     bool endless;      /* more headers or bytes than an answer may have */
     CURLcode result;
+    bool crowded; /* the server closed the connection, but not all others */
 } stp_http_transfer;
 
 /* Whether somebody wants the bytes. */
