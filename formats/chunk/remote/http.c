@@ -18,6 +18,15 @@
 /* Waiting time that each answer earns, for servers far away. */
 #define ANSWER_S 1.0
 
+/* Reads over a gap of so many bytes rather than asking twice, if the server takes no requests for
+ * several ranges. */
+#define GAP_BYTES (8u << 10)
+/* After so many failed requests for several ranges in a row, no more are sent. */
+#define RANGES_TRIES 3u
+
+/* Whether the server takes requests for several ranges. */
+enum ranges_state { RANGES_UNKNOWN = 0, RANGES_ASKED, RANGES_TAKEN, RANGES_REFUSED };
+
 struct stp_http {
     const stp_curl *curl;
     char *address, *name;
@@ -31,6 +40,8 @@ struct stp_http {
     unsigned waiting;         /* reads that wait for the server now */
     double waited_s, since_s; /* time that reads have waited, and since when one waits now */
     atomic_uint_fast64_t requests, retries, bytes, answers;
+    atomic_int ranges;         /* enum ranges_state */
+    atomic_uint ranges_failed; /* requests for several ranges, in a row */
     stp_http_connections connections;
 };
 
@@ -157,8 +168,7 @@ static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, s
     atomic_fetch_add(&h->requests, 1);
     stp_http_transfer_run(t, c);
     /* Whole by its range, even if the server says another length. */
-    bool whole = t->verdict == STP_HTTP_GOOD && !t->endless &&
-                 t->received == t->answer.last - t->answer.begin + 1;
+    const bool whole = stp_http_transfer_is_whole(t);
     if (whole) {
         atomic_fetch_add(&h->answers, 1);
         stp_http_remember_address(&h->connections, c);
@@ -186,18 +196,14 @@ static stp_status try_on(stp_http *h, stp_http_transfer *t, stp_error *err)
 {
     const stp_http_transfer asked = *t;
     bool first = t->identity == NULL;
-    size_t done = 0;
     double pause_s = 0.0;
     for (unsigned tried = 1;; tried += !t->crowded) {
         if (atomic_load(&h->changed))
             return stp_http_say_changed(h->name, err);
         *t = asked;
-        t->offset += done;
-        t->data += done;
-        t->size -= done;
         stp_status status = try_once(h, t, &pause_s, err);
-        done += first ? 0 : t->received;
-        if (status == STP_OK && (first || done == asked.size))
+        const bool all = stp_http_missing_of(t->ranges, t->range_count).bytes == 0;
+        if (status == STP_OK && (first || all))
             return STP_OK;
         if (status == STP_OK) { /* a server may answer with less: the next try asks for the rest */
             pause_s = 0.0;
@@ -298,8 +304,8 @@ stp_status stp_http_open(stp_http **out, const char *address, const stp_byte_sou
     stp_http *h = NULL;
     STP_TRY(create(&h, address, params, err));
     stp_http_transfer t = begin_transfer(h, true);
-    t.data = h->head;
-    t.size = sizeof h->head;
+    t.ranges = &(stp_byte_range){.data = h->head, .size = sizeof h->head};
+    t.range_count = 1;
     STP_TRY(try_often(h, &t, err));
     h->size = t.verdict == STP_HTTP_EMPTY ? 0 : t.answer.total;
     memcpy(h->identity, stp_http_answer_identity(&t.answer),
@@ -355,19 +361,92 @@ const uint8_t *stp_http_head(const stp_http *h)
 
 /* ---- reading ---- */
 
-stp_status stp_http_read(stp_http *h, uint64_t offset, uint8_t *data, size_t size, bool fresh,
-                         const stp_read_wish *wish, stp_error *err)
+unsigned stp_http_ranges(const stp_http *h)
 {
-    if (is_ended(h))
-        return say_ended(h, err);
-    if (size == 0)
-        return STP_OK;
-    stp_http_transfer t = begin_transfer(h, fresh);
-    t.offset = offset;
-    t.data = data;
-    t.size = size;
-    t.wish = wish;
-    return try_often(h, &t, err);
+    static const unsigned counts[] = {[RANGES_UNKNOWN] = 2,
+                                      [RANGES_ASKED] = 1,
+                                      [RANGES_TAKEN] = STP_SOURCE_RANGES,
+                                      [RANGES_REFUSED] = 1};
+    return counts[atomic_load(&h->ranges)];
+}
+
+uint32_t stp_http_gap(const stp_http *h)
+{
+    return atomic_load(&h->ranges) == RANGES_TAKEN ? STP_HTTP_PART_BYTES : GAP_BYTES;
+}
+
+/* Learns from a try whether the server takes requests for several ranges. It does not if it answers
+ * anything else, or if several tries in a row fail for other reasons. */
+static void learn_ranges(stp_http *h, const stp_http_transfer *t, double pause_s)
+{
+    int asked = RANGES_ASKED, taken = RANGES_TAKEN;
+    const bool whole = stp_http_transfer_is_whole(t),
+               ended = t->result == CURLE_ABORTED_BY_CALLBACK;
+    const bool passing = pause_s >= 0.0 && (t->verdict != STP_HTTP_GOOD || t->result != CURLE_OK);
+    if (whole) {
+        atomic_store(&h->ranges_failed, 0);
+        (void)atomic_compare_exchange_strong(&h->ranges, &asked, RANGES_TAKEN);
+    } else if (ended || (passing && atomic_fetch_add(&h->ranges_failed, 1) < RANGES_TRIES)) {
+        (void)atomic_compare_exchange_strong(&h->ranges, &asked, RANGES_UNKNOWN);
+    } else if (!atomic_compare_exchange_strong(&h->ranges, &asked, RANGES_REFUSED)) {
+        (void)atomic_compare_exchange_strong(&h->ranges, &taken, RANGES_REFUSED);
+    }
+}
+
+/* Asks for all ranges by one request, as far as the server takes that. Some may still be missing
+ * afterwards. The first such request is alone: it shows whether the server answers it. */
+static void try_apart(stp_http *h, const stp_http_transfer *asked)
+{
+    int unknown = RANGES_UNKNOWN;
+    double pause_s = 0.0;
+    stp_http_transfer t;
+    if (atomic_load(&h->ranges) != RANGES_TAKEN &&
+        !atomic_compare_exchange_strong(&h->ranges, &unknown, RANGES_ASKED))
+        return;
+    count_waiting(h, 1);
+    do {
+        t = *asked;
+        t.apart = true;
+        (void)try_once(h, &t, &pause_s, NULL);
+    } while (t.crowded);
+    count_waiting(h, -1);
+    learn_ranges(h, &t, pause_s);
+}
+
+/* The number of ranges, from the first on, that one range may hold. */
+static size_t count_near(const stp_byte_range *ranges, size_t count)
+{
+    size_t near = 1;
+    while (near < count) {
+        const stp_http_missing all = stp_http_missing_of(ranges, near);
+        const stp_http_missing more = stp_http_missing_of(ranges, near + 1);
+        if (more.bytes > all.bytes && (ranges[near].offset > all.end + GAP_BYTES ||
+                                       more.end - more.begin > STP_SOURCE_REQUEST_BYTES))
+            break;
+        near++;
+    }
+    return near;
+}
+
+stp_status stp_http_read_ranges(stp_http *h, stp_byte_range *ranges, size_t count, bool fresh,
+                                const stp_read_wish *wish, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_http_transfer asked = begin_transfer(h, fresh);
+    asked.wish = wish;
+    asked.ranges = ranges;
+    asked.range_count = count;
+    if (!is_ended(h) && count_near(ranges, count) < count)
+        try_apart(h, &asked);
+    for (size_t i = 0, near; i < count && status == STP_OK; i += near) {
+        near = count_near(ranges + i, count - i);
+        stp_http_transfer t = asked;
+        t.ranges = ranges + i;
+        t.range_count = near;
+        if (stp_http_missing_of(t.ranges, near).bytes > 0)
+            status = is_ended(h) ? say_ended(h, err) : try_often(h, &t, err);
+    }
+    return status;
 }
 
 void stp_http_cancel(stp_http *h)
