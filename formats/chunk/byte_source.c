@@ -7,12 +7,17 @@
 #include "formats/chunk/remote/disk_cache.h"
 #include "formats/chunk/remote/http.h"
 
+#include <assert.h>
 #include <inttypes.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/uio.h>
 #include <unistd.h>
+
+/* Reads over a gap of so many bytes in a file rather than calling twice. */
+#define GAP_ON_DISK 256u
 
 struct stp_byte_source {
     char *path; /* of a file */
@@ -112,59 +117,125 @@ unsigned stp_byte_source_parallel(const stp_byte_source *s)
 
 /* ---- reading ---- */
 
-static stp_status read_remote(stp_byte_source *s, uint64_t offset, uint8_t *data, size_t size,
-                              bool fresh, const stp_read_wish *wish, stp_error *err)
+/* Takes what is known of a range: from the head of the file, or from the cache. */
+static stp_status take_known(stp_byte_source *s, stp_byte_range *r, bool fresh, stp_error *err)
 {
-    size_t kept = 0;
-    if (!stp_range_inside(offset, size, s->size))
+    r->got = 0;
+    if (!stp_range_inside(r->offset, r->size, s->size))
         return stp_error_set(err, STP_CORRUPT,
                              "%s ends at byte %" PRIu64 ", before byte %" PRIu64
                              ": the file was cut; copy it again",
-                             stp_byte_source_name(s), s->size, offset + size);
-    if (!fresh && offset + size <= STP_HTTP_HEAD_BYTES) {
-        memcpy(data, stp_http_head(s->http) + offset, size);
-        return STP_OK;
+                             stp_byte_source_name(s), s->size, r->offset + r->size);
+    if (!fresh && r->offset + r->size <= STP_HTTP_HEAD_BYTES) {
+        memcpy(r->data, stp_http_head(s->http) + r->offset, r->size);
+        r->got = r->size;
+    } else if (s->cache != NULL && fresh) {
+        stp_disk_cache_drop(s->cache, r->offset, r->size);
+    } else if (s->cache != NULL) {
+        r->got = stp_disk_cache_read(s->cache, r->offset, r->data, r->size);
+        atomic_fetch_add(&s->cached_bytes, r->got);
     }
-    if (s->cache != NULL && fresh)
-        stp_disk_cache_drop(s->cache, offset, size);
-    else if (s->cache != NULL)
-        kept = stp_disk_cache_read(s->cache, offset, data, size);
-    atomic_fetch_add(&s->cached_bytes, kept);
-    stp_status status =
-        stp_http_read(s->http, offset + kept, data + kept, size - kept, fresh, wish, err);
-    if (status == STP_OK && s->cache != NULL)
-        stp_disk_cache_write(s->cache, offset + kept, data + kept, size - kept);
+    return STP_OK;
+}
+
+static stp_status read_remote(stp_byte_source *s, stp_byte_range *ranges, size_t count, bool fresh,
+                              const stp_read_wish *wish, stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t known[STP_SOURCE_RANGES];
+    assert(count <= STP_SOURCE_RANGES);
+    for (size_t i = 0; i < count; i++) {
+        STP_TRY(take_known(s, &ranges[i], fresh, err));
+        known[i] = ranges[i].got;
+    }
+    status = stp_http_read_ranges(s->http, ranges, count, fresh, wish, err);
+    for (size_t i = 0; i < count && s->cache != NULL; i++) {
+        const stp_byte_range *r = &ranges[i];
+        if (r->got == r->size && known[i] < r->size)
+            stp_disk_cache_write(s->cache, r->offset + known[i], r->data + known[i],
+                                 r->size - known[i]);
+    }
+done:
     return status;
 }
 
-static stp_status read_file(stp_byte_source *s, uint64_t offset, void *data, size_t size,
-                            stp_error *err)
+static stp_status read_file(stp_byte_source *s, stp_byte_range *r, stp_error *err)
 {
+    r->got = 0;
     if (atomic_load(&s->cancelled))
         return stp_error_set(err, STP_CANCELLED, "%s: reading was interrupted", s->path);
-    atomic_fetch_add(&s->file_bytes, size);
-    return stp_file_read_at(s->descriptor, s->path, offset, data, size, err);
+    atomic_fetch_add(&s->file_bytes, r->size);
+    const stp_status status =
+        stp_file_read_at(s->descriptor, s->path, r->offset, r->data, r->size, err);
+    r->got = status == STP_OK ? r->size : 0;
+    return status;
 }
 
-stp_status stp_byte_source_read_wanted(stp_byte_source *s, uint64_t offset, void *data, size_t size,
+uint32_t stp_byte_source_gap(const stp_byte_source *s)
+{
+    return s->http != NULL ? stp_http_gap(s->http) : GAP_ON_DISK;
+}
+
+/* Tries to read ranges that lie next to each other, or nearly so, at once. Returns how many these
+ * are, from the first on. */
+static size_t read_run(stp_byte_source *s, stp_byte_range *ranges, size_t count)
+{
+    uint8_t unused[GAP_ON_DISK];
+    struct iovec pieces[2 * STP_SOURCE_RANGES];
+    int piece_count = 0;
+    size_t run = 0;
+    uint64_t end = ranges[0].offset;
+    for (; run < count && ranges[run].offset - end <= GAP_ON_DISK; run++) {
+        if (ranges[run].offset > end)
+            pieces[piece_count++] = (struct iovec){unused, (size_t)(ranges[run].offset - end)};
+        pieces[piece_count++] = (struct iovec){ranges[run].data, ranges[run].size};
+        end = ranges[run].offset + ranges[run].size;
+    }
+    const uint64_t bytes = end - ranges[0].offset;
+    const bool all =
+        run > 1 && !atomic_load(&s->cancelled) &&
+        preadv(s->descriptor, pieces, piece_count, (off_t)ranges[0].offset) == (ssize_t)bytes;
+    for (size_t i = 0; i < run && all; i++)
+        ranges[i].got = ranges[i].size;
+    atomic_fetch_add(&s->file_bytes, all ? bytes : 0);
+    return run;
+}
+
+unsigned stp_byte_source_ranges(const stp_byte_source *s)
+{
+    return s->http != NULL ? stp_http_ranges(s->http) : 1;
+}
+
+stp_status stp_byte_source_read_ranges(stp_byte_source *s, stp_byte_range *ranges, size_t count,
                                        const stp_read_wish *wish, stp_error *err)
 {
-    return s->http != NULL ? read_remote(s, offset, data, size, false, wish, err)
-                           : read_file(s, offset, data, size, err);
+    stp_status first = STP_OK;
+    if (s->http != NULL)
+        return read_remote(s, ranges, count, false, wish, err);
+    for (size_t i = 0; i < count;)
+        i += read_run(s, ranges + i, count - i);
+    for (size_t i = 0; i < count; i++) {
+        const bool there = ranges[i].got == ranges[i].size;
+        const stp_status status =
+            there ? STP_OK : read_file(s, &ranges[i], first == STP_OK ? err : NULL);
+        first = first == STP_OK ? status : first;
+    }
+    return first;
 }
 
 stp_status stp_byte_source_read(stp_byte_source *s, uint64_t offset, void *data, size_t size,
                                 stp_error *err)
 {
-    return stp_byte_source_read_wanted(s, offset, data, size, NULL, err);
+    stp_byte_range range = {.offset = offset, .data = data, .size = size};
+    return stp_byte_source_read_ranges(s, &range, 1, NULL, err);
 }
 
 stp_status stp_byte_source_reread(stp_byte_source *s, uint64_t offset, void *data, size_t size,
                                   stp_error *err)
 {
+    stp_byte_range range = {.offset = offset, .data = data, .size = size};
     atomic_fetch_add(&s->damaged, 1);
-    return s->http != NULL ? read_remote(s, offset, data, size, true, NULL, err)
-                           : read_file(s, offset, data, size, err);
+    return s->http != NULL ? read_remote(s, &range, 1, true, NULL, err) : read_file(s, &range, err);
 }
 
 void stp_byte_source_cancel(stp_byte_source *s)

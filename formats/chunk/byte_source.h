@@ -11,7 +11,8 @@
  * connect_ms, then stall_ms, plus a second for each KiB asked for. Each pause takes at most
  * STP_SOURCE_PAUSE_LIMIT_MS. If patience_ms is given, all reads end with IO once they have waited
  * for the source that long in all, plus a second for each KiB and each answer that came. If a
- * server refuses a request by 429 or 503, fewer are in flight from then on. */
+ * server refuses a request by 429 or 503, or closes one of several connections, fewer requests are
+ * in flight from then on. The latter does not count as a try, and is mended without a pause. */
 #ifndef STP_FORMATS_CHUNK_BYTE_SOURCE_H
 #define STP_FORMATS_CHUNK_BYTE_SOURCE_H
 
@@ -88,9 +89,29 @@ typedef struct stp_read_wish {
     void *context;
 } stp_read_wish;
 
-/* As stp_byte_source_read. wish: NULL is as if it always held. */
-stp_status stp_byte_source_read_wanted(stp_byte_source *source, uint64_t offset, void *data,
-                                       size_t size, const stp_read_wish *wish, stp_error *err);
+/* A range of bytes, and where they go. */
+typedef struct stp_byte_range {
+    uint64_t offset;
+    uint8_t *data;
+    size_t size;
+    size_t got; /* so many are there, from the first on */
+} stp_byte_range;
+
+/* At most so many at once. */
+#define STP_SOURCE_RANGES 128u
+/* Ranges that are read by one request have at most so many bytes, with what lies between. */
+#define STP_SOURCE_REQUEST_BYTES (128u << 10)
+
+/* How many ranges are worth reading at once although they lie far from each other. 1: each is a
+ * request of its own, or no request. May grow or sink with what the server answers. */
+unsigned stp_byte_source_ranges(const stp_byte_source *source);
+/* Bytes between two ranges that are read rather than asking twice. */
+uint32_t stp_byte_source_gap(const stp_byte_source *source);
+/* Reads ranges, ordered by offset, by as few requests as the source takes. A range is there if its
+ * `got` is its size afterwards, also if others failed; once a server failed, no more is asked for.
+ * wish: NULL is as if it always held. Errors: as stp_byte_source_read, of the first that failed. */
+stp_status stp_byte_source_read_ranges(stp_byte_source *source, stp_byte_range *ranges,
+                                       size_t count, const stp_read_wish *wish, stp_error *err);
 
 /* Makes all reads, present and future, end soon with CANCELLED, until resume. */
 void stp_byte_source_cancel(stp_byte_source *source);

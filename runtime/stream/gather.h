@@ -1,5 +1,5 @@
 /* Reads what is wanted of several blocks in few requests: parts that lie next to each other in the
- * file, or nearly so, are read at once. Threads: any; one at a time for a buffer. */
+ * file, or nearly so, are read at once. Threads: any. */
 #ifndef STP_RUNTIME_STREAM_GATHER_H
 #define STP_RUNTIME_STREAM_GATHER_H
 
@@ -7,8 +7,6 @@
 
 #include <stdatomic.h>
 
-/* A request brings at most so many bytes, unless one part alone is larger. */
-#define STP_GATHER_BYTES (128u << 10)
 /* At most so many blocks at once. */
 #define STP_GATHER_BLOCKS 32u
 
@@ -26,10 +24,8 @@ typedef struct stp_gather_item {
 
 /* Whether reading both at once saves a request. */
 bool stp_gather_joins(stp_chunk_file *file, const stp_gather_item *a, const stp_gather_item *b);
-/* Reads the items, at most STP_GATHER_BLOCKS; buffer has STP_GATHER_BYTES. Returns how many bytes
- * were read, those in gaps included. Errors of an item: as stp_block_fetch, CANCELLED (unwanted).
- */
-uint64_t stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
-                         uint8_t *buffer);
+/* Reads the items, at most STP_GATHER_BLOCKS. Returns how many bytes of them were read. Errors of
+ * an item: as stp_block_fetch, CANCELLED (none of the items is wanted any longer). */
+uint64_t stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count);
 
 #endif

@@ -138,22 +138,30 @@ static begun begin_want(stp_stream *s, size_t index, reading *out)
     return MUST_READ;
 }
 
+/* Blocks of one model that a reader reads at once. */
+typedef struct group {
+    const stp_scene_model *model;
+    reading of[STP_GATHER_BLOCKS];
+    size_t count;
+    uint64_t bytes;
+} group;
+
+/* One request brings blocks that lie apart until it has so many bytes: sixteen in flight fill 100
+ * Mbit/s with answers after 40 ms. More would delay what is most wanted. */
+#define GROUP_BYTES (32u << 10)
 /* A neighbour may have so many blocks between that are not wanted. */
 #define NEIGHBOURS_APART 4u
 
-/* Begins wants whose payloads lie near a group's: of the blocks that follow its first block (step
- * 1) or come before it (step -1). *bytes: the group's. Returns how many blocks the group has then.
- */
-static size_t begin_neighbours(stp_stream *s, reading *group, size_t count, uint32_t step,
-                               uint64_t *bytes)
+/* Begins wants whose payloads lie near that of the group's block number `first`: of the blocks that
+ * follow it (step 1) or come before it (step -1). */
+static void begin_neighbours(stp_stream *s, group *g, size_t first, uint32_t step)
 {
-    reading last = group[0];
-    const stp_scene_model *m =
-        stp_scene_find(s->scene, s->scene->blocks[last.load->want.block].chunk);
+    reading last = g->of[first];
+    const stp_scene_model *m = g->model;
     const uint32_t block_count = m->model->first_block[m->model->info->chunk_count];
     uint32_t block = last.load->want.block + step;
     for (uint32_t apart = 0; apart <= NEIGHBOURS_APART && block - m->first_block < block_count &&
-                             count < STP_GATHER_BLOCKS;
+                             g->count < STP_GATHER_BLOCKS;
          block += step) {
         size_t index = s->want_of[block];
         if (index-- == 0) {
@@ -162,81 +170,86 @@ static size_t begin_neighbours(stp_stream *s, reading *group, size_t count, uint
         }
         stp_gather_item item =
             item_of(s, &s->wants[index], stp_payload_store_known(&s->store, block));
-        if (item.begin >= item.end || *bytes + item.end - item.begin > STP_GATHER_BYTES ||
+        if (item.begin >= item.end || g->bytes + item.end - item.begin > STP_SOURCE_REQUEST_BYTES ||
             !stp_gather_joins(m->model->file, &last.item, &item) ||
-            begin_want(s, index, &group[count]) != MUST_READ)
+            begin_want(s, index, &g->of[g->count]) != MUST_READ)
             break;
-        last = group[count++];
-        *bytes += item.end - item.begin;
+        last = g->of[g->count++];
+        g->bytes += item.end - item.begin;
         apart = 0;
     }
-    return count;
 }
 
-/* Begins the next wants until one must be read. Returns that one and its neighbours; 0: there is
- * nothing to read. joins: neighbours may be read at once. */
-static size_t begin_next(stp_stream *s, reading *group, bool joins)
+/* Whether a group takes one more of the wants, wherever its bytes lie. If few wants are left, they
+ * are for all readers. */
+static bool takes_more(const stp_stream *s, const group *g)
 {
-    while (s->want_next < s->want_count) {
-        size_t index = s->want_next;
+    if (g->count == 0)
+        return true;
+    const unsigned ranges = stp_byte_source_ranges(stp_chunk_file_source(g->model->model->file));
+    const size_t share = 1 + s->wants_left / STP_STREAM_READERS_LIMIT;
+    return g->count < ranges && g->count < share && g->count < STP_GATHER_BLOCKS &&
+           g->bytes < GROUP_BYTES &&
+           stp_scene_find(s->scene, s->scene->blocks[s->wants[s->want_next].block].chunk) ==
+               g->model;
+}
+
+/* Begins the next wants until some must be read: one and its neighbours, and more if one request
+ * can bring them. The group is empty if there is nothing to read. */
+static void begin_next(stp_stream *s, group *g)
+{
+    g->count = 0;
+    g->bytes = 0;
+    while (s->want_next < s->want_count && takes_more(s, g)) {
+        const size_t index = s->want_next, first = g->count;
         begun state = NOTHING_TO_READ;
         if (s->want_of[s->wants[index].block] == index + 1)
-            state = begin_want(s, index, &group[0]);
+            state = begin_want(s, index, &g->of[first]);
         if (state == NO_ROOM)
-            return 0;
+            return;
         s->want_next++;
         if (state != MUST_READ)
             continue;
-        uint64_t bytes = group[0].item.end - group[0].item.begin;
-        size_t count = 1;
-        if (joins)
-            count = begin_neighbours(s, group, count, 1, &bytes);
-        if (joins)
-            count = begin_neighbours(s, group, count, UINT32_MAX, &bytes);
-        return count;
+        const reading *r = &g->of[g->count++];
+        g->model = stp_scene_find(s->scene, s->scene->blocks[r->load->want.block].chunk);
+        g->bytes += r->item.end - r->item.begin;
+        begin_neighbours(s, g, first, 1);
+        begin_neighbours(s, g, first, UINT32_MAX);
     }
-    return 0;
 }
 
-static void read_group(stp_stream *s, reading *group, size_t count, uint8_t *buffer)
+static void read_group(stp_stream *s, const group *g)
 {
     stp_gather_item items[STP_GATHER_BLOCKS];
-    const stp_scene_model *m =
-        stp_scene_find(s->scene, s->scene->blocks[group[0].load->want.block].chunk);
-    for (size_t i = 0; i < count; i++)
-        items[i] = group[i].item;
+    for (size_t i = 0; i < g->count; i++)
+        items[i] = g->of[i].item;
     pthread_mutex_unlock(&s->mutex);
-    uint64_t bytes = stp_gather_read(m->model->file, items, count, buffer);
+    const uint64_t bytes = stp_gather_read(g->model->model->file, items, g->count);
     pthread_mutex_lock(&s->mutex);
-    bool any = false;
-    for (size_t i = 0; i < count; i++) {
-        stp_load *load = group[i].load;
+    s->bytes_read += bytes;
+    for (size_t i = 0; i < g->count; i++) {
+        stp_load *load = g->of[i].load;
         bool there = items[i].status == STP_OK;
         stp_payload_store_filled(&s->store, load->want.block, items[i].got);
-        any |= there;
         load->error = items[i].error;
         load->error.status = items[i].status;
         set_state(s, load, there ? STP_LOAD_FETCHED : STP_LOAD_FAILED);
     }
-    s->bytes_read += any ? bytes : 0;
 }
 
 static void *run_reader(void *context)
 {
     stp_stream *s = context;
-    reading group[STP_GATHER_BLOCKS];
-    uint8_t *buffer = NULL;
-    bool may_join = stp_alloc(&buffer, STP_GATHER_BYTES, 1, "a buffer", NULL) == STP_OK;
+    group g;
     pthread_mutex_lock(&s->mutex);
     while (!s->quit) {
-        size_t count = begin_next(s, group, may_join);
-        if (count > 0)
-            read_group(s, group, count, buffer);
+        begin_next(s, &g);
+        if (g.count > 0)
+            read_group(s, &g);
         else
             pthread_cond_wait(&s->work, &s->mutex);
     }
     pthread_mutex_unlock(&s->mutex);
-    free(buffer);
     return NULL;
 }
 

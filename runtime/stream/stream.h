@@ -25,7 +25,8 @@
  * many more loads than reads in flight. */
 #define STP_STREAM_LOADS_LIMIT 4096
 #define STP_STREAM_WANTS_LIMIT 8192
-/* At most so many reads are in flight, whatever the sources are: with STP_GATHER_BYTES, 2 MiB. */
+/* At most so many reads are in flight, whatever the sources are: with STP_SOURCE_REQUEST_BYTES,
+ * 2 MiB. */
 #define STP_STREAM_READERS_LIMIT 16
 
 /* One block, wanted down to a level. */

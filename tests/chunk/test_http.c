@@ -428,6 +428,27 @@ static void many_threads_read_at_once(void **state)
     stp_byte_source_close(&m.source);
 }
 
+/* A server closes the connections that are too many for it. No read fails for that, although each
+ * has one try alone, and soon no more connections are opened than the server takes. */
+static void few_connections_do(void **state)
+{
+    static const unsigned most[] = {1, 2, 7};
+    stp_pool *pool = NULL;
+    (void)state;
+    for (size_t i = 0; i < sizeof most / sizeof *most; i++) {
+        stp_byte_source_stats stats;
+        many m = {.source = open_well(&(stp_byte_source_params){.tries = 1})};
+        fault_server_order(&server, &(fault_orders){.most = most[i]});
+        check_ok(stp_pool_create(&pool, 2 * STP_SOURCE_CONNECTIONS, err));
+        check_ok(stp_pool_run(pool, 300, read_one, &m, err));
+        stp_byte_source_get_stats(m.source, &stats);
+        assert_int_equal(stats.requests - stats.retries, 1 + 300);
+        assert_in_range(stats.retries, 1, 2 * STP_SOURCE_CONNECTIONS);
+        stp_pool_destroy(&pool);
+        stp_byte_source_close(&m.source);
+    }
+}
+
 /* One thread cancels while all others wait for a silent server. */
 static stp_status read_or_cancel(void *context, size_t index, unsigned worker, stp_error *err)
 {
@@ -569,6 +590,7 @@ int main(void)
         cmocka_unit_test(no_server_and_no_address),
         cmocka_unit_test(an_empty_file_has_no_bytes),
         cmocka_unit_test(many_threads_read_at_once),
+        cmocka_unit_test(few_connections_do),
         cmocka_unit_test(cancelling_ends_all_reads),
         cmocka_unit_test(a_callback_interrupts),
         cmocka_unit_test(addresses_are_encoded_and_named),

@@ -28,6 +28,7 @@ server_body() { # port, port of https
         location /slow/ { alias $root/; limit_rate 200k; }
         location /few/ { alias $root/; limit_rate 100k; limit_conn crowd 1; }
         location /whole/ { alias $root/; max_ranges 0; }
+        location /single/ { alias $root/; max_ranges 1; }
         location /moved/ { return 302 /m.stipple; }
         location /secret/ { return 403; }
         location /busy/ { return 503; }
@@ -131,10 +132,17 @@ same near.png far.png
 render "$web/slow/m.stipple" slow.png
 same near.png slow.png
 
+# Many ranges in a request bring the same picture as one in each.
+render "$model" all.png --threshold 0
+render "$web/m.stipple" ranges.png --threshold 0
+same all.png ranges.png
+render "$web/single/m.stipple" single.png --threshold 0
+same all.png single.png
+[ "$(field retries)" = 0 ] || fail "$(field retries) retries"
+
 # A server that takes one request at a time, and refuses others by 503, soon gets them one by one.
 log_begin
 render "$web/few/m.stipple" few.png --threshold 0
-render "$model" all.png --threshold 0
 same all.png few.png
 refused=$(grep -c '" 503 ' "$FOLDER/access.log")
 [ "$refused" -gt 0 ] && [ "$refused" -le 20 ] || fail "the server refused $refused requests"

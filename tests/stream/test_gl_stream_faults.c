@@ -240,9 +240,8 @@ static void a_server_fails_in_part(void **state)
 /* Reads what is left of a group. Returns whether all of it is there. */
 static bool read_rest(const remote *x, stp_gather_item *items, size_t count)
 {
-    static uint8_t buffer[STP_GATHER_BYTES];
     bool there = true;
-    stp_gather_read(x->model->file, items, count, buffer);
+    stp_gather_read(x->model->file, items, count);
     for (size_t i = 0; i < count; i++) {
         there &= items[i].status == STP_OK;
         items[i].out += items[i].got - items[i].begin;
@@ -338,10 +337,8 @@ static void silence_holds_nothing_up(void **state)
 #define SLOW_FAILURE_US 200000
 static atomic_bool reads_are_slow, next_decode_fails;
 
-uint64_t __real_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
-                                uint8_t *buffer);
-uint64_t __wrap_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
-                                uint8_t *buffer);
+uint64_t __real_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count);
+uint64_t __wrap_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count);
 stp_status __real_stp_block_decode(stp_chunk_file *file, const stp_block *block, int finest,
                                    const uint8_t *payload, stp_chunk_scratch *scratch,
                                    stp_chunk **out, stp_error *err);
@@ -349,12 +346,11 @@ stp_status __wrap_stp_block_decode(stp_chunk_file *file, const stp_block *block,
                                    const uint8_t *payload, stp_chunk_scratch *scratch,
                                    stp_chunk **out, stp_error *err);
 
-uint64_t __wrap_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count,
-                                uint8_t *buffer)
+uint64_t __wrap_stp_gather_read(stp_chunk_file *file, stp_gather_item *items, size_t count)
 {
     if (reads_are_slow)
         usleep(SLOW_READ_US);
-    return __real_stp_gather_read(file, items, count, buffer);
+    return __real_stp_gather_read(file, items, count);
 }
 
 stp_status __wrap_stp_block_decode(stp_chunk_file *file, const stp_block *block, int finest,

@@ -147,14 +147,13 @@ static void payloads(void **state)
 /* Reads of all items together and of each alone must bring the same bytes. */
 static void compare_reads(stp_chunk_file *file, stp_gather_item *items, size_t count)
 {
-    static uint8_t buffer[STP_GATHER_BYTES];
     uint64_t bytes = 0, read;
     for (size_t i = 0; i < count; i++) {
         bytes += items[i].end - items[i].begin;
         items[i].out = calloc(items[i].end - items[i].begin + 1, 1);
         assert_non_null(items[i].out);
     }
-    read = stp_gather_read(file, items, count, buffer);
+    read = stp_gather_read(file, items, count);
     assert_true(read >= bytes);
     for (size_t i = 0; i < count; i++) {
         uint32_t size = items[i].end - items[i].begin;
@@ -207,7 +206,7 @@ static void requests(void **state)
 static void failed_request(void **state)
 {
     (void)state;
-    static uint8_t buffer[STP_GATHER_BYTES], out[3][64];
+    static uint8_t out[3][64];
     stp_chunk_file *file = NULL;
     check_ok(stp_chunk_file_open(&file, "lists.stipple", err));
     uint64_t size = stp_chunk_file_get_info(file)->file_bytes;
@@ -219,7 +218,7 @@ static void failed_request(void **state)
         items[i] = (stp_gather_item){.block = &blocks[i], .end = 64, .out = out[i]};
     assert_true(stp_gather_joins(file, &items[1], &items[0]));
     assert_false(stp_gather_joins(file, &items[1], &items[2]));
-    stp_gather_read(file, items, 3, buffer);
+    stp_gather_read(file, items, 3);
     assert_true(items[0].status == STP_OK && items[1].status == STP_OK);
     assert_int_equal(items[2].status, STP_CORRUPT);
     assert_true(items[2].error.message[0] != '\0');

@@ -59,12 +59,12 @@ static void check_bytes(const stp_gather_item *item)
 /* The parts of the root lie side by side. */
 static void a_block_is_one_request(void **state)
 {
-    static uint8_t buffer[STP_GATHER_BYTES];
     (void)state;
     stp_gather_item item = item_of(&model->blocks[0], NULL);
-    assert_true(item.end > 0 && item.end < STP_GATHER_BYTES && item.block->parts[1].bytes > 0);
+    assert_true(item.end > 0 && item.end < STP_SOURCE_REQUEST_BYTES &&
+                item.block->parts[1].bytes > 0);
     order(FAULT_NONE);
-    assert_true(stp_gather_read(model->file, &item, 1, buffer) >= item.end);
+    assert_true(stp_gather_read(model->file, &item, 1) >= item.end);
     assert_int_equal(fault_server_requests(&server), 1);
     assert_int_equal(item.status, STP_OK);
     assert_int_equal(item.got, item.end);
@@ -72,17 +72,53 @@ static void a_block_is_one_request(void **state)
     free(item.out);
 }
 
+/* Reads three blocks that lie far from each other. Returns the number of requests. */
+static unsigned read_far_blocks(stp_model *m)
+{
+    stp_gather_item items[3];
+    const uint32_t count = m->first_block[m->info->chunk_count];
+    for (uint32_t i = 0; i < 3; i++)
+        items[i] = item_of(&m->blocks[i * (count - 1) / 2], NULL);
+    assert_false(stp_gather_joins(m->file, &items[0], &items[1]));
+    assert_false(stp_gather_joins(m->file, &items[1], &items[2]));
+    stp_gather_read(m->file, items, 3);
+    const unsigned requests = fault_server_requests(&server);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(items[i].status, STP_OK);
+        check_bytes(&items[i]);
+        free(items[i].out);
+    }
+    return requests;
+}
+
+/* They are read at once, if the server takes that. */
+static void far_blocks_are_one_request(void **state)
+{
+    (void)state;
+    for (int takes = 0; takes < 2; takes++) {
+        stp_model *own = NULL;
+        order(FAULT_NONE);
+        check_ok(stp_model_open_at(&own, server.address, NULL, err));
+        fault_server_order(&server, &(fault_orders){.kind = takes ? FAULT_NONE : FAULT_WHOLE,
+                                                    .count = UINT32_MAX,
+                                                    .apart = true});
+        const unsigned requests = read_far_blocks(own);
+        assert_int_equal(fault_server_apart(&server), 1);
+        assert_true(takes ? requests == 1 : requests > 3);
+        stp_model_close(&own);
+    }
+}
+
 /* A request is given up only if none of its blocks is wanted. */
 static void unwanted_blocks_are_not_read(void **state)
 {
-    static uint8_t buffer[STP_GATHER_BYTES];
     const atomic_bool yes = true, no = false;
     (void)state;
     for (int wanted = 0; wanted < 2; wanted++) {
         const stp_block *second = &model->blocks[0];
         stp_gather_item items[2] = {item_of(second, &yes), item_of(second, wanted ? &no : &yes)};
         order(FAULT_NONE);
-        stp_gather_read(model->file, items, 2, buffer);
+        stp_gather_read(model->file, items, 2);
         assert_int_equal(fault_server_requests(&server), wanted);
         for (int i = 0; i < 2; i++) {
             assert_int_equal(items[i].status, wanted ? STP_OK : STP_CANCELLED);
@@ -146,7 +182,7 @@ static void what_the_camera_leaves_is_given_up(void **state)
         assert_true(frame < FRAMES_LIMIT);
     const unsigned count = ask_in_vain(r);
     assert_int_equal(count, STP_STREAM_READERS_LIMIT);
-    assert_true(2 * fault_server_bytes(&server) <= (uint64_t)count * STP_GATHER_BYTES);
+    assert_true(2 * fault_server_bytes(&server) <= (uint64_t)count * STP_SOURCE_REQUEST_BYTES);
     for (int frame = 0; draw(r, true, STP_LOD_FULL).chunks_loading > 0; frame++)
         assert_true(frame < FRAMES_LIMIT);
     assert_int_equal(fault_server_requests(&server), count);
@@ -156,6 +192,55 @@ static void what_the_camera_leaves_is_given_up(void **state)
         assert_true(frame < FRAMES_LIMIT);
     assert_string_equal(stp_renderer_damage(r), "");
     stp_renderer_destroy(&r);
+}
+
+/* ---- wants ---- */
+
+/* Reads blocks that lie apart. Returns the number of requests. */
+static unsigned requests_of_wants(fault_kind kind)
+{
+    stp_model *own = NULL;
+    stp_scene scene;
+    stp_stream *stream = NULL;
+    stp_want wants[STP_STREAM_WANTS_LIMIT];
+    size_t count = 0, fetched = 0;
+    order(FAULT_NONE);
+    check_ok(stp_model_open_at(&own, server.address, NULL, err));
+    fault_server_order(&server, &(fault_orders){.kind = kind, .count = UINT32_MAX, .apart = true});
+    read_far_blocks(own); /* the server is known from then on */
+    check_ok(stp_scene_create(&scene, (const stp_model *const[]){own}, 1, err));
+    const stp_stream_params params = {
+        .scene = &scene, .payload_bytes = 64u << 20, .decoder_count = 1};
+    check_ok(stp_stream_create(&stream, &params, err));
+    for (uint32_t b = 0; b < scene.block_count; b += 8)
+        wants[count++] = (stp_want){.block = b};
+    const unsigned before = fault_server_requests(&server);
+    stp_stream_want(stream, wants, count);
+    while (fetched < count) {
+        const uint64_t seen = stp_stream_news_count(stream);
+        stp_load *load = stp_stream_next_fetched(stream);
+        assert_null(stp_stream_next_done(stream));
+        if (load != NULL)
+            stp_stream_release(stream, load);
+        else
+            stp_stream_wait(stream, seen);
+        fetched += load != NULL;
+    }
+    const unsigned requests = fault_server_requests(&server) - before;
+    printf("%zu wants: %u requests\n", count, requests);
+    assert_true(kind == FAULT_NONE || requests >= count);
+    stp_stream_destroy(&stream);
+    stp_scene_destroy(&scene);
+    stp_model_close(&own);
+    return requests;
+}
+
+/* If the server takes several ranges in a request, blocks that lie apart come together. */
+static void blocks_that_lie_apart_come_together(void **state)
+{
+    (void)state;
+    const unsigned apart = requests_of_wants(FAULT_NONE), alone = requests_of_wants(FAULT_WHOLE);
+    assert_true(apart >= STP_STREAM_READERS_LIMIT && 4 * apart < alone);
 }
 
 int main(void)
@@ -169,8 +254,10 @@ int main(void)
     free(bytes);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_block_is_one_request),
+        cmocka_unit_test(far_blocks_are_one_request),
         cmocka_unit_test(unwanted_blocks_are_not_read),
         cmocka_unit_test(what_the_camera_leaves_is_given_up),
+        cmocka_unit_test(blocks_that_lie_apart_come_together),
     };
     int failed = cmocka_run_group_tests(tests, open_model, close_model);
     fault_server_destroy(&server);

@@ -20,9 +20,10 @@
 #include <unistd.h>
 
 #define REQUEST_LIMIT 8192
+#define RANGES_LIMIT 128
 
 typedef struct fault_shared {
-    atomic_uint requests;
+    atomic_uint requests, apart, open;
     atomic_uint_fast64_t bytes;
     atomic_bool changed;
     fault_orders orders; /* written while no request is running */
@@ -30,11 +31,16 @@ typedef struct fault_shared {
     uint8_t file[];
 } fault_shared;
 
+typedef struct asked_range {
+    uint64_t begin, last;
+} asked_range;
+
 typedef struct answer {
     fault_shared *shared;
     int socket;
     fault_kind kind;
     uint64_t begin, last; /* the bytes to send */
+    bool parts;           /* the body has parts */
     uint8_t *body;
     size_t body_bytes;
 } answer;
@@ -125,6 +131,8 @@ static void write_range(const answer *a, char *out, size_t room)
     if (a->kind == FAULT_NO_TOTAL)
         snprintf(out, room, "Content-Range: bytes %" PRIu64 "-%" PRIu64 "/*\r\n", a->begin,
                  a->last);
+    if (a->parts)
+        snprintf(out, room, "Content-Type: multipart/byteranges; boundary=END\r\n");
     if (a->kind == FAULT_RANGE_NONE)
         out[0] = '\0';
     if (a->kind == FAULT_RANGE_JUNK)
@@ -218,7 +226,22 @@ static bool send_away(const answer *a)
 
 /* ---- a connection ---- */
 
-/* Chooses the bytes to send; a changed file has all its bits flipped. */
+/* The file's bytes; a changed file has all its bits flipped. */
+static void copy_bytes(const fault_shared *s, uint64_t begin, size_t size, uint8_t *out)
+{
+    for (size_t i = 0; i < size; i++)
+        out[i] = atomic_load(&s->changed) ? (uint8_t)~s->file[begin + i] : s->file[begin + i];
+}
+
+static uint8_t *allocate(size_t size)
+{
+    uint8_t *bytes = malloc(size);
+    if (bytes == NULL)
+        _exit(1);
+    return bytes;
+}
+
+/* Chooses the bytes to send. */
 static void fill_body(answer *a, uint64_t begin, uint64_t last)
 {
     const fault_shared *s = a->shared;
@@ -228,15 +251,37 @@ static void fill_body(answer *a, uint64_t begin, uint64_t last)
         a->last = begin + (last - begin) / 2;
     a->last = a->last < s->size ? a->last : s->size - 1;
     a->body_bytes = (size_t)(a->last - a->begin + 1);
-    a->body = malloc(a->body_bytes);
-    if (a->body == NULL)
-        _exit(1);
-    for (size_t i = 0; i < a->body_bytes; i++) {
-        uint8_t byte = s->file[a->begin + i];
-        a->body[i] = atomic_load(&s->changed) ? (uint8_t)~byte : byte;
-    }
+    a->body = allocate(a->body_bytes);
+    copy_bytes(s, a->begin, a->body_bytes, a->body);
     if (a->kind == FAULT_FLIP)
         a->body[a->body_bytes / 16] ^= 4; /* of a first answer, in the file's header */
+}
+
+/* Writes a body of several ranges, each with the fault that one would have. */
+static void fill_parts(answer *a, const asked_range *ranges, unsigned count)
+{
+    static const char end[] = "\r\n--END--\r\n";
+    size_t room = sizeof end;
+    for (unsigned i = 0; i < count; i++)
+        room += (size_t)(ranges[i].last - ranges[i].begin) + 300;
+    uint8_t *body = allocate(room), *at = body;
+    for (unsigned i = 0; i < count; i++) {
+        const asked_range *r = &ranges[a->kind == FAULT_PARTS_BACKWARDS ? count - 1 - i : i];
+        char headers[250], text[150];
+        fill_body(a, r->begin, r->last);
+        write_range(a, text, sizeof text);
+        int length =
+            snprintf(headers, sizeof headers,
+                     "\r\n--END\r\nContent-Type: application/octet-stream\r\n%s\r\n", text);
+        memcpy(at, headers, (size_t)length);
+        memcpy(at + length, a->body, a->body_bytes);
+        at += (size_t)length + a->body_bytes;
+        free(a->body);
+    }
+    memcpy(at, end, sizeof end - 1);
+    a->body = body;
+    a->body_bytes = (size_t)(at - body) + sizeof end - 1;
+    a->parts = true;
 }
 
 /* Answers that the requested range does not exist. */
@@ -250,8 +295,9 @@ static bool send_past(const answer *a)
     return send_text(a, headers);
 }
 
-static bool send_answer(answer *a, uint64_t begin, uint64_t last)
+static bool send_answer(answer *a, const asked_range *ranges, unsigned count)
 {
+    const bool first = count == 1 || a->kind == FAULT_PARTS_FIRST;
     switch (a->kind) {
     case FAULT_STALL:
         stall(a);
@@ -278,25 +324,47 @@ static bool send_answer(answer *a, uint64_t begin, uint64_t last)
     default:
         break;
     }
-    if (a->shared->size == 0 || begin >= a->shared->size)
+    if (a->shared->size == 0 || ranges[0].begin >= a->shared->size)
         return send_past(a);
-    fill_body(a, begin, last);
+    if (first || a->kind == FAULT_PARTS_JOINED)
+        fill_body(a, ranges[0].begin, ranges[first ? 0 : count - 1].last);
+    else
+        fill_parts(a, ranges, count);
     bool sent = send_part(a);
     free(a->body);
     return sent;
 }
 
-static fault_kind choose_fault(fault_shared *s, const char *request)
+static fault_kind choose_fault(fault_shared *s, const char *request, bool apart)
 {
     const fault_orders *o = &s->orders;
     unsigned number = atomic_fetch_add(&s->requests, 1);
-    bool asked = number >= o->first && number - o->first < o->count &&
+    atomic_fetch_add(&s->apart, apart);
+    bool asked = (apart || !o->apart) && number >= o->first && number - o->first < o->count &&
                  (o->every == 0 || (number - o->first) % o->every == 0);
     if (asked && o->kind == FAULT_CHANGED)
         atomic_store(&s->changed, true);
     if (o->kind == FAULT_MOVED && strncmp(request, "GET /moved", 10) == 0)
         return FAULT_NONE;
     return asked ? o->kind : FAULT_NONE;
+}
+
+/* Reads "Range: bytes=0-99,500-599". Returns the number of ranges; 0: none, or wrong ones. */
+static unsigned read_ranges(const char *request, asked_range out[RANGES_LIMIT])
+{
+    unsigned count = 0;
+    const char *at = strstr(request, "Range: bytes=");
+    for (at = at != NULL ? strchr(at, '=') : NULL; at != NULL && (*at == '=' || *at == ',');) {
+        int length = 0;
+        asked_range *r = &out[count];
+        if (count == RANGES_LIMIT ||
+            sscanf(at + 1, "%" SCNu64 "-%" SCNu64 "%n", &r->begin, &r->last, &length) != 2 ||
+            r->last < r->begin)
+            return 0;
+        at += 1 + length;
+        count++;
+    }
+    return count;
 }
 
 static void serve(fault_shared *s, int client)
@@ -315,13 +383,12 @@ static void serve(fault_shared *s, int client)
             got += (size_t)part;
             request[got] = '\0';
         }
-        answer a = {.shared = s, .socket = client, .kind = choose_fault(s, request)};
-        uint64_t begin = 0, last = 0;
-        const char *range = strstr(request, "Range: bytes=");
-        if (range == NULL ||
-            sscanf(range, "Range: bytes=%" SCNu64 "-%" SCNu64, &begin, &last) != 2 || last < begin)
+        asked_range ranges[RANGES_LIMIT];
+        const unsigned count = read_ranges(request, ranges);
+        answer a = {.shared = s, .socket = client, .kind = choose_fault(s, request, count > 1)};
+        if (count == 0)
             return;
-        open = send_answer(&a, begin, last);
+        open = send_answer(&a, ranges, count);
     }
 }
 
@@ -337,8 +404,11 @@ static void accept_all(fault_shared *s, int listener)
         if (fork() == 0) {
             prctl(PR_SET_PDEATHSIG, SIGKILL);
             close(listener);
-            serve(s, client);
+            const unsigned most = s->orders.most;
+            if (atomic_fetch_add(&s->open, 1) < most || most == 0)
+                serve(s, client);
             close(client);
+            atomic_fetch_sub(&s->open, 1);
             _exit(0);
         }
         close(client);
@@ -400,11 +470,17 @@ void fault_server_order(fault_server *server, const fault_orders *orders)
     atomic_store(&server->shared->changed, false);
     atomic_store(&server->shared->bytes, 0);
     atomic_store(&server->shared->requests, 0);
+    atomic_store(&server->shared->apart, 0);
 }
 
 unsigned fault_server_requests(const fault_server *server)
 {
     return atomic_load(&server->shared->requests);
+}
+
+unsigned fault_server_apart(const fault_server *server)
+{
+    return atomic_load(&server->shared->apart);
 }
 
 uint64_t fault_server_bytes(const fault_server *server)

@@ -41,7 +41,11 @@ typedef enum fault_kind {
     FAULT_ENCODED,    /* Content-Encoding: gzip */
     FAULT_MOVED,      /* 302 to the same file under another name */
     FAULT_LOOP,       /* 302 to itself */
-    FAULT_ELSEWHERE   /* 302 to file:///etc/passwd */
+    FAULT_ELSEWHERE,  /* 302 to file:///etc/passwd */
+    /* for requests of several ranges */
+    FAULT_PARTS_FIRST,    /* the first range alone */
+    FAULT_PARTS_JOINED,   /* one range that holds all */
+    FAULT_PARTS_BACKWARDS /* the last range first */
 } fault_kind;
 
 typedef enum fault_validator {
@@ -56,6 +60,8 @@ typedef struct fault_orders {
     unsigned first, count; /* the requests that get the fault, */
     unsigned every;        /* and of these every n-th from the first on; 0: all */
     int code, retry_after;
+    bool apart;    /* the fault is for requests of several ranges alone */
+    unsigned most; /* connections at a time; others are closed without an answer. 0: no limit */
     fault_validator validator;
 } fault_orders;
 
@@ -72,6 +78,8 @@ void fault_server_destroy(fault_server *server);
 /* Sets the orders from now on; requests count from 0 again. */
 void fault_server_order(fault_server *server, const fault_orders *orders);
 unsigned fault_server_requests(const fault_server *server);
+/* Those for several ranges. */
+unsigned fault_server_apart(const fault_server *server);
 /* The bytes of bodies sent since the last order. */
 uint64_t fault_server_bytes(const fault_server *server);
 

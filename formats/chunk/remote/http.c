@@ -5,24 +5,27 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "formats/chunk/remote/http_address.h"
+#include "formats/chunk/remote/http_connections.h"
 #include "formats/chunk/remote/http_words.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
-#include <time.h>
 
-#define WAIT_SLICE_S 0.1
 #define UNKNOWN_SIZE UINT64_MAX
 /* Waiting time that each answer earns, for servers far away. */
 #define ANSWER_S 1.0
-/* After so many good answers, one more request may be in flight. */
-#define CALM_ANSWERS 32u
-#define RECEIVE_BUFFER_BYTES 131072L
+
+/* Reads over a gap of so many bytes rather than asking twice, if the server takes no requests for
+ * several ranges. */
+#define GAP_BYTES (8u << 10)
+/* After so many failed requests for several ranges in a row, no more are sent. */
+#define RANGES_TRIES 3u
+
+/* Whether the server takes requests for several ranges. */
+enum ranges_state { RANGES_UNKNOWN = 0, RANGES_ASKED, RANGES_TAKEN, RANGES_REFUSED };
 
 struct stp_http {
     const stp_curl *curl;
@@ -37,11 +40,9 @@ struct stp_http {
     unsigned waiting;         /* reads that wait for the server now */
     double waited_s, since_s; /* time that reads have waited, and since when one waits now */
     atomic_uint_fast64_t requests, retries, bytes, answers;
-    char *moved;           /* target of the server's last redirection; NULL: none */
-    unsigned limit, calm;  /* requests in flight at most; good answers since it changed */
-    pthread_mutex_t mutex; /* guards moved, limit, calm, connections[].busy, .easy; innermost */
-    pthread_cond_t freed;  /* a connection is free, or cancelled is set; on the monotonic clock */
-    stp_http_connection connections[STP_SOURCE_CONNECTIONS];
+    atomic_int ranges;         /* enum ranges_state */
+    atomic_uint ranges_failed; /* requests for several ranges, in a row */
+    stp_http_connections connections;
 };
 
 /* ---- patience ---- */
@@ -86,12 +87,6 @@ static bool is_ended(void *context)
            (h->params.cancelled != NULL && h->params.cancelled(h->params.cancelled_context));
 }
 
-/* Whether a read is to end: nothing is read any more, or nobody wants its bytes. */
-static bool is_over(stp_http *h, const stp_http_transfer *t)
-{
-    return is_ended(h) || !stp_http_transfer_is_wanted(t);
-}
-
 static stp_status say_ended(stp_http *h, stp_error *err)
 {
     if (atomic_load(&h->given_up))
@@ -100,116 +95,6 @@ static stp_status say_ended(stp_http *h, stp_error *err)
                              "again later, or wait longer (--timeout)",
                              h->name, (uint64_t)atomic_load(&h->bytes), waited_s(h));
     return stp_error_set(err, STP_CANCELLED, "%s: reading was interrupted", h->name);
-}
-
-/* ---- connections ---- */
-
-static bool set_options(const stp_http *h, CURL *easy)
-{
-    const char *authorities = getenv("CURL_CA_BUNDLE");
-    bool secure = strncasecmp(h->address, "https://", 8) == 0;
-    if (authorities == NULL)
-        authorities = getenv("SSL_CERT_FILE");
-    return h->curl->easy_setopt(easy, CURLOPT_URL, h->address) == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https") == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_REDIR_PROTOCOLS_STR,
-                                secure ? "https" : "http,https") == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_FOLLOWLOCATION, 1L) == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_MAXREDIRS, STP_HTTP_REDIRECTIONS_LIMIT) == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, (long)h->params.connect_ms) ==
-               CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_SUPPRESS_CONNECT_HEADERS, 1L) == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_NOSIGNAL, 1L) == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_QUICK_EXIT, 1L) == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_BUFFERSIZE, RECEIVE_BUFFER_BYTES) == CURLE_OK &&
-           h->curl->easy_setopt(easy, CURLOPT_USERAGENT, "stipple") == CURLE_OK &&
-           (authorities == NULL ||
-            h->curl->easy_setopt(easy, CURLOPT_CAINFO, authorities) == CURLE_OK);
-}
-
-static stp_status connect_handle(const stp_http *h, stp_http_connection *c, stp_error *err)
-{
-    CURL *easy = h->curl->easy_init();
-    CURLM *multi = h->curl->multi_init();
-    if (easy == NULL || multi == NULL || !set_options(h, easy) ||
-        h->curl->easy_setopt(easy, CURLOPT_ERRORBUFFER, c->text) != CURLE_OK) {
-        h->curl->easy_cleanup(easy);
-        (void)h->curl->multi_cleanup(multi);
-        return stp_error_set(err, STP_OUT_OF_MEMORY, "%s: no memory for a connection", h->name);
-    }
-    c->curl = h->curl;
-    c->easy = easy;
-    c->multi = multi;
-    return STP_OK;
-}
-
-/* Waits for `freed`, at most for a slice of time. The mutex is held. */
-static void wait_slice(stp_http *h, double seconds)
-{
-    struct timespec until;
-    clock_gettime(CLOCK_MONOTONIC, &until);
-    until.tv_nsec += (long)(seconds * 1e9);
-    until.tv_sec += until.tv_nsec / 1000000000L;
-    until.tv_nsec %= 1000000000L;
-    (void)pthread_cond_timedwait(&h->freed, &h->mutex, &until);
-}
-
-/* The mutex is held. */
-static unsigned count_busy(const stp_http *h)
-{
-    unsigned busy = 0;
-    for (unsigned i = 0; i < STP_SOURCE_CONNECTIONS; i++)
-        busy += h->connections[i].busy;
-    return busy;
-}
-
-/* Takes the first free connection, so that few are opened if few are needed. */
-static stp_status acquire(stp_http *h, const stp_http_transfer *t, stp_http_connection **out,
-                          stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_http_connection *c = NULL;
-    pthread_mutex_lock(&h->mutex);
-    while (c == NULL && !is_over(h, t)) {
-        bool may = count_busy(h) < h->limit;
-        for (unsigned i = 0; may && c == NULL && i < STP_SOURCE_CONNECTIONS; i++)
-            if (!h->connections[i].busy)
-                c = &h->connections[i];
-        if (c == NULL)
-            wait_slice(h, WAIT_SLICE_S);
-    }
-    if (c == NULL)
-        status = say_ended(h, err);
-    else if (c->easy == NULL)
-        status = connect_handle(h, c, err);
-    if (status == STP_OK)
-        c->busy = true;
-    pthread_mutex_unlock(&h->mutex);
-    *out = c;
-    return status;
-}
-
-/* Learns how many requests the server takes at a time: fewer if it refuses one of several, one more
- * after some good answers. The mutex is held. */
-static void learn_limit(stp_http *h, const stp_http_transfer *t)
-{
-    const unsigned busy = count_busy(h);
-    if (t->verdict == STP_HTTP_REFUSED && (t->answer.code == 429 || t->answer.code == 503)) {
-        h->limit = busy > 0 && busy < h->limit ? busy : h->limit;
-        h->calm = 0;
-    } else if (t->verdict == STP_HTTP_GOOD && ++h->calm == CALM_ANSWERS) {
-        h->limit += h->limit < STP_SOURCE_CONNECTIONS;
-        h->calm = 0;
-    }
-}
-
-static void release(stp_http *h, stp_http_connection *c, const stp_http_transfer *t)
-{
-    pthread_mutex_lock(&h->mutex);
-    c->busy = false;
-    learn_limit(h, t);
-    pthread_cond_signal(&h->freed);
-    pthread_mutex_unlock(&h->mutex);
 }
 
 /* ---- what became of a try ---- */
@@ -250,40 +135,6 @@ static double retry_pause(const stp_http_transfer *t, stp_http_connection *c)
     return asked_s <= (curl_off_t)(STP_SOURCE_PAUSE_LIMIT_MS / 1000u) ? (double)asked_s : -1.0;
 }
 
-/* ---- redirections ---- */
-
-/* Sends requests straight to the last redirection's target, as long as it answers there. True if
- * so. */
-static bool choose_address(stp_http *h, stp_http_connection *c)
-{
-    pthread_mutex_lock(&h->mutex);
-    bool moved = h->moved != NULL;
-    CURLcode set = c->curl->easy_setopt(c->easy, CURLOPT_URL, moved ? h->moved : h->address);
-    pthread_mutex_unlock(&h->mutex);
-    return moved && set == CURLE_OK;
-}
-
-static void remember_address(stp_http *h, const stp_http_connection *c)
-{
-    long count = 0;
-    const char *url = NULL;
-    if (c->curl->easy_getinfo(c->easy, CURLINFO_REDIRECT_COUNT, &count) != CURLE_OK || count == 0 ||
-        c->curl->easy_getinfo(c->easy, CURLINFO_EFFECTIVE_URL, &url) != CURLE_OK || url == NULL)
-        return;
-    pthread_mutex_lock(&h->mutex);
-    if (h->moved == NULL)
-        h->moved = strdup(url);
-    pthread_mutex_unlock(&h->mutex);
-}
-
-static void forget_address(stp_http *h)
-{
-    pthread_mutex_lock(&h->mutex);
-    free(h->moved);
-    h->moved = NULL;
-    pthread_mutex_unlock(&h->mutex);
-}
-
 /* ---- tries ---- */
 
 /* Turns a try that did not bring everything into a status. moved: the try asked the redirection's
@@ -295,7 +146,7 @@ static stp_status take_failure(stp_http *h, const stp_http_transfer *t, stp_http
         return say_ended(h, err);
     *pause_s = retry_pause(t, c);
     if (moved && t->verdict != STP_HTTP_GOOD) /* the redirection was only for a time */
-        forget_address(h);
+        stp_http_forget_address(&h->connections);
     if (moved && t->verdict == STP_HTTP_REFUSED && *pause_s < 0.0)
         *pause_s = 0.0;
     if (t->verdict == STP_HTTP_CHANGED)
@@ -309,23 +160,22 @@ static stp_status take_failure(stp_http *h, const stp_http_transfer *t, stp_http
 static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, stp_error *err)
 {
     stp_http_connection *c = NULL;
-    stp_status status = acquire(h, t, &c, err);
+    stp_status status = stp_http_acquire(&h->connections, t, &c, err);
     *pause_s = -1.0;
-    if (status != STP_OK)
-        return status;
-    bool moved = choose_address(h, c);
+    if (status != STP_OK || c == NULL)
+        return status != STP_OK ? status : say_ended(h, err);
+    bool moved = stp_http_choose_address(&h->connections, c);
     atomic_fetch_add(&h->requests, 1);
     stp_http_transfer_run(t, c);
     /* Whole by its range, even if the server says another length. */
-    bool whole = t->verdict == STP_HTTP_GOOD && !t->endless &&
-                 t->received == t->answer.last - t->answer.begin + 1;
+    const bool whole = stp_http_transfer_is_whole(t);
     if (whole) {
         atomic_fetch_add(&h->answers, 1);
-        remember_address(h, c);
+        stp_http_remember_address(&h->connections, c);
     }
     if (!whole && t->verdict != STP_HTTP_EMPTY)
         status = take_failure(h, t, c, moved, pause_s, err);
-    release(h, c, t);
+    stp_http_release(&h->connections, c, t);
     return status;
 }
 
@@ -334,17 +184,11 @@ static stp_status try_once(stp_http *h, stp_http_transfer *t, double *pause_s, s
 static void pause_before(stp_http *h, const stp_http_transfer *t, unsigned tried, double asked_s)
 {
     uint64_t chance = stp_random_u64((uint64_t)(uintptr_t)h, atomic_load(&h->requests));
+    const double most_s = STP_SOURCE_PAUSE_LIMIT_MS / 1e3;
     double pause_s = h->params.pause_ms / 1e3 * (double)(1u << (tried - 1 < 8 ? tried - 1 : 8));
     pause_s *= 0.5 + 0.5 * (double)(chance >> 32) / 4294967296.0;
     pause_s = pause_s > asked_s ? pause_s : asked_s;
-    double until_s =
-        stp_clock_seconds() +
-        (pause_s < STP_SOURCE_PAUSE_LIMIT_MS / 1e3 ? pause_s : STP_SOURCE_PAUSE_LIMIT_MS / 1e3);
-    pthread_mutex_lock(&h->mutex);
-    for (double left_s = until_s - stp_clock_seconds(); left_s > 0.0 && !is_over(h, t);
-         left_s = until_s - stp_clock_seconds())
-        wait_slice(h, left_s < WAIT_SLICE_S ? left_s : WAIT_SLICE_S);
-    pthread_mutex_unlock(&h->mutex);
+    stp_http_pause(&h->connections, t, pause_s < most_s ? pause_s : most_s);
 }
 
 /* Tries until all bytes are there. *t is left with the last try's transfer. */
@@ -352,18 +196,14 @@ static stp_status try_on(stp_http *h, stp_http_transfer *t, stp_error *err)
 {
     const stp_http_transfer asked = *t;
     bool first = t->identity == NULL;
-    size_t done = 0;
     double pause_s = 0.0;
-    for (unsigned tried = 1;; tried++) {
+    for (unsigned tried = 1;; tried += !t->crowded) {
         if (atomic_load(&h->changed))
             return stp_http_say_changed(h->name, err);
         *t = asked;
-        t->offset += done;
-        t->data += done;
-        t->size -= done;
         stp_status status = try_once(h, t, &pause_s, err);
-        done += first ? 0 : t->received;
-        if (status == STP_OK && (first || done == asked.size))
+        const bool all = stp_http_missing_of(t->ranges, t->range_count).bytes == 0;
+        if (status == STP_OK && (first || all))
             return STP_OK;
         if (status == STP_OK) { /* a server may answer with less: the next try asks for the rest */
             pause_s = 0.0;
@@ -372,9 +212,10 @@ static stp_status try_on(stp_http *h, stp_http_transfer *t, stp_error *err)
                                    "here, or use another server",
                                    h->name);
         }
-        if (pause_s < 0.0 || tried >= h->params.tries)
+        if (pause_s < 0.0 || (tried >= h->params.tries && !t->crowded))
             return status;
-        pause_before(h, t, tried, pause_s);
+        if (!t->crowded)
+            pause_before(h, t, tried, pause_s);
         atomic_fetch_add(&h->retries, 1);
     }
 }
@@ -424,16 +265,10 @@ static stp_status create(stp_http **out, const char *address, const stp_byte_sou
 {
     stp_status status = STP_OK;
     stp_http *h = NULL;
-    pthread_condattr_t clock;
     STP_TRY(stp_alloc(&h, 1, sizeof *h, "a web address", err));
-    pthread_mutex_init(&h->mutex, NULL);
+    stp_http_connections_init(&h->connections);
     pthread_mutex_init(&h->patience, NULL);
-    pthread_condattr_init(&clock);
-    pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
-    pthread_cond_init(&h->freed, &clock);
-    pthread_condattr_destroy(&clock);
     h->size = UNKNOWN_SIZE;
-    h->limit = STP_SOURCE_CONNECTIONS;
     h->params = (stp_byte_source_params){.connect_ms = or_default(params->connect_ms, 10000),
                                          .stall_ms = or_default(params->stall_ms, 10000),
                                          .tries = or_default(params->tries, 4),
@@ -450,6 +285,10 @@ static stp_status create(stp_http **out, const char *address, const stp_byte_sou
                                h->name);
         goto done;
     }
+    h->connections.curl = h->curl;
+    h->connections.address = h->address;
+    h->connections.name = h->name;
+    h->connections.connect_ms = h->params.connect_ms;
     STP_TRY(fill_headers(h, err));
     *out = h;
     h = NULL;
@@ -465,8 +304,8 @@ stp_status stp_http_open(stp_http **out, const char *address, const stp_byte_sou
     stp_http *h = NULL;
     STP_TRY(create(&h, address, params, err));
     stp_http_transfer t = begin_transfer(h, true);
-    t.data = h->head;
-    t.size = sizeof h->head;
+    t.ranges = &(stp_byte_range){.data = h->head, .size = sizeof h->head};
+    t.range_count = 1;
     STP_TRY(try_often(h, &t, err));
     h->size = t.verdict == STP_HTTP_EMPTY ? 0 : t.answer.total;
     memcpy(h->identity, stp_http_answer_identity(&t.answer),
@@ -483,18 +322,12 @@ void stp_http_close(stp_http **http)
     stp_http *h = *http;
     if (h == NULL)
         return;
-    for (unsigned i = 0; h->curl != NULL && i < STP_SOURCE_CONNECTIONS; i++) {
-        h->curl->easy_cleanup(h->connections[i].easy);
-        (void)h->curl->multi_cleanup(h->connections[i].multi);
-    }
+    stp_http_connections_clear(&h->connections);
     if (h->curl != NULL) {
         h->curl->slist_free_all(h->headers);
         h->curl->slist_free_all(h->fresh_headers);
     }
-    pthread_cond_destroy(&h->freed);
-    pthread_mutex_destroy(&h->mutex);
     pthread_mutex_destroy(&h->patience);
-    free(h->moved);
     free(h->address);
     free(h->name);
     free(h);
@@ -528,30 +361,98 @@ const uint8_t *stp_http_head(const stp_http *h)
 
 /* ---- reading ---- */
 
-stp_status stp_http_read(stp_http *h, uint64_t offset, uint8_t *data, size_t size, bool fresh,
-                         const stp_read_wish *wish, stp_error *err)
+unsigned stp_http_ranges(const stp_http *h)
 {
-    if (is_ended(h))
-        return say_ended(h, err);
-    if (size == 0)
-        return STP_OK;
-    stp_http_transfer t = begin_transfer(h, fresh);
-    t.offset = offset;
-    t.data = data;
-    t.size = size;
-    t.wish = wish;
-    return try_often(h, &t, err);
+    static const unsigned counts[] = {[RANGES_UNKNOWN] = 2,
+                                      [RANGES_ASKED] = 1,
+                                      [RANGES_TAKEN] = STP_SOURCE_RANGES,
+                                      [RANGES_REFUSED] = 1};
+    return counts[atomic_load(&h->ranges)];
+}
+
+uint32_t stp_http_gap(const stp_http *h)
+{
+    return atomic_load(&h->ranges) == RANGES_TAKEN ? STP_HTTP_PART_BYTES : GAP_BYTES;
+}
+
+/* Learns from a try whether the server takes requests for several ranges. It does not if it answers
+ * anything else, or if several tries in a row fail for other reasons. */
+static void learn_ranges(stp_http *h, const stp_http_transfer *t, double pause_s)
+{
+    int asked = RANGES_ASKED, taken = RANGES_TAKEN;
+    const bool whole = stp_http_transfer_is_whole(t),
+               ended = t->result == CURLE_ABORTED_BY_CALLBACK;
+    const bool passing = pause_s >= 0.0 && (t->verdict != STP_HTTP_GOOD || t->result != CURLE_OK);
+    if (whole) {
+        atomic_store(&h->ranges_failed, 0);
+        (void)atomic_compare_exchange_strong(&h->ranges, &asked, RANGES_TAKEN);
+    } else if (ended || (passing && atomic_fetch_add(&h->ranges_failed, 1) < RANGES_TRIES)) {
+        (void)atomic_compare_exchange_strong(&h->ranges, &asked, RANGES_UNKNOWN);
+    } else if (!atomic_compare_exchange_strong(&h->ranges, &asked, RANGES_REFUSED)) {
+        (void)atomic_compare_exchange_strong(&h->ranges, &taken, RANGES_REFUSED);
+    }
+}
+
+/* Asks for all ranges by one request, as far as the server takes that. Some may still be missing
+ * afterwards. The first such request is alone: it shows whether the server answers it. */
+static void try_apart(stp_http *h, const stp_http_transfer *asked)
+{
+    int unknown = RANGES_UNKNOWN;
+    double pause_s = 0.0;
+    stp_http_transfer t;
+    if (atomic_load(&h->ranges) != RANGES_TAKEN &&
+        !atomic_compare_exchange_strong(&h->ranges, &unknown, RANGES_ASKED))
+        return;
+    count_waiting(h, 1);
+    do {
+        t = *asked;
+        t.apart = true;
+        (void)try_once(h, &t, &pause_s, NULL);
+    } while (t.crowded);
+    count_waiting(h, -1);
+    learn_ranges(h, &t, pause_s);
+}
+
+/* The number of ranges, from the first on, that one range may hold. */
+static size_t count_near(const stp_byte_range *ranges, size_t count)
+{
+    size_t near = 1;
+    while (near < count) {
+        const stp_http_missing all = stp_http_missing_of(ranges, near);
+        const stp_http_missing more = stp_http_missing_of(ranges, near + 1);
+        if (more.bytes > all.bytes && (ranges[near].offset > all.end + GAP_BYTES ||
+                                       more.end - more.begin > STP_SOURCE_REQUEST_BYTES))
+            break;
+        near++;
+    }
+    return near;
+}
+
+stp_status stp_http_read_ranges(stp_http *h, stp_byte_range *ranges, size_t count, bool fresh,
+                                const stp_read_wish *wish, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_http_transfer asked = begin_transfer(h, fresh);
+    asked.wish = wish;
+    asked.ranges = ranges;
+    asked.range_count = count;
+    if (!is_ended(h) && count_near(ranges, count) < count)
+        try_apart(h, &asked);
+    for (size_t i = 0, near; i < count && status == STP_OK; i += near) {
+        near = count_near(ranges + i, count - i);
+        stp_http_transfer t = asked;
+        t.ranges = ranges + i;
+        t.range_count = near;
+        if (stp_http_missing_of(t.ranges, near).bytes > 0)
+            status = is_ended(h) ? say_ended(h, err) : try_often(h, &t, err);
+    }
+    return status;
 }
 
 void stp_http_cancel(stp_http *h)
 {
     atomic_store(&h->cancelled, true);
-    pthread_mutex_lock(&h->mutex);
-    pthread_cond_broadcast(&h->freed);
-    for (unsigned i = 0; i < STP_SOURCE_CONNECTIONS; i++)
-        if (h->connections[i].multi != NULL)
-            (void)h->curl->multi_wakeup(h->connections[i].multi);
-    pthread_mutex_unlock(&h->mutex);
+    stp_http_wake(&h->connections);
 }
 
 void stp_http_resume(stp_http *h)

@@ -2,7 +2,8 @@
  * it.
  *
  * Keeps up to STP_SOURCE_CONNECTIONS connections alive, each with one request at a time; a further
- * read waits for a free one. A server that refuses a request by 429 or 503 gets fewer at a time.
+ * read waits for a free one. A server that refuses a request by 429 or 503, or that closes one of
+ * several connections without an answer, gets fewer at a time.
  * Certificates are checked, with the system's authorities or those of CURL_CA_BUNDLE or
  * SSL_CERT_FILE. Proxies are those of the environment, as with curl. At most five redirections are
  * followed, from https to https only; later requests go straight to their target. Threads: as
@@ -32,10 +33,15 @@ const char *stp_http_identity(const stp_http *http);
 /* The first min(size, STP_HTTP_HEAD_BYTES) bytes. */
 const uint8_t *stp_http_head(const stp_http *http);
 
-/* Reads a range; [offset, offset + size) must lie inside the file. fresh: caches on the way must
- * ask the server. wish: as of stp_byte_source_read_wanted. */
-stp_status stp_http_read(stp_http *http, uint64_t offset, uint8_t *data, size_t size, bool fresh,
-                         const stp_read_wish *wish, stp_error *err);
+/* How many ranges one request may bring: STP_SOURCE_RANGES; 2, until it is known whether the server
+ * takes such requests; 1, if it does not. */
+unsigned stp_http_ranges(const stp_http *http);
+/* As stp_byte_source_gap. */
+uint32_t stp_http_gap(const stp_http *http);
+/* As stp_byte_source_read_ranges, for what `got` says is missing; ranges must lie inside the file.
+ * fresh: caches on the way must ask the server. */
+stp_status stp_http_read_ranges(stp_http *http, stp_byte_range *ranges, size_t count, bool fresh,
+                                const stp_read_wish *wish, stp_error *err);
 void stp_http_cancel(stp_http *http);
 void stp_http_resume(stp_http *http);
 /* Adds requests, retries and bytes to stats. */

@@ -105,6 +105,8 @@ void stp_http_answer_line(stp_http_answer *a, const char *line, size_t size)
         read_range(a, value);
     else if (strcasecmp(text, "Content-Length") == 0)
         read_length(a, number);
+    else if (strcasecmp(text, "Content-Type") == 0)
+        a->parts = strncasecmp(value, "multipart/byteranges", 20) == 0;
     else if (strcasecmp(text, "Content-Encoding") == 0)
         a->encoded = value[0] != '\0' && strcasecmp(value, "identity") != 0;
     else if (strcasecmp(text, "ETag") == 0)

@@ -17,6 +17,7 @@ typedef struct stp_http_answer {
     bool has_total; /* the answer said how many bytes the file has */
     bool has_length;
     bool encoded; /* compressed, or otherwise not the file's bytes */
+    bool parts;   /* the body has parts: multipart/byteranges */
     uint64_t begin, last, total;
     uint64_t length;                    /* Content-Length */
     char etag[STP_HTTP_IDENTITY_LIMIT]; /* as sent, cut to this length */

@@ -1,4 +1,4 @@
-/* One try of a range request: libcurl's callbacks, the clock of stalls, and the judgement of the
+/* One try of a request: libcurl's callbacks, the clock of stalls, and the judgement of the
  * answer before any of its bytes is taken. */
 #include "formats/chunk/remote/http_transfer.h"
 
@@ -24,6 +24,26 @@ static bool has_changed(const stp_http_transfer *t)
            (a->has_total && a->total != t->file_bytes);
 }
 
+/* The most bytes that a body may have: headers of parts and gaps between them included. */
+static size_t most_bytes(const stp_http_transfer *t)
+{
+    return t->apart ? t->size + t->range_count * 2 * STP_HTTP_PART_BYTES
+                    : (size_t)(t->answer.last - t->answer.begin) + 1;
+}
+
+/* Judges an answer to a request for several ranges. Whatever is not right may be so because the
+ * server does not know such requests: those for one range will tell. */
+static stp_http_verdict judge_apart(const stp_http_transfer *t)
+{
+    const stp_http_answer *a = &t->answer;
+    if (a->code != 206 && a->code != 416)
+        return a->code == 200 ? STP_HTTP_WHOLE : STP_HTTP_REFUSED;
+    /* some servers answer with one range that holds all, or with the first */
+    const bool good = a->parts || a->has_range;
+    return good && a->code == 206 && !a->encoded && !has_changed(t) ? STP_HTTP_GOOD
+                                                                    : STP_HTTP_WRONG_RANGE;
+}
+
 static stp_http_verdict judge_range(const stp_http_transfer *t)
 {
     const stp_http_answer *a = &t->answer;
@@ -42,6 +62,8 @@ static stp_http_verdict judge_range(const stp_http_transfer *t)
 static stp_http_verdict judge(const stp_http_transfer *t)
 {
     const stp_http_answer *a = &t->answer;
+    if (t->apart)
+        return judge_apart(t);
     switch (a->code) {
     case 206:
         return has_changed(t) ? STP_HTTP_CHANGED : judge_range(t);
@@ -77,7 +99,7 @@ static void refuse_early(stp_http_transfer *t)
     const stp_http_verdict verdict = judge(t);
     if (verdict != STP_HTTP_GOOD)
         t->verdict = verdict;
-    else if (a->has_length && a->length > a->last - a->begin + LENGTH_SLACK)
+    else if (a->has_length && a->length > most_bytes(t) + LENGTH_SLACK)
         t->endless = true;
 }
 
@@ -103,14 +125,19 @@ static size_t take_body(char *bytes, size_t one, size_t size, void *context)
         t->verdict = judge(t);
     if (t->verdict != STP_HTTP_GOOD)
         return 0;
-    size_t wanted = (size_t)(t->answer.last - t->answer.begin) + 1;
-    t->endless = size > wanted - t->received;
+    t->endless = size > most_bytes(t) - t->received;
     if (t->endless)
         return 0;
-    memcpy(t->data + t->received, bytes, size);
+    if (t->received == 0 && t->answer.has_range) {
+        t->parts.at = t->answer.begin;
+        t->parts.end = t->answer.last + 1;
+    }
     t->received += size;
     atomic_fetch_add(t->bytes, size);
-    return size;
+    if (stp_http_parts_take(&t->parts, bytes, size))
+        return size;
+    t->verdict = STP_HTTP_WRONG_RANGE;
+    return 0;
 }
 
 /* libcurl sets the type: NOLINTNEXTLINE(readability-non-const-parameter) */
@@ -126,8 +153,15 @@ static int note_sent(void *context, char *to, char *from, int to_port, int from_
 
 static bool prepare(stp_http_transfer *t, stp_http_connection *c)
 {
-    char range[64];
-    snprintf(range, sizeof range, "%" PRIu64 "-%" PRIu64, t->offset, t->offset + t->size - 1);
+    char range[STP_HTTP_RANGES_TEXT];
+    const stp_http_missing missing = stp_http_missing_of(t->ranges, t->range_count);
+    t->offset = missing.begin;
+    t->apart = t->apart && stp_http_missing_write(t->ranges, t->range_count, range) > 1;
+    t->size = t->apart ? missing.bytes : (size_t)(missing.end - missing.begin);
+    t->parts =
+        (stp_http_parts){.ranges = t->ranges, .count = t->range_count, .file_bytes = t->file_bytes};
+    if (!t->apart)
+        snprintf(range, sizeof range, "%" PRIu64 "-%" PRIu64, missing.begin, missing.end - 1);
     c->text[0] = '\0';
     return c->curl->easy_setopt(c->easy, CURLOPT_RANGE, range) == CURLE_OK &&
            c->curl->easy_setopt(c->easy, CURLOPT_HTTPHEADER, t->headers) == CURLE_OK &&
@@ -146,6 +180,13 @@ static bool is_late(const stp_http_transfer *t, double begin_s)
     double now_s = stp_clock_seconds();
     double most_s = (t->connect_ms + t->stall_ms) / 1e3 + (double)t->size / STP_HTTP_SLOWEST_RATE;
     return (t->heard_s > 0.0 && now_s - t->heard_s > t->stall_ms / 1e3) || now_s - begin_s > most_s;
+}
+
+bool stp_http_transfer_is_whole(const stp_http_transfer *t)
+{
+    const bool all = t->apart ? stp_http_missing_of(t->ranges, t->range_count).bytes == 0
+                              : t->received == t->answer.last - t->answer.begin + 1;
+    return t->verdict == STP_HTTP_GOOD && !t->endless && all;
 }
 
 bool stp_http_transfer_is_wanted(const stp_http_transfer *t)
