@@ -14,6 +14,7 @@
 #include "preprocess/prep_metadata.h"
 #include "preprocess/surface/image_normals.h"
 #include "preprocess/surface/normal_error.h"
+#include "preprocess/surface/scattered.h"
 #include "preprocess/surface/surface.h"
 #include "preprocess/viewpoint/claims.h"
 #include "preprocess/viewpoint/first_view.h"
@@ -189,6 +190,7 @@ static stp_status find_surface(stp_prep_job *job, stp_error *err)
     const stp_surface_params params = stp_prep_surface_params(job);
     STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_wide, job->pool,
                              job->progress, err));
+    STP_TRY(stp_scattered_limit(cloud, err));
     choose_normal_bits(job);
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_SURFACE, err));
     STP_TRY(stp_orientation_find(cloud, job->k, &graphs, &job->orient, job->pool,
