@@ -158,6 +158,22 @@ static inline stp_dvec3 stp_dbox_middle(const stp_dbox *box)
     return stp_dvec3_scale(stp_dvec3_add(box->min, box->max), 0.5);
 }
 
+/* Whether x and y are map coordinates: both lie 8 longest sides of the box away from the origin. No
+ * model of its own lies so far out. */
+static inline bool stp_dbox_is_map(const stp_dbox *box)
+{
+    const stp_dvec3 middle = stp_dbox_middle(box);
+    const double far = 8.0 * stp_dbox_side(box);
+    return fabs(middle.x) > far && fabs(middle.y) > far;
+}
+
+/* From where a whole model is seen, if y or z is up: the front, a little from the right and above.
+ * Not a unit vector. */
+static inline stp_dvec3 stp_whole_direction(stp_dvec3 up)
+{
+    return up.z > 0.5 ? (stp_dvec3){0.3, -1.0, 0.7} : (stp_dvec3){0.35, 0.25, 1.0};
+}
+
 /* Whether the boxes share a point. */
 static inline bool stp_dbox_meet(const stp_dbox *a, const stp_dbox *b)
 {

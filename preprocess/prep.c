@@ -14,6 +14,7 @@
 #include "preprocess/prep_metadata.h"
 #include "preprocess/surface/image_normals.h"
 #include "preprocess/surface/normal_error.h"
+#include "preprocess/surface/scattered.h"
 #include "preprocess/surface/surface.h"
 #include "preprocess/viewpoint/claims.h"
 #include "preprocess/viewpoint/first_view.h"
@@ -179,6 +180,24 @@ static void choose_normal_bits(stp_prep_job *job)
     job->stats->normal_bits = job->tree.normal_bits;
 }
 
+/* The file does not tell the orientation if most of its normals are none: programs write zeros for
+ * want of any. */
+static stp_status check_given(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_cloud *cloud = &job->cloud;
+    const stp_rank_part own = stp_cloud_own(cloud);
+    uint64_t given = 0;
+    if (!job->orient.from_file)
+        return STP_OK;
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+        given += cloud->points[i].given != STP_GIVEN_NOT;
+    STP_TRY(stp_cloud_sum(cloud, &given, 1, err));
+    job->orient.from_file = 2 * given > cloud->count;
+done:
+    return status;
+}
+
 /* Finds spacings, normals, their signs, and sheets. */
 static stp_status find_surface(stp_prep_job *job, stp_error *err)
 {
@@ -189,6 +208,7 @@ static stp_status find_surface(stp_prep_job *job, stp_error *err)
     const stp_surface_params params = stp_prep_surface_params(job);
     STP_TRY(stp_surface_find(&graphs, cloud, &params, &stats->normals_wide, job->pool,
                              job->progress, err));
+    STP_TRY(stp_scattered_limit(cloud, err));
     choose_normal_bits(job);
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_SURFACE, err));
     STP_TRY(stp_orientation_find(cloud, job->k, &graphs, &job->orient, job->pool,
@@ -364,6 +384,7 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
         STP_TRY(stp_prep_treat_outliers(job, err));
         STP_TRY(stp_prep_end_stage(job, STP_STAGE_OUTLIERS, err));
     }
+    STP_TRY(check_given(job, err));
     stp_prep_choose_stations(job);
     STP_TRY(find_surface(job, err));
     STP_TRY(find_closed(job, err));

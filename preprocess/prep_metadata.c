@@ -88,6 +88,7 @@ static void add_first_view(cJSON *root, const stp_first_camera *first)
     static const char *const words[] = {
         [STP_FIRST_SCANNER] = "scanner",
         [STP_FIRST_INTERIOR] = "interior",
+        [STP_FIRST_MAIN] = "main",
     };
     if (first->why == STP_FIRST_WHOLE)
         return;

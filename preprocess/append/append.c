@@ -7,6 +7,7 @@
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/verify/verify_tree.h"
 #include "preprocess/cloud/cloud_cells.h"
+#include "preprocess/surface/scattered.h"
 #include "preprocess/surface/surface.h"
 #include "preprocess/viewpoint/claims.h"
 
@@ -169,6 +170,7 @@ static stp_status find_surface(stp_append *a, stp_error *err)
     const bool by_file = stp_orient_by_file(&job->orient);
     STP_TRY(stp_surface_find(&graphs, &job->cloud, &params, &job->stats->normals_wide, job->pool,
                              job->progress, err));
+    STP_TRY(stp_scattered_limit(&job->cloud, err));
     take_normal_bits(a);
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_SURFACE, err));
     STP_TRY(stp_orientation_find(&job->cloud, job->k, &graphs, &job->orient, job->pool,

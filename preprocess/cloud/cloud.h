@@ -43,12 +43,13 @@ typedef struct stp_cell {
 } stp_cell;
 
 /* Bits: what is known about a point. */
-#define STP_MARK_TURNED 1u   /* its normal has the other sign */
-#define STP_MARK_ORIENTED 2u /* its outside is known */
-#define STP_MARK_OUTLIER 4u  /* far from everything else */
-#define STP_MARK_CLOSED 8u   /* its back is proven hidden (enclosure.h) */
-#define STP_MARK_WIDE 16u    /* because of noise, its plane has more than the nearest points */
-#define STP_MARK_WIDEST 32u  /* likewise, and still more points */
+#define STP_MARK_TURNED 1u     /* its normal has the other sign */
+#define STP_MARK_ORIENTED 2u   /* its outside is known */
+#define STP_MARK_OUTLIER 4u    /* far from everything else */
+#define STP_MARK_CLOSED 8u     /* its back is proven hidden (enclosure.h) */
+#define STP_MARK_WIDE 16u      /* because of noise, its plane has more than the nearest points */
+#define STP_MARK_WIDEST 32u    /* likewise, and still more points */
+#define STP_MARK_SCATTERED 64u /* it and its neighbours fill a volume (scattered.h) */
 
 /* Enough for 2^32 points. */
 #define STP_BOX_TIERS 8

@@ -6,11 +6,12 @@
 #include "preprocess/orient/facing.h"
 #include "preprocess/orient/turning.h"
 
-static void mark_all(stp_cloud *cloud)
+/* The file tells the signs of its own normals alone. */
+static void mark_given(stp_cloud *cloud)
 {
     const stp_rank_part own = stp_cloud_own(cloud);
     for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
-        if (stp_has_normal(&cloud->points[i]))
+        if (cloud->points[i].given)
             cloud->marks[i] |= STP_MARK_ORIENTED;
 }
 
@@ -64,7 +65,7 @@ stp_status stp_orientation_find(stp_cloud *cloud, unsigned k, stp_graph **graphs
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "the input has no normals to orient by: use --orient propagate");
     if (stp_orient_by_file(params)) {
-        mark_all(cloud); /* signs are known, so normals alone separate opposed sheets */
+        mark_given(cloud); /* signs are known, so normals alone separate opposed sheets */
         *found = STP_ORIENTATION_FILE;
         return STP_OK;
     }

@@ -7,7 +7,8 @@
 typedef enum stp_first_why {
     STP_FIRST_WHOLE = 0, /* no camera: the whole model is shown */
     STP_FIRST_SCANNER,
-    STP_FIRST_INTERIOR
+    STP_FIRST_INTERIOR,
+    STP_FIRST_MAIN /* all but a few points that lie far away */
 } stp_first_why;
 
 typedef struct stp_first_camera {

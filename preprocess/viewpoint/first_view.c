@@ -25,6 +25,11 @@
 #define SECTORS 36
 #define STEEPEST_RAD 0.35
 #define AROUND_FOVY_DEG 70.0
+/* The main part is shown in place of all points if they reach this many times as far. SLACK: so
+ * much more is shown, for the main part is without a hundredth at each end. */
+#define MAIN_TIMES 4.0
+#define MAIN_SLACK 1.1
+#define MAIN_FOVY_DEG 45.0
 
 /* Unit rays from the eye to some of a station's points. Free with free(). */
 static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *cloud,
@@ -238,6 +243,26 @@ done:
     return status;
 }
 
+/* Shows the box of the main part as the whole model would be shown. */
+static stp_first_camera view_of_main(const stp_dbox *box, const stp_prep_source *source)
+{
+    stp_dvec3 up = {0.0, 0.0, 1.0};
+    if (source->y_up)
+        up = (stp_dvec3){0.0, 1.0, 0.0};
+    else if (!source->heights && !stp_dbox_is_map(box))
+        up = stp_dbox_up(box);
+    const stp_dvec3 size = stp_dvec3_sub(box->max, box->min), look = stp_dbox_middle(box);
+    const double radius = 0.5 * MAIN_SLACK * stp_dvec3_length(size);
+    const stp_dvec3 away = stp_dvec3_scale(stp_dvec3_normalize(stp_whole_direction(up)),
+                                           radius / sin(0.5 * MAIN_FOVY_DEG * DEGREES));
+    return (stp_first_camera){.why = STP_FIRST_MAIN,
+                              .eye = stp_dvec3_add(look, away),
+                              .look = look,
+                              .up = up,
+                              .fovy_deg = MAIN_FOVY_DEG,
+                              .aspect = 1.0};
+}
+
 stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *cloud,
                                     const stp_prep_source *source, stp_error *err)
 {
@@ -253,8 +278,12 @@ stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *clou
     STP_TRY(stp_space_create(&space, cloud, 0, err));
     stp_interior interior;
     STP_TRY(stp_interior_find(&interior, cloud, &space, err));
+    const double main = stp_dvec3_length(stp_dvec3_sub(space.box.max, space.box.min));
     if (interior.found)
         *out = stp_interior_camera(&interior, &space);
+    else if (main > 0.0 &&
+             stp_dvec3_length(stp_dvec3_sub(cloud->box.max, cloud->box.min)) > MAIN_TIMES * main)
+        *out = view_of_main(&space.box, source);
 done:
     stp_space_clear(&space);
     return status;

@@ -4,6 +4,8 @@
  *   the largest surface.
  * - No station is known, and the cloud is the inside of something (interior.h): the camera stands
  *   within.
+ * - A few points lie so far from all others that these would be specks: the camera shows the
+ * others.
  * - Otherwise there is no camera, and the whole model is shown.
  *
  * Depends on the points, the order they came in and what their files say; not on threads or memory.

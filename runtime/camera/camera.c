@@ -5,8 +5,6 @@
 
 /* The near plane lies this fraction of the ball's radius in front of the eye. */
 #define NEAR_FRACTION 1e-5
-/* x and y are a map's if both lie this many longest sides of the box away from the origin. */
-#define MAP_SIZES 8.0
 /* Greatest distance of an eye: enough for any model that a file holds, from anywhere around it. */
 #define REACH_LIMIT 1e17
 #define HEIGHT_LIMIT 1e20
@@ -107,21 +105,12 @@ stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec
 
 stp_camera stp_camera_whole(const stp_ball *ball, stp_dvec3 up, int width, int height)
 {
-    stp_dvec3 direction = up.z > 0.5 ? (stp_dvec3){0.3, -1.0, 0.7} : (stp_dvec3){0.35, 0.25, 1.0};
-    return stp_camera_around(ball, direction, up, STP_CAMERA_FOVY_DEG, width, height);
-}
-
-/* Whether x and y are map coordinates: no model of its own lies so far from the origin. */
-static bool is_map(const stp_dbox *box)
-{
-    const stp_dvec3 middle = stp_dbox_middle(box);
-    const double far = MAP_SIZES * stp_dbox_side(box);
-    return fabs(middle.x) > far && fabs(middle.y) > far;
+    return stp_camera_around(ball, stp_whole_direction(up), up, STP_CAMERA_FOVY_DEG, width, height);
 }
 
 stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height)
 {
-    stp_dvec3 up = is_map(box) ? (stp_dvec3){0.0, 0.0, 1.0} : stp_camera_up(box);
+    stp_dvec3 up = stp_dbox_is_map(box) ? (stp_dvec3){0.0, 0.0, 1.0} : stp_camera_up(box);
     return stp_camera_whole(ball, up, width, height);
 }
 

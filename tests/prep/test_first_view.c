@@ -396,6 +396,40 @@ static void objects_are_seen_whole(void **state)
     }
 }
 
+/* A flat object and a few points far away: these must not make the object a speck. They may lie 2
+ * sizes away, then all is seen. In map coordinates z is up. */
+static void strays_are_not_the_view(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 4; kind++) {
+        const double far = kind < 2 ? 1e4 : 2.0;
+        const stp_dvec3 at = kind % 2 ? (stp_dvec3){4e5, 5e6, 10.0} : (stp_dvec3){3.0, -2.0, 10.0};
+        positions p = {0};
+        for (size_t i = 0; i < 20000; i++)
+            positions_add(&p, at.x + stp_random_unit(51, i), at.y + 0.2 * stp_random_unit(52, i),
+                          at.z + stp_random_unit(53, i));
+        for (size_t i = 0; i < 40; i++)
+            positions_add(&p, at.x - far * stp_random_unit(54, i), at.y,
+                          at.z + far * stp_random_unit(55, i));
+        write_points("strays.ply", &p, NULL);
+        const stp_first_camera first = first_prep("strays.ply", 2).first;
+        assert_int_equal(first.why, kind < 2 ? STP_FIRST_MAIN : STP_FIRST_WHOLE);
+        if (kind < 2) {
+            const stp_view view = view_of(&first, 100, 100);
+            double low = 100.0, high = 0.0;
+            for (size_t i = 0; i < 20000; i++) {
+                const stp_dvec3 seen = stp_view_project(&view, p.at[i]);
+                assert_true(seen.z > 0.0 && fabs(seen.x - 50.0) < 50.0);
+                low = fmin(low, seen.y);
+                high = fmax(high, seen.y);
+            }
+            assert_true(low > 0.0 && high < 100.0 && high - low > 20.0);
+            assert_true(first.up.z == (kind == 1 ? 1.0 : 0.0));
+        }
+        free(p.at);
+    }
+}
+
 /* ---- the file ---- */
 
 /* Any number of threads must give the same bytes, with the camera in the metadata. */
@@ -474,6 +508,7 @@ int main(void)
         cmocka_unit_test(rooms_are_seen_from_inside),
         cmocka_unit_test(given_normals_decide),
         cmocka_unit_test(objects_are_seen_whole),
+        cmocka_unit_test(strays_are_not_the_view),
         cmocka_unit_test(the_file_says_it),
         cmocka_unit_test(odd_clouds),
         cmocka_unit_test(hidden_shares),

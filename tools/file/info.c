@@ -267,6 +267,7 @@ static void print_first_view(const stp_chunk_file_info *info)
         printf("first view     from %.6g %.6g %.6g: %s\n", at[0], at[1], at[2],
                strcmp(why->valuestring, "scanner") == 0    ? "where the scanner was"
                : strcmp(why->valuestring, "interior") == 0 ? "inside"
+               : strcmp(why->valuestring, "main") == 0     ? "all but what lies far away"
                                                            : "for another reason");
     cJSON_Delete(metadata);
 }

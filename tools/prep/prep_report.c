@@ -145,6 +145,9 @@ static void print_orientation(const stp_prep_stats *s)
     static const char *const words[] = {"unknown: drawn two-sided", "from the file",
                                         "from the scanner's position", "propagated and proven",
                                         "known in part"};
+    static const char *const views[] = {[STP_FIRST_SCANNER] = "from where the scanner was",
+                                        [STP_FIRST_INTERIOR] = "from inside",
+                                        [STP_FIRST_MAIN] = "of all but what lies far away"};
     if (s->orientation == STP_ORIENTATION_POSITION && s->station_count > 1)
         fprintf(stderr, "orientation from %u scanner positions", s->station_count);
     else
@@ -162,8 +165,7 @@ static void print_orientation(const stp_prep_stats *s)
                 "been seen from there\n",
                 s->stations_refused, s->stations_refused > 1 ? "s" : "");
     if (s->first.why != STP_FIRST_WHOLE)
-        fprintf(stderr, "first view %s\n",
-                s->first.why == STP_FIRST_SCANNER ? "from where the scanner was" : "from inside");
+        fprintf(stderr, "first view %s\n", views[s->first.why]);
 }
 
 /* Prints " (3 not finite, 10 without return)". */

@@ -94,8 +94,6 @@ static stp_status decide_scan(reader *r, stp_e57_scan *scan, stp_error *err)
             r->pages.path, (unsigned long long)scan->file_offset);
     if (scan->fields[STP_E57_NX].present)
         r->attributes |= STP_POINT_HAS_NORMAL;
-    if (scan->fields[STP_E57_RED].present)
-        r->attributes |= STP_POINT_HAS_COLOUR;
     if (scan->fields[STP_E57_INTENSITY].present)
         r->attributes |= STP_POINT_HAS_INTENSITY;
     if (scan->fields[STP_E57_CLASS].present)
@@ -130,6 +128,31 @@ done:
     return status;
 }
 
+/* Drops a scan's colours if they are all zero: a program wrote them for want of any. */
+static stp_status decide_colours(reader *r, stp_e57_scan *scan, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_e57_vector *v = &r->vector;
+    if (!scan->fields[STP_E57_RED].present || scan->record_count == 0)
+        return STP_OK;
+    STP_TRY(stp_e57_vector_open(v, &r->pages, scan, err));
+    bool coloured = false;
+    while (!coloured && v->index < scan->record_count) {
+        const uint64_t left = scan->record_count - v->index;
+        const size_t count = left < STP_E57_BLOCK_POINTS ? (size_t)left : STP_E57_BLOCK_POINTS;
+        coloured = stp_e57_vector_read(v, count, NULL) != STP_OK; /* reading the points says why */
+        for (size_t i = 0; !coloured && i < count; i++)
+            for (int t = STP_E57_RED; t <= STP_E57_BLUE; t++)
+                coloured |= v->columns[t][i] != 0.0;
+    }
+    if (coloured)
+        r->attributes |= STP_POINT_HAS_COLOUR;
+    else
+        drop(r, scan, STP_E57_RED, STP_E57_COLOUR_INVALID);
+done:
+    return status;
+}
+
 static stp_status decide_scans(reader *r, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -149,6 +172,7 @@ static stp_status decide_scans(reader *r, stp_error *err)
         }
         const uint64_t first = r->points_left;
         STP_TRY(check_section(r, scan, &bits, err));
+        STP_TRY(decide_colours(r, scan, err));
         if (stands)
             STP_TRY(stp_e57_images_add(&r->images, scan, first, r->station_count, &r->vector,
                                        &r->pages, err));

@@ -35,17 +35,37 @@ static void find_attributes(reader *r)
         r->attributes |= STP_POINT_HAS_STATION;
 }
 
-static stp_status find_scale(reader *r, stp_pcd_target first, stp_pcd_target last, double *scale,
-                             stp_error *err)
+static stp_status find_intensity_scale(reader *r, stp_error *err)
 {
-    const stp_pcd_field *field = stp_pcd_header_find(&r->values.header, first);
+    const stp_pcd_field *field = stp_pcd_header_find(&r->values.header, STP_PCD_INTENSITY);
     double maximum = 0.0;
     stp_status status = STP_OK;
     if (!field)
         return STP_OK;
     if (field->size > 1)
-        STP_TRY(stp_pcd_values_maximum(&r->values, first, last, &maximum, err));
-    *scale = stp_value_range_scale(stp_value_range_guess(field->type == 'F', field->size, maximum));
+        STP_TRY(stp_pcd_values_maximum(&r->values, STP_PCD_INTENSITY, STP_PCD_INTENSITY, &maximum,
+                                       err));
+    r->intensity_scale =
+        stp_value_range_scale(stp_value_range_guess(field->type == 'F', field->size, maximum));
+done:
+    return status;
+}
+
+/* Colours that are all zero are none: a program wrote them for want of any. */
+static stp_status find_colour_scale(reader *r, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_pcd_target first = r->packed_colour ? STP_PCD_PACKED : STP_PCD_RED;
+    const stp_pcd_field *field = stp_pcd_header_find(&r->values.header, first);
+    double maximum = 0.0;
+    if (!field)
+        return STP_OK;
+    STP_TRY(stp_pcd_values_maximum(
+        &r->values, first, r->packed_colour ? STP_PCD_PACKED : STP_PCD_BLUE, &maximum, err));
+    if (maximum <= 0.0)
+        r->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
+    r->colour_scale =
+        stp_value_range_scale(stp_value_range_guess(field->type == 'F', field->size, maximum));
 done:
     return status;
 }
@@ -185,8 +205,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(stp_pcd_values_open(&r->values, path, err));
     find_attributes(r);
     STP_TRY(stp_pcd_values_find_packing(&r->values, err));
-    STP_TRY(find_scale(r, STP_PCD_RED, STP_PCD_BLUE, &r->colour_scale, err));
-    STP_TRY(find_scale(r, STP_PCD_INTENSITY, STP_PCD_INTENSITY, &r->intensity_scale, err));
+    STP_TRY(find_colour_scale(r, err));
+    STP_TRY(find_intensity_scale(r, err));
     if (r->values.header.height > 1)
         STP_TRY(stp_pcd_values_find_zeros(&r->values, &r->zeros, err));
     list_left_out(r);

@@ -411,7 +411,8 @@ static double column_maximum(const stp_pcd_values *v, stp_pcd_target first, stp_
 {
     for (int t = (int)first; t <= (int)last; t++)
         for (size_t i = 0; i < count; i++)
-            maximum = fmax(maximum, v->columns[t][i]); /* fmax ignores NaN */
+            maximum = fmax(maximum, t == STP_PCD_PACKED ? v->packed[i] & 0xFFFFFFu
+                                                        : v->columns[t][i]); /* ignores NaN */
     return maximum;
 }
 
@@ -443,16 +444,17 @@ done:
 static stp_status sample_prefix(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
                                 double *maximum, stp_error *err)
 {
-    stp_status status = STP_OK;
-    uint64_t left = v->header.points < SAMPLE_PREFIX ? v->header.points : SAMPLE_PREFIX;
-    while (left > 0) {
+    uint64_t left = v->header.points;
+    while (left > 0 && (v->index < SAMPLE_PREFIX || (*maximum <= 0.0 && first >= STP_PCD_RED))) {
         const size_t count = block_of(v, left);
-        STP_TRY(stp_pcd_values_read(v, count, NULL, err));
+        const bool beyond = v->index >= SAMPLE_PREFIX;
+        const stp_status status = stp_pcd_values_read(v, count, NULL, beyond ? NULL : err);
+        if (status != STP_OK)
+            return beyond ? STP_OK : status; /* whoever reads the records will say why */
         *maximum = column_maximum(v, first, last, count, *maximum);
         left -= count;
     }
-done:
-    return status;
+    return STP_OK;
 }
 
 stp_status stp_pcd_values_find_packing(stp_pcd_values *v, stp_error *err)

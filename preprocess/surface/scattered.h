@@ -1,0 +1,27 @@
+/* Points that fill a volume, as wrong matches of photographs, leaves and birds do.
+ *
+ * A spacing is that of points on a surface. Points scattered in a volume have none: at their
+ * spacing their discs would be plates in front of everything else. So if the spacing of a scattered
+ * point is more than STP_SCATTERED_MEDIANS medians of the cloud's, it is that limit, or
+ * STP_SCATTERED_PART of itself if that is more. Such points are then dots. In a cloud that is
+ * scattered as a whole, none is far above the median. */
+#ifndef STP_PREPROCESS_SURFACE_SCATTERED_H
+#define STP_PREPROCESS_SURFACE_SCATTERED_H
+
+#include "preprocess/cloud/unit.h"
+
+#define STP_SCATTERED_MEDIANS 2.0f
+#define STP_SCATTERED_PART 0.125f
+
+/* Sets STP_MARK_SCATTERED on those own points of a unit of `cloud` that are scattered. A
+ * neighbourhood is round if it is spread about alike along all axes. A point is scattered if more
+ * than a third of its neighbours and itself, counted together, have a round one; neighbours of much
+ * smaller spacing are not asked. Few points on edges are: their neighbours lie on faces. Noise as
+ * large as the spacing scatters a surface. Threads: a unit each. Errors: OUT_OF_MEMORY. */
+stp_status stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit, stp_error *err);
+
+/* Limits the spacings of points with STP_MARK_SCATTERED. The same result for any number of ranks
+ * and threads. Threads: one. Errors: IO, CANCELLED, if ranks share the cloud. */
+stp_status stp_scattered_limit(stp_cloud *cloud, stp_error *err);
+
+#endif
