@@ -306,6 +306,8 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
             job->stats->images_turned += depths->cameras[i].turned ? 1u : 0u;
         job->tree.sources.depths = depths;
         limit_normal_bits(job);
+        const bool noisy = job->stats->normals_seen > 0 && job->params->normal_bits == 0;
+        depths->least_bits = noisy ? STP_NORMAL_BITS_LEAST : job->tree.normal_bits;
     }
     return status;
 }

@@ -43,6 +43,29 @@ static inline int32_t stp_normal_grid_code(int32_t place, unsigned shift)
     return code < 4095 ? code : 4095;
 }
 
+/* Each half of a side of the grid has the directions of the other half. Of the two places of such a
+ * direction, takes the lesser. top: the last place of a coordinate. */
+static inline void stp_normal_side(int32_t place[2], int32_t top)
+{
+    for (int i = 0; i < 2; i++)
+        if ((place[i] == 0 || place[i] == top) && place[1 - i] > top - place[1 - i])
+            place[1 - i] = top - place[1 - i];
+}
+
+/* The same of a code on the grid of `bits`. */
+static inline void stp_normal_code_side(uint8_t code[3], unsigned bits)
+{
+    const unsigned shift = STP_NORMAL_BITS - bits;
+    int32_t uv[2], place[2];
+    stp_normal_codes_get(code, uv);
+    for (int i = 0; i < 2; i++)
+        place[i] = stp_normal_grid_place(uv[i], shift);
+    stp_normal_side(place, stp_normal_grid_place(4095, shift));
+    for (int i = 0; i < 2; i++)
+        uv[i] = stp_normal_grid_code(place[i], shift);
+    stp_normal_codes_put(uv, code);
+}
+
 /* Like stp_normal_encode, but takes the nearest code of the grid of `bits`, 6 to 12. */
 void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3]);
 /* The greatest angle between a direction and its nearest code on a grid, radians. */

@@ -42,6 +42,7 @@ typedef struct stp_depth_images {
     uint32_t square_count, leaf_count;
     uint32_t image_count; /* of those that have pixels */
     uint32_t loose_count;
+    unsigned least_bits; /* where normals are rough, they may be rounded to this grid */
 } stp_depth_images;
 
 /* Cuts the images of a cloud, whose normals are known, into leaves. No leaves: many points belong

@@ -1,22 +1,31 @@
 /* Makes leaf chunks of depth images. */
 #include "base/memory.h"
+#include "base/sort.h"
+#include "formats/chunk/block_cut.h"
 #include "formats/chunk/codec/square/square.h"
+#include "formats/chunk/normal_grid.h"
 #include "preprocess/grid/depth_image.h"
 #include "preprocess/patch/partition.h"
+#include "preprocess/surface/normal_error.h"
 
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
+
+/* Of noise with deviation 1: the mean of how far four pixels are off a plane. */
+#define MEAN_OFF 1.596
 
 typedef struct making {
     const stp_depth_images *images;
     const stp_point_item_params *params;
     const stp_depth_square *squares; /* of the leaf */
     stp_item *items;
-    uint32_t *points;   /* by item */
-    uint32_t *order;    /* of squares: those that lie together follow each other */
-    uint32_t *ends;     /* of the squares' items */
-    uint32_t *together; /* ends, among the squares, of those that lie together */
+    uint32_t *points;      /* by item */
+    uint32_t *order;       /* of squares: those that lie together follow each other */
+    uint32_t *ends;        /* of the squares' items */
+    uint32_t *together;    /* ends, among the squares, of those that lie together */
+    stp_patch_grid *grids; /* by square, in order */
+    double *angles;        /* room for those between neighbouring normals */
     uint32_t square_count, count, together_count;
 } making;
 
@@ -112,8 +121,97 @@ static void move_to_ray(const making *m, const stp_depth_square *square, unsigne
         item->disc.centre = (stp_dvec3){at[0], at[1], at[2]};
 }
 
-static void add_square(making *m, uint32_t index)
+/* What the pixels of squares tell of their noise. */
+typedef struct pixel_noise {
+    unsigned normal_bits;
+    double depth; /* standard deviation */
+} pixel_noise;
+
+/* The angle between the normals of neighbours in a square's patch, right and below. Returns how
+ * many were added. */
+static uint32_t add_angles(const making *m, const stp_depth_square *square, double *out)
 {
+    const stp_cloud *cloud = m->images->cloud;
+    uint32_t count = 0;
+    for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
+        const uint32_t c = stp_square_column(k), r = stp_square_row(k);
+        for (unsigned i = 0; i < 2; i++) {
+            const unsigned next = stp_square_morton(c + 1 - i, r + i);
+            if (c + 1 - i == STP_SQUARE_SIDE || r + i == STP_SQUARE_SIDE ||
+                !(square->samples >> k & square->samples >> next & 1u))
+                continue;
+            const vec3s a = stp_cloud_normal(cloud, stp_depth_square_point(m->images, square, k));
+            const vec3s b =
+                stp_cloud_normal(cloud, stp_depth_square_point(m->images, square, next));
+            out[count++] = (double)glms_vec3_norm(glms_vec3_sub(a, b));
+        }
+    }
+    return count;
+}
+
+/* Adds up how far four pixels are off a plane in inverse depth, as depths. */
+static double off_planes(const making *m, const stp_depth_square *square, uint32_t *count)
+{
+    double sum = 0.0;
+    for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k += 4) {
+        double inverse[4], mean = 0.0;
+        if ((square->samples >> k & 15u) != 15u)
+            continue;
+        for (unsigned i = 0; i < 4; i++) {
+            double seen[3];
+            const uint32_t point = stp_depth_square_point(m->images, square, k + i);
+            stp_depth_see(&m->images->pieces.rays[square->rays],
+                          m->images->cloud->points[point].position, seen);
+            inverse[i] = 1.0 / seen[0];
+            mean += 0.25 * inverse[i];
+        }
+        sum += fabs(inverse[0] - inverse[1] - inverse[2] + inverse[3]) / (mean * mean);
+        (*count)++;
+    }
+    return sum;
+}
+
+static pixel_noise measure_noise(const making *m, uint32_t begin, uint32_t end)
+{
+    uint32_t angles = 0, planes = 0;
+    double off = 0.0;
+    pixel_noise out = {.normal_bits = m->params->normal_bits};
+    for (uint32_t i = begin; i < end; i++) {
+        const stp_depth_square *square = &m->squares[m->order[i]];
+        off += off_planes(m, square, &planes);
+        angles += add_angles(m, square, m->angles + angles);
+    }
+    out.depth = planes > 0 ? off / (MEAN_OFF * planes) : 0.0;
+    if (angles == 0)
+        return out;
+    stp_sort_doubles(m->angles, angles);
+    const unsigned bits = stp_normal_bits_for(m->angles[angles / 2], false);
+    if (bits < out.normal_bits)
+        out.normal_bits = bits > m->images->least_bits ? bits : m->images->least_bits;
+    return out;
+}
+
+/* The last of the runs of squares, from one on, that become a block: there normals have one grid.
+ */
+static uint32_t block_end(const making *m, uint32_t run, uint32_t begin)
+{
+    const uint32_t least = stp_block_samples_least(STP_CODEC_DRACO);
+    uint32_t samples = 0;
+    if (m->images->leaf_count == 1)
+        return m->together_count - 1;
+    for (uint32_t i = begin;; i++) {
+        samples += (uint32_t)__builtin_popcountll(m->squares[m->order[i]].samples);
+        if (i + 1 < m->together[run])
+            continue;
+        if (samples >= least || run + 1 == m->together_count)
+            return run;
+        run++;
+    }
+}
+
+static void add_square(making *m, uint32_t index, const pixel_noise *noise)
+{
+    stp_point_item_params params = *m->params;
     const stp_depth_square *square = &m->squares[m->order[index]];
     const uint32_t first = m->count;
     int finest = INT_MAX;
@@ -123,11 +221,23 @@ static void add_square(making *m, uint32_t index)
         const uint32_t point = stp_depth_square_point(m->images, square, k);
         stp_item *item = &m->items[m->count];
         m->points[m->count++] = point;
+        params.normal_bits = noise->normal_bits;
         *item = stp_point_item_of(m->images->cloud, point,
-                                  stp_depth_spacing(m->images, square->rays, point), m->params);
+                                  stp_depth_spacing(m->images, square->rays, point), &params);
+        stp_normal_code_side(item->normal, m->images->cloud->points[point].given == STP_GIVEN_INPUT
+                                               ? params.given_bits
+                                               : params.normal_bits);
         finest = item->exponent < finest ? item->exponent : finest;
     }
     m->ends[index] = m->count;
+    const stp_depth_rays *rays = &m->images->pieces.rays[square->rays];
+    const unsigned merged = noise->normal_bits + 1;
+    m->grids[index] = (stp_patch_grid){
+        .along = {rays->axis == 0, rays->axis == 1, rays->axis == 2},
+        .merged_bits = merged < STP_MERGED_SQUARE_BITS ? merged : STP_MERGED_SQUARE_BITS,
+        .noise = noise->depth,
+        .spreads = true,
+        .station = rays->station};
     for (unsigned k = 0, i = first; k < STP_SQUARE_SAMPLES; k++)
         if (square->samples >> k & 1u)
             move_to_ray(m, square, k, finest, &m->items[i++]);
@@ -213,12 +323,20 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
     STP_TRY(stp_alloc(&m.order, m.square_count, sizeof *m.order, "patches", err));
     STP_TRY(stp_alloc(&m.ends, m.square_count, sizeof *m.ends, "patches", err));
     STP_TRY(stp_alloc(&m.together, m.square_count, sizeof *m.together, "patches", err));
+    STP_TRY(stp_alloc(&m.grids, m.square_count, sizeof *m.grids, "patches", err));
+    STP_TRY(stp_alloc(&m.angles, (size_t)2 * m.square_count * STP_SQUARE_SAMPLES, sizeof *m.angles,
+                      "samples", err));
     STP_TRY(order_squares(&m, err));
-    for (uint32_t i = 0; i < m.square_count; i++)
-        add_square(&m, i);
+    for (uint32_t r = 0, begin = 0; begin < m.square_count; begin = m.together[r++]) {
+        r = block_end(&m, r, begin);
+        const pixel_noise noise = measure_noise(&m, begin, m.together[r]);
+        for (uint32_t i = begin; i < m.together[r]; i++)
+            add_square(&m, i, &noise);
+    }
     const stp_item_group group = {.items = m.items,
                                   .run_ends = m.ends,
                                   .together_ends = m.together,
+                                  .run_grids = m.grids,
                                   .count = m.count,
                                   .run_count = m.square_count,
                                   .together_count = m.together_count};
@@ -231,5 +349,7 @@ done:
     free(m.order);
     free(m.ends);
     free(m.together);
+    free(m.grids);
+    free(m.angles);
     return status;
 }

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #define SIDE_WITH_REACH (STP_TILE_SIDE + 2 * STP_GRID_REACH)
+#define TILE_SQUARES ((STP_TILE_SIDE / STP_SQUARE_SIDE) * (STP_TILE_SIDE / STP_SQUARE_SIDE))
 /* A sample's disc is at most as wide as that of a cell this many times as large. */
 #define WIDEST_CELL 4.0
 /* Discs have sizes of so many steps an octave, lest noise makes each a size of its own. */
@@ -37,6 +38,7 @@ typedef struct tile {
     double *z;              /* SIDE_WITH_REACH squared; NaN: none */
     stp_item *items;        /* of square after square */
     uint32_t *ends;         /* of the squares' items */
+    stp_patch_grid *grids;  /* by square */
     uint32_t *together;     /* ends, among the squares, of those that lie together */
     uint32_t count, squares, together_count;
 } tile;
@@ -284,17 +286,21 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
         if (c < t->columns && r < t->rows)
             add_sample(t, c, r, &by_row[r - row]);
     }
-    if (t->count > before)
-        t->ends[t->squares++] = t->count;
+    if (t->count == before)
+        return;
+    t->grids[t->squares] = (stp_patch_grid){.along = {0.0, 0.0, 1.0},
+                                            .merged_bits = STP_MERGED_SQUARE_BITS,
+                                            .noise = t->grid->noise,
+                                            .level = t->grid->nodes == NULL};
+    t->ends[t->squares++] = t->count;
 }
 
 /* So do squares. Those of 8 x 8 squares lie together, and so do more if there are no more than 64.
  */
 static void add_squares(tile *t)
 {
-    const uint32_t side = STP_TILE_SIDE / STP_SQUARE_SIDE;
     uint32_t begin = 0, end = 0; /* of squares that lie together */
-    for (uint32_t i = 0; i < side * side; i++) {
+    for (uint32_t i = 0; i < TILE_SQUARES; i++) {
         const uint32_t c = stp_square_column(i), r = stp_square_row(i);
         add_square(t, c * STP_SQUARE_SIDE, r * STP_SQUARE_SIDE);
         if ((i + 1) % STP_PATCH_SAMPLES > 0 || t->squares == end)
@@ -388,11 +394,13 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
     STP_TRY(stp_alloc(&t.items, grid->tile_samples[index], sizeof *t.items, "samples", err));
     STP_TRY(stp_alloc(&t.ends, grid->tile_samples[index], sizeof *t.ends, "patches", err));
     STP_TRY(stp_alloc(&t.together, grid->tile_samples[index], sizeof *t.together, "patches", err));
+    STP_TRY(stp_alloc(&t.grids, TILE_SQUARES, sizeof *t.grids, "patches", err));
     load(&t);
     add_squares(&t);
     const stp_item_group group = {.items = t.items,
                                   .run_ends = t.ends,
                                   .together_ends = t.together,
+                                  .run_grids = t.grids,
                                   .count = t.count,
                                   .run_count = t.squares,
                                   .together_count = t.together_count};
@@ -405,6 +413,7 @@ done:
     free(t.items);
     free(t.ends);
     free(t.together);
+    free(t.grids);
     return status;
 }
 

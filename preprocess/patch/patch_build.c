@@ -98,6 +98,8 @@ static bool place(builder *b, int vertex_exponent)
     double step = ldexp(1.0, exponent);
     b->sublattice = b->ground->copied ? 0 : stp_sublattice_within(loose / step);
     double margin = ldexp(1.0, vertex_exponent);
+    if (b->ground->grid) /* merged samples are moved along the heights, by less */
+        margin = stp_max(margin, b->ground->grid->noise);
     if (b->sublattice > 0) /* samples may go farther off */
         margin += stp_sublattice_reach(b->sublattice) * step;
     double low[3] = {box.min.x - margin, box.min.y - margin, box.min.z - margin};
@@ -173,6 +175,8 @@ static void store(builder *b, int level, unsigned index, const stp_disc *disc, s
     encode(b, disc, on, out);
     if (stp_sample_kind_of(&like) == STP_KIND_SURFACE)
         stp_normal_encode_on(stp_dvec3_to_float(disc->normal), level_bits(b, level), out->normal);
+    if (b->ground->even)
+        stp_normal_code_side(out->normal, level_bits(b, level));
     stp_flat_disc decoded = stp_flat_disc_from_sample(out, b->patch);
     b->discs[level][index] = *disc;
     take_decoded(&b->discs[level][index], &decoded, out);
@@ -279,19 +283,45 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
     return out;
 }
 
-/* Of a map: where the codec expects a merged sample, the mean of the finer samples' places moved
- * along the map's axis until its height is a multiple of the step. */
-static stp_dvec3 place_on_map(const builder *b, int level, unsigned begin, unsigned end,
-                              double step)
+/* The step that heights of merged samples are multiples of: their noise, which is half that of the
+ * finer ones, hides it. */
+static double height_step(const builder *b, int level, int lattice)
 {
-    const stp_dvec3 along = b->ground->grid->along;
-    stp_dvec3 mean = {0.0, 0.0, 0.0};
-    for (unsigned i = begin; i < end; i++)
-        mean = stp_dvec3_add(mean, b->places[level - 1][i]);
+    const double noise = ldexp(b->ground->grid->noise, -level);
+    const bool fine = level == STP_LEVEL_COUNT - 1 || !(noise > 0.0);
+    return ldexp(1.0, fine || stp_floor_log2(noise) < lattice ? lattice : stp_floor_log2(noise));
+}
+
+static double height_of(stp_dvec3 along, stp_dvec3 p)
+{
+    return along.x == 1.0 ? p.x : along.y == 1.0 ? p.y : p.z;
+}
+
+/* Where the codec expects a merged sample of a grid: amid the finer samples' places, along whose
+ * ray or axis its height is moved to a multiple of the step. */
+static stp_dvec3 place_on_grid(const builder *b, int level, unsigned begin, unsigned end,
+                               double step)
+{
+    const stp_patch_grid *grid = b->ground->grid;
+    stp_dvec3 from = {0.0, 0.0, 0.0}, mean = from, along = grid->along;
+    double height = 0.0;
+    if (grid->spreads)
+        from = stp_dvec3_sub(grid->station, b->ground->origin);
+    for (unsigned i = begin; i < end; i++) {
+        const stp_dvec3 at = grid->level ? b->discs[level - 1][i].centre : b->places[level - 1][i];
+        const stp_dvec3 seen = stp_dvec3_sub(at, from);
+        const double own = height_of(grid->along, seen);
+        height += own / (end - begin);
+        mean = stp_dvec3_add(mean, grid->spreads ? stp_dvec3_scale(seen, 1.0 / own) : seen);
+    }
     mean = stp_dvec3_scale(mean, 1.0 / (end - begin));
-    const double height = along.x == 1.0 ? mean.x : along.y == 1.0 ? mean.y : mean.z;
-    const double rounded = stp_nearest_whole(height / step) * step;
-    return stp_dvec3_add(mean, stp_dvec3_scale(along, rounded - height));
+    if (grid->spreads) { /* the mean of the tangents, by a unit of height */
+        along = mean;
+        mean = stp_dvec3_scale(along, height);
+    }
+    const double start = height_of(grid->along, from) + height;
+    const double rounded = stp_nearest_whole(start / step) * step;
+    return stp_dvec3_add(from, stp_dvec3_add(mean, stp_dvec3_scale(along, rounded - start)));
 }
 
 /* Of a map: the radius of a merged disc whose cell is full, by the steepness of its normal. The
@@ -323,7 +353,7 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
     for (unsigned i = begin; i < end && !alone; i++)
         reach = stp_max(reach, stp_dvec3_length(stp_dvec3_sub(finer[i].centre, merged->centre)));
     radius = stp_max(radius, reach);
-    if (b->ground->grid && !alone && radius > 0.0)
+    if (b->ground->grid && b->ground->grid->spacing > 0.0 && !alone && radius > 0.0)
         radius = radius_on_map(radius, full_radius(b, merged, level), reach);
     if (!b->ground->even && !alone)
         radius = stp_radius_on_grid(radius, reach);
@@ -344,7 +374,7 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
         double area = 0.0;
         stp_disc disc = merge(b, level, begin, end, &like, &area);
         if (b->ground->grid)
-            disc.centre = place_on_map(b, level, begin, end, ldexp(1.0, lattice));
+            disc.centre = place_on_grid(b, level, begin, end, height_step(b, level, lattice));
         b->places[level][j] = disc.centre;
         disc.radius = merged_radius(b, &disc, level, begin, end, area, lattice);
         store(b, level, j, &disc, on, like);

@@ -57,11 +57,15 @@ double stp_radius_on_grid(double radius, double least);
  * finer than `finest`. It grows with each of the three. */
 int stp_vertex_exponent(double area, double reach, int finest);
 
-/* The grid of an elevation map's patch. Merged samples lie where a codec expects them. */
+/* The grid of a patch that is a square. Merged samples lie where a codec expects them. */
 typedef struct stp_patch_grid {
-    stp_dvec3 along;      /* of the map's axis; the component of greatest magnitude is 1 */
-    double spacing;       /* between level-0 samples, world units */
+    stp_dvec3 along;      /* of the heights' axis; the component of greatest magnitude is 1 */
+    double spacing;       /* of an elevation map: between level-0 samples, world units; else 0 */
     unsigned merged_bits; /* of the grid of merged normals, at most STP_MERGED_SQUARE_BITS */
+    double noise;         /* standard deviation of level-0 heights, world units; 0: not known */
+    bool level;           /* columns and rows are those of a level raster */
+    bool spreads;         /* the samples lie on rays from the station, world */
+    stp_dvec3 station;
 } stp_patch_grid;
 
 /* How much larger a map's surface is than its plane counts in steps of sqrt(2), up to this many:
@@ -86,7 +90,7 @@ typedef struct stp_patch_ground {
     unsigned
         normal_bits; /* of the grid of level-0 normals; level l has l more, up to 12; squares 9 */
     bool even;       /* squares: merged by plain means, whatever their radii; then 9 bits */
-    const stp_patch_grid *grid; /* of the patch's map; NULL: none */
+    const stp_patch_grid *grid; /* NULL: none */
 } stp_patch_ground;
 
 /* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. On success

@@ -34,7 +34,7 @@ typedef struct stp_item_group {
      * one patch of the parent, or several of up to 64; samples are merged by plain means. NULL: the
      * build finds what lies together. */
     const uint32_t *together_ends;
-    const stp_patch_grid *run_grids;           /* by run, of elevation maps; NULL: none */
+    const stp_patch_grid *run_grids;           /* by run, of squares; NULL: none */
     uint32_t count, run_count, together_count; /* of items; of runs; of runs that lie together */
 } stp_item_group;
 

@@ -2,10 +2,15 @@
  * of the parents, and ladders of heights that come in steps; ladders that are damaged are refused.
  */
 #include "formats/chunk/codec/square/ladder.h"
+#include "formats/chunk/codec/square/square_normal.h"
+#include "formats/chunk/normal_grid.h"
 #include "tests/fixtures/square_recipe.h"
 
 #define CHOICE_LADDER 16u
 #define CHOICE_LOOSE 32u
+#define CHOICE_MORE 64u
+/* In the byte that follows then. */
+#define CHOICE_SIDES 16u
 
 /* Normals that are all alike follow from those of the parents, if heights do not tell them. */
 static void test_parents(void **state)
@@ -92,6 +97,109 @@ static void test_loose(void **state)
     }
 }
 
+/* Moves the origin of each patch along the heights, so that it is a multiple of nothing. */
+static void move_origins(stp_chunk *chunk, const recipe *r)
+{
+    for (uint32_t p = 0; p < SQUARES; p++) {
+        const unsigned axis = rasters[raster_of_patch(r, p)].axis;
+        chunk->patches[p].origin[axis] -= (int32_t)p + 1;
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            for (uint32_t i = chunk->level_begin[l][p]; i < chunk->level_begin[l][p + 1]; i++)
+                chunk->samples[l][i].position[axis] =
+                    (uint16_t)(chunk->samples[l][i].position[axis] + p + 1);
+    }
+}
+
+/* Rounds the heights of merged samples to multiples of 2^steps on the finest lattice. */
+static void round_heights(stp_chunk *chunk, const recipe *r, unsigned steps)
+{
+    for (int l = 1; l < STP_LEVEL_COUNT - 1; l++)
+        for (uint32_t p = 0; p < SQUARES; p++) {
+            const stp_patch *patch = &chunk->patches[p];
+            const unsigned axis = rasters[raster_of_patch(r, p)].axis;
+            const unsigned coarser = (unsigned)(patch->exponent + 10);
+            const uint32_t most = steps > coarser ? (1u << (steps - coarser)) - 1u : 0u;
+            for (uint32_t i = chunk->level_begin[l][p]; i < chunk->level_begin[l][p + 1]; i++) {
+                uint16_t *position = &chunk->samples[l][i].position[axis];
+                const uint32_t height = (uint32_t)patch->origin[axis] + *position + 32u * i;
+                *position = (uint16_t)((height & ~most) - (uint32_t)patch->origin[axis]);
+            }
+        }
+}
+
+static stp_chunk *make_stepped(const recipe *r, unsigned steps)
+{
+    stp_chunk *chunk = make_chunk(r);
+    move_origins(chunk, r);
+    round_heights(chunk, r, steps);
+    return chunk;
+}
+
+/* Heights of merged samples that are multiples of a step come back, and take fewer bytes. */
+static void test_steps(void **state)
+{
+    (void)state;
+    const recipe recipes[] = {{.octaves = 0}, {.spread = true}, {.tilted = true, .octaves = 3}};
+    for (unsigned i = 0; i < 3; i++) {
+        size_t sizes[2];
+        for (unsigned steps = 0; steps < 10; steps += 5) {
+            stp_chunk *chunk = make_stepped(&recipes[i], steps), *decoded = make_room(chunk, 0);
+            stp_chunk *same = make_stepped(&recipes[i], steps);
+            coded bytes = encode(chunk);
+            const uint8_t *choice = begin_of(&bytes, 1);
+            assert_int_equal(choice[0] & CHOICE_MORE && choice[1] % 16 >= 5, steps > 0);
+            assert_int_equal(decode(&bytes, decoded), STP_OK);
+            assert_same(same, decoded);
+            sizes[steps > 0] = bytes.segment[1].size;
+            damage(chunk);
+            stp_chunk_destroy(&same);
+            stp_chunk_destroy(&decoded);
+            stp_chunk_destroy(&chunk);
+            clear(&bytes);
+        }
+        assert_in_range(sizes[1], 1, sizes[0] * 19 / 20);
+    }
+}
+
+/* Turns normals around one that lies on a side of their grid, and faces a camera. side: lets half
+ * of those that lie there have the greater of their codes. */
+static void fill_normals(stp_chunk *chunk, bool greater)
+{
+    enum { BITS = 7, TOP = 1 << BITS };
+    for (int l = 0; l < STP_LEVEL_COUNT - 1; l++)
+        for (uint32_t i = 0; i < chunk->level_begin[l][SQUARES]; i++) {
+            int32_t uv[2] = {40 + (int32_t)(i % 3), TOP - 1 + (int32_t)(stp_random_u64(7, i) % 3)};
+            stp_square_fold(uv, TOP);
+            stp_normal_side(uv, TOP);
+            if (greater && i % 2 && (uv[1] == 0 || uv[1] == TOP))
+                uv[0] = TOP - uv[0];
+            for (int k = 0; k < 2; k++)
+                uv[k] = stp_normal_grid_code(uv[k], STP_NORMAL_BITS - BITS);
+            stp_normal_codes_put(uv, chunk->samples[l][i].normal);
+        }
+}
+
+/* Normals around the side of their grid take fewer bytes if each has one code. */
+static void test_sides(void **state)
+{
+    (void)state;
+    size_t sizes[2];
+    for (unsigned greater = 0; greater < 2; greater++) {
+        stp_chunk *chunk = make_chunk(&(recipe){.spread = true}), *decoded = make_room(chunk, 0);
+        fill_normals(chunk, greater);
+        coded bytes = encode(chunk);
+        const uint8_t *choice = begin_of(&bytes, 2);
+        assert_int_equal(choice[0] & CHOICE_MORE && choice[1] & CHOICE_SIDES, !greater);
+        assert_int_equal(decode(&bytes, decoded), STP_OK);
+        assert_same(chunk, decoded);
+        sizes[greater] = bytes.segment[2].size;
+        stp_chunk_destroy(&decoded);
+        stp_chunk_destroy(&chunk);
+        clear(&bytes);
+    }
+    assert_in_range(sizes[0], 1, sizes[1] * 19 / 20);
+}
+
 static void assert_refused(const coded *c, const stp_chunk *like)
 {
     stp_chunk *decoded = make_room(like, 0);
@@ -115,6 +223,33 @@ static void test_damaged(void **state)
     bytes.segment[2].size = (size_t)(begin_of(&bytes, 2) - bytes.segment[2].data) + 2;
     assert_refused(&bytes, chunk);
     bytes.segment[2].size = size;
+    clear(&bytes);
+    stp_chunk_destroy(&chunk);
+}
+
+/* The other byte: no steps at level 0, no bits that say nothing, none in tables that are not tight,
+ * no end before it. */
+static void test_damaged_more(void **state)
+{
+    (void)state;
+    const recipe r = {.spread = true};
+    stp_chunk *chunk = make_chunk(&r);
+    fill_normals(chunk, false);
+    round_heights(chunk, &r, 5);
+    coded bytes = encode(chunk);
+    for (int s = 1; s < STP_SEGMENT_COUNT; s++) {
+        uint8_t *choice = begin_of(&bytes, s);
+        assert_true(choice[0] & CHOICE_MORE && choice[1] & CHOICE_SIDES);
+        for (unsigned bit = s == 2 ? 0 : 5; bit < 8; bit += bit == 3 ? 2 : 1) {
+            choice[1] ^= (uint8_t)(1u << bit);
+            assert_refused(&bytes, chunk);
+            choice[1] ^= (uint8_t)(1u << bit);
+        }
+        const size_t size = bytes.segment[s].size;
+        bytes.segment[s].size = (size_t)(choice - bytes.segment[s].data) + 1;
+        assert_refused(&bytes, chunk);
+        bytes.segment[s].size = size;
+    }
     clear(&bytes);
     stp_chunk_destroy(&chunk);
 }
@@ -150,8 +285,10 @@ static void test_rungs(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parents), cmocka_unit_test(test_ladder), cmocka_unit_test(test_loose),
-        cmocka_unit_test(test_damaged), cmocka_unit_test(test_rungs),
+        cmocka_unit_test(test_parents),      cmocka_unit_test(test_ladder),
+        cmocka_unit_test(test_loose),        cmocka_unit_test(test_steps),
+        cmocka_unit_test(test_sides),        cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_damaged_more), cmocka_unit_test(test_rungs),
     };
     return cmocka_run_group_tests_name("choices of squares", tests, NULL, NULL);
 }

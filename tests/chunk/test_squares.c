@@ -272,8 +272,11 @@ static void test_fold(void **state)
             assert_in_range(place[0], 0, TOP);
             assert_in_range(place[1], 0, TOP);
             int32_t back[2] = {place[0], place[1]};
-            stp_square_unfold(back, (const int32_t[2]){u, v}, TOP);
+            stp_square_unfold(back, (const int32_t[2]){u, v}, TOP, false);
             assert_true(back[0] == u && back[1] == v);
+            stp_normal_side(place, TOP); /* also if it stands for two places on a side */
+            stp_square_unfold(place, (const int32_t[2]){u, v}, TOP, true);
+            assert_true(place[0] == u && place[1] == v);
         }
 }
 

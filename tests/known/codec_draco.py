@@ -228,12 +228,14 @@ def tables_of(cursor, joined):
 
 
 def squares_begin(cursor, tight, finest=False):
-    """The tables of a level of squares, what it begins with, and the number of its ladder's rungs."""
+    """The tables of a level of squares, the bytes that it begins with, and the number of its ladder's rungs."""
     how = cursor.number(1)
+    require(not how & 64 or how >> 7, f"{cursor.name}: a level of squares begins with {how}")
+    more = cursor.number(1) if how & 64 else 0
     require(tight is None or how >> 7 == tight, f"{cursor.name}: a level of squares begins with {how}")
     require(not how & 16 or (how >> 7 and finest), f"{cursor.name}: a ladder of a level that has none")
     rungs = cursor.number(2) + 1 if how & 16 else 0
-    return TightTables(cursor, True) if how >> 7 else LooseTables(cursor, True), how & 111, rungs
+    return TightTables(cursor, True) if how >> 7 else LooseTables(cursor, True), (how & 47, more), rungs
 
 
 def quarters(cells, patch, before, tight):
@@ -510,7 +512,7 @@ def read_squares(tables, rasters, patches, name):
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    rasters, how, rungs = None, 0, 0
+    rasters, how, rungs = None, None, 0
     if joined and len(cursor.data) >= 4 and cursor.data[3] == 64:
         rasters = read_rasters(cursor, patch_count, cursor.number(4) & 1)
         tables, how, rungs = squares_begin(cursor, 1)
@@ -527,7 +529,7 @@ def decode(segments, patch_count, linked, name, joined=False):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")
             tables, how, rungs = (squares_begin(cursor, None, level == 0) if squares else
-                                  (tables_of(cursor, joined), 0, 0))
+                                  (tables_of(cursor, joined), None, 0))
         elif isinstance(tables, LooseTables) and squares:
             how = squares_begin(cursor, 0)[1]
         tables.patch_count, corners = patch_count, []
@@ -536,7 +538,7 @@ def decode(segments, patch_count, linked, name, joined=False):
         told = told_of(corners, patches, level)
         ladder = ladder_of(tables.read(rungs, LADDER_COLUMNS).rows, cursor.name)
         both = [tables.read(rows, SAMPLE_COLUMNS, level, last) for last, rows in enumerate(told)]
-        levels[level] = (codec_squares.decode_level(squares, level, how, levels[level + 1], both, ladder) if squares else
+        levels[level] = (codec_squares.decode_level(squares, level, *how, levels[level + 1], both, ladder) if squares else
                          finer_level(*both, patches, level, levels[level + 1], getattr(tables, "sublattices", []), corners))
         tables.end()
     return patches, levels

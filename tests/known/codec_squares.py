@@ -241,8 +241,12 @@ class Family:
         return out
 
 
-def height_of(patch, axis, steps, cell, scale):
+def height_of(patch, axis, steps, cell, scale, coarser):
     p = min(max(steps - patch.origin[axis], -65536.0), 131072.0)
+    if coarser is not None:
+        first = -patch.origin[axis] & (1 << coarser) - 1
+        place = whole(p) - first + (1 << coarser >> 1) >> coarser
+        return first + ((place + cell & 65535 >> coarser) << coarser) & 65535
     if scale and scale.used:
         place = int(p * scale.places + scale.offset[axis] + 65536.5) - 65536
         return scale.position(axis, (place + cell) & 65535)
@@ -257,9 +261,11 @@ def rung_of(patch, axis, z, steps, cell, ladder):
     return (whole(ladder[min(over + cell & 65535, len(ladder) - 1)] / steps - patch.origin[axis])) & 65535
 
 
-def decode_level(block, level, how, parents, tables, ladder):
+def decode_level(block, level, how, more, parents, tables, ladder):
     """The samples of a level. tables: of elder and of last children. ladder: heights; empty: there is none."""
-    require(how & 80 == 0 and how & 7 <= 5, "a level of squares begins wrong")
+    require(how & 7 <= 5, "a level of squares begins wrong")
+    multiple = more & 15
+    require(more < 32 and not (level == 0 and multiple), "a level of squares goes on wrong")
     on, samples, cells = block.levels[level], [], []
     rows = [iter(t.rows) for t in tables]
     block.set_heights(level + 1, parents)
@@ -269,6 +275,7 @@ def decode_level(block, level, how, parents, tables, ladder):
         raster = block.rasters[square[3]]
         steps = math.ldexp(1.0, patch.exponent - block.exponent)
         scale = tables[1].scale.of_patch(patch) if tables[1].scale else None
+        coarser = max(multiple - (patch.exponent - block.exponent), 0) if multiple else None
         for low, high in children_of(patch, level + 1):
             family, left = Family(block, level, parent, values), [0.0] * 4
             family.count = high - low
@@ -284,7 +291,7 @@ def decode_level(block, level, how, parents, tables, ladder):
                 s.position = [0, 0, 0]
                 z = expected[3] + share * left[3]
                 s.position[raster.axis] = (rung_of(patch, raster.axis, z, steps, row[11], ladder) if ladder else
-                                           height_of(patch, raster.axis, z / steps, row[11], scale))
+                                           height_of(patch, raster.axis, z / steps, row[11], scale, coarser))
                 height = float(patch.origin[raster.axis] + s.position[raster.axis])
                 tilt = block.tilt(level, i)
                 for n, axis in enumerate(raster.others):
@@ -296,7 +303,7 @@ def decode_level(block, level, how, parents, tables, ladder):
                 cells.append((patch, row))
             parent += 1
     block.set_heights(level, samples)
-    add_normals(block, level, how & 7, samples, cells, tables[1].shift, parents)
+    add_normals(block, level, how & 7, samples, cells, tables[1].shift, parents, bool(more & 16))
     return samples
 
 
@@ -317,7 +324,7 @@ def normal_of(block, level, sample, slopes):
     return out
 
 
-def code_of(direction, cells, shift, folded):
+def code_of(direction, cells, shift, folded, sides=False):
     """The code u, v of a normal that is expected to have a direction."""
     x, y, z = direction
     m = abs(x) + abs(y) + abs(z) or math.nan
@@ -333,10 +340,13 @@ def code_of(direction, cells, shift, folded):
                 places[i] = -places[i] if places[i] < 0 else 2 * top - places[i]
                 places[1 - i] = top - places[1 - i]
         places = [min(max(p, 0), top) for p in places]
+        for i in range(2):
+            if sides and places[i] in (0, top):
+                places[1 - i] = min(places[1 - i], top - places[1 - i])
     return (min(p << shift, 4095) for p in places)
 
 
-def add_normals(block, level, reach, samples, cells, shift, parents):
+def add_normals(block, level, reach, samples, cells, shift, parents, sides):
     on, last = block.levels[level], {}
     families = None
     if reach == 5:
@@ -352,7 +362,7 @@ def add_normals(block, level, reach, samples, cells, shift, parents):
             direction = normal_of(block, level, i, block.fitted(level, i, reach) if reach else
                                   block.slopes(level, i, on.z))
         folded = reach == 5 or block.rasters[on.rasters[i]].spreads
-        s.u, s.v = code_of(direction, row[3:5], shift, folded)
+        s.u, s.v = code_of(direction, row[3:5], shift, folded, sides)
         if families:
             left = [t + (e - n) for t, e, n in zip(left, expected, unit_normal(s.u, s.v))]
         kind, octaves = block.kind(level, i, s), 16 * (patch.exponent - block.exponent)

@@ -231,4 +231,10 @@ for codec in raw draco zstd; do
     "$program" prep maps.ply --maps --gaps fill -o "corners/2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" corners/2_0_raw.stipple >corners/2_0.samples
+# From here on merged heights of squares have steps, and normals on sides of their grid are told by one code.
+mkdir -p sides
+for codec in raw draco zstd; do
+    "$program" prep steps.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "sides/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" sides/2_0_raw.stipple >sides/2_0.samples
 rm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -4,6 +4,7 @@
  * do not are points beside their image; the same bytes for any
  * number of threads and any memory. The file's own promises are verified in each case. */
 #include "formats/chunk/codec/square/square.h"
+#include "formats/chunk/normal_grid.h"
 #include "tests/fixtures/prep_fixture.h"
 
 #include <math.h>
@@ -22,6 +23,7 @@ typedef struct recipe {
     bool apart;       /* most pixels are missing: the others lie apart */
     bool holes;       /* some pixels are missing, and so is a rectangle */
     bool steps;       /* depths come in steps, as those of disparities */
+    bool waves;       /* all surfaces have waves, so that normals change from pixel to pixel */
     double distorted; /* how far rays at the left and right are off, in pixels */
     double rough;     /* how far columns of rays are off at most, this way and that, in pixels */
     double turned;    /* the camera is turned in space, radians */
@@ -100,6 +102,8 @@ static void add_image(const recipe *r, stp_dvec3 station, stp_point *points, boo
             x = tan(x);
         }
         double z = depth_of(x, y, &of_ball[i]);
+        if (r->waves)
+            z *= 1.0 + 0.02 * sin(30.0 * x);
         if (r->steps)
             z = 300.0 / nearbyint(300.0 / z);
         points[i].position = place_of(r, (stp_dvec3){x * z, y * z, z}, station);
@@ -167,6 +171,7 @@ static void run(images *m, unsigned threads, const stp_prep_params *params, stp_
 /* What is found in the file. */
 typedef struct found {
     uint8_t seen[2 * COUNT];
+    vec3s normals[2 * COUNT];
     size_t patches, leaves, square_leaves;
     size_t wide_patches;  /* of pixels that lie in no common square */
     size_t told, samples; /* of squares: whose places column, row and depth tell to half a step */
@@ -214,6 +219,7 @@ static void note_patch(found *f, const images *m, const stp_chunk *chunk, uint32
                        row = i % COUNT / COLUMNS;
         assert_in_range(i, 0, m->cloud.count - 1);
         assert_int_equal(f->seen[i]++, 0);
+        f->normals[i] = stp_normal_decode(samples[k].normal);
         assert_int_equal(m->cloud.points[i].reject, STP_REJECT_NONE);
         const stp_dvec3 at = stp_dvec3_add(entry->origin, stp_sample_position(&samples[k], patch));
         const double off = stp_dvec3_length(stp_dvec3_sub(at, m->cloud.points[i].position));
@@ -312,6 +318,49 @@ static void squares_save_bytes(void **state)
     print_message("bytes: squares %zu, points %zu\n", squares, file_size());
     assert_true(file_size() > squares + squares / 3);
     clear_images(&m);
+}
+
+/* Prepares a camera's image whose depths come in steps, with so many bits for normals. */
+static found *prepare_steps(bool waves, unsigned bits, size_t *bytes)
+{
+    const recipe r = {.steps = true, .waves = waves};
+    const stp_prep_params params = {.codec = STP_CODEC_DRACO, .normal_bits = bits};
+    stp_prep_stats stats;
+    images m = make_images(&r, 1);
+    run(&m, 2, &params, &stats);
+    found *f = read_back(&m);
+    *bytes = file_size();
+    assert_true(stats.normals_seen > 0);
+    assert_int_equal(stats.normal_bits, bits ? bits : 8);
+    clear_images(&m);
+    return f;
+}
+
+/* Where normals change from pixel to pixel they have fewer than 8 bits, but not fewer than 6; if
+ * the bits are given, all have them. */
+static void rough_normals_have_fewer_bits(void **state)
+{
+    (void)state;
+    for (int waves = 0; waves < 2; waves++) {
+        size_t bytes[3], coarse = 0;
+        found *fine = prepare_steps(waves, 12, &bytes[0]),
+              *own = prepare_steps(waves, 0, &bytes[1]);
+        found *given = prepare_steps(waves, 8, &bytes[2]);
+        for (size_t i = 0; i < COUNT; i++) {
+            const float off = glms_vec3_norm(glms_vec3_sub(fine->normals[i], own->normals[i]));
+            const float same = glms_vec3_norm(glms_vec3_sub(fine->normals[i], given->normals[i]));
+            assert_true((double)same <= 1.1 * stp_normal_grid_angle(8));
+            assert_true((double)off <= 1.1 * stp_normal_grid_angle(6));
+            coarse += (double)off > 1.1 * stp_normal_grid_angle(8);
+        }
+        print_message("%zu of %d coarse, %zu bytes, with 8 bits %zu\n", coarse, COUNT, bytes[1],
+                      bytes[2]);
+        assert_int_equal(coarse > 0, waves);
+        assert_true(waves ? bytes[1] < bytes[2] - bytes[2] / 20 : bytes[1] == bytes[2]);
+        free(fine);
+        free(own);
+        free(given);
+    }
 }
 
 /* Prepares images, which become points, and frees them. */
@@ -449,6 +498,7 @@ int main(void)
         cmocka_unit_test(patches_are_squares),
         cmocka_unit_test(images_of_two_cameras),
         cmocka_unit_test(squares_save_bytes),
+        cmocka_unit_test(rough_normals_have_fewer_bits),
         cmocka_unit_test(rough_rays_become_points),
         cmocka_unit_test(turned_cameras),
         cmocka_unit_test(scanners),

@@ -3,15 +3,21 @@
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_CHOICE_H
 
 #include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/square/square_map.h"
 
 typedef struct stp_square_choice {
     unsigned reach; /* of the windows of normals, 1 to 4; 0 and 5: square.h */
     bool follow;    /* red and blue change as green does */
     bool loose;     /* colours do not follow from what is left of the parent's */
     bool tight;     /* the tables that follow are one run (tight.h) */
+    bool sides;     /* of normals that two codes tell, the lesser one is meant (square_normal.h) */
+    unsigned steps; /* of levels 1 and 2: heights are multiples of 2^steps */
     uint32_t rungs; /* of the ladder, whose table comes first (ladder.h); 0: there is none */
 } stp_square_choice;
 
+/* Sets `steps` and `sides` of a tight level. normal_shift: of its normals' grid. */
+void stp_square_choice_find(const stp_chunk *block, int level, const stp_square_map *map,
+                            unsigned normal_shift, stp_square_choice *choice);
 /* Appends the bytes. Errors: OUT_OF_MEMORY. */
 stp_status stp_square_choice_write(const stp_square_choice *choice, stp_bytes *out, stp_error *err);
 bool stp_square_choice_is_tight(uint8_t first_byte);

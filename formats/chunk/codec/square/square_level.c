@@ -21,7 +21,8 @@ typedef struct coder {
     const double *values[VALUE_COUNT]; /* of the samples of the next coarser level */
     const stp_square_grid *grid;       /* of the patch at hand */
     int level;
-    bool decode, loose;
+    unsigned steps; /* stp_square_choice */
+    bool sides, decode, loose;
 } coder;
 
 /* The next rows of a level's two tables. */
@@ -123,6 +124,21 @@ static int32_t code_rung(const coder *c, const family *f, const table_row *r, do
     return stp_square_whole(c->ladder->rungs[rung] / f->steps - origin) & 0xffff;
 }
 
+/* The position along the height, where heights are multiples of 2^steps. expected: not rounded. */
+static int32_t code_step(const coder *c, const family *f, const table_row *r, double expected,
+                         int32_t position)
+{
+    const int32_t origin = f->patch->origin[c->grid->raster->axis];
+    const int coarser = (int)c->steps - (f->patch->exponent - c->map->exponent);
+    const int shift = coarser > 0 ? coarser : 0;
+    const int32_t first = (int32_t)(-(uint32_t)origin & ((UINT32_C(1) << shift) - 1));
+    const int32_t predicted = stp_square_whole(expected);
+    const int32_t place = (predicted - first + (1 << shift >> 1)) >> shift;
+    const int32_t own = c->decode ? 0 : (position - first) >> shift;
+    const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place, own, 0xffff >> shift);
+    return (first + (coded << shift)) & 0xffff;
+}
+
 static void code_height(const coder *c, const family *f, const table_row *r, uint32_t child,
                         double expected, stp_sample *s)
 {
@@ -139,6 +155,8 @@ static void code_height(const coder *c, const family *f, const table_row *r, uin
         const int32_t own = c->decode ? 0 : stp_scale_place(&f->scale, (int)axis, position);
         const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place & 0xffff, own, 0xffff);
         position = c->decode ? stp_scale_position(&f->scale, (int)axis, coded) : position;
+    } else if (c->steps > 0) {
+        position = code_step(c, f, r, steps, position);
     } else {
         position = code(c, r, STP_COLUMN_POSITION_C, stp_square_whole(steps), position, 0xffff);
     }
@@ -284,14 +302,18 @@ static void code_folded(const coder *c, const table_row *r, const double directi
         own[i] = stp_normal_grid_place(uv[i], shift);
     }
     if (!c->decode)
-        stp_square_unfold(own, expected, top);
+        stp_square_unfold(own, expected, top, c->sides);
     for (unsigned i = 0; i < 2; i++)
         own[i] = (int16_t)code(c, r, STP_COLUMN_NORMAL_U + i, expected[i], own[i], 0xffff);
     if (!c->decode)
         return;
     stp_square_fold(own, top);
     for (int i = 0; i < 2; i++)
-        uv[i] = stp_normal_grid_code(own[i] < 0 ? 0 : own[i] > top ? top : own[i], shift);
+        own[i] = own[i] < 0 ? 0 : own[i] > top ? top : own[i];
+    if (c->sides)
+        stp_normal_side(own, top);
+    for (int i = 0; i < 2; i++)
+        uv[i] = stp_normal_grid_code(own[i], shift);
     stp_normal_codes_put(uv, s->normal);
 }
 
@@ -518,15 +540,24 @@ static void move_colours(const stp_table *table, int sign)
 
 /* Sets what the level's parents tell. Their colours take the place of the map's sums. */
 static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
-                         const stp_ladder *ladder, const stp_level_tables *tables, bool decode,
-                         bool loose)
+                         const stp_ladder *ladder, const stp_square_choice *choice,
+                         const stp_level_tables *tables, bool decode)
 {
     const uint32_t count = block->level_begin[level + 1][block->patch_count];
     const stp_sample *parents = block->samples[level + 1];
     double *colours = map->sums;
     /* All grids have the same heights. */
     const double *heights = stp_square_grid_of(map, 0)->level[level + 1].height;
-    coder c = {block, map, ladder, tables, {[HEIGHT] = heights}, NULL, level, decode, loose};
+    coder c = {.block = block,
+               .map = map,
+               .ladder = ladder,
+               .tables = tables,
+               .values = {[HEIGHT] = heights},
+               .level = level,
+               .steps = choice->steps,
+               .sides = choice->sides,
+               .decode = decode,
+               .loose = choice->loose};
     set_heights(block, level + 1, map);
     for (int v = GREEN; v <= BLUE; v++, colours += count) {
         for (uint32_t i = 0; i < count; i++)
@@ -540,7 +571,8 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
                              const stp_ladder *ladder, stp_square_choice *choice,
                              const stp_level_tables *tables)
 {
-    coder c = coder_begin(block, level, map, ladder, tables, false, false);
+    stp_square_choice_find(block, level, map, tables->last.normal_shift, choice);
+    coder c = coder_begin(block, level, map, ladder, choice, tables, false);
     c.loose = choice->loose = code_families(&c);
     if (c.loose)
         code_families(&c);
@@ -555,7 +587,7 @@ void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
                              const stp_ladder *ladder, const stp_square_choice *choice,
                              const stp_level_tables *tables)
 {
-    coder c = coder_begin(block, level, map, ladder, tables, true, choice->loose);
+    coder c = coder_begin(block, level, map, ladder, choice, tables, true);
     if (choice->follow)
         move_colours(&tables->elder, 1);
     code_families(&c);

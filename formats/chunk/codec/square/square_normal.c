@@ -4,6 +4,7 @@
 #include "base/wide.h"
 #include "formats/chunk/codec/plane_fit.h"
 #include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/normal_grid.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -183,9 +184,18 @@ void stp_square_fold(int32_t place[2], int32_t top)
     }
 }
 
-void stp_square_unfold(int32_t own[2], const int32_t expected[2], int32_t top)
+/* A place that folds to `own`: of all, the one nearest to what is expected. */
+typedef struct unfolding {
+    const int32_t *own, *expected;
+    int32_t top, least; /* least: how far it is off */
+    bool mirrored;      /* it is on a side, and stands for its mirror, too */
+    int32_t place[2];
+} unfolding;
+
+/* Tries a place, and those beyond the sides and corners of the grid that may fold to it. */
+static void unfold(unfolding *f, int32_t u, int32_t v)
 {
-    const int32_t u = own[0], v = own[1], beyond = 2 * top;
+    const int32_t top = f->top, beyond = 2 * top;
     const int32_t places[9][2] = {{u, v},
                                   {-u, top - v},
                                   {beyond - u, top - v},
@@ -195,15 +205,24 @@ void stp_square_unfold(int32_t own[2], const int32_t expected[2], int32_t top)
                                   {u - top, v + top},
                                   {u + top, v - top},
                                   {u + top, v + top}};
-    int32_t least = INT32_MAX;
     for (int i = 0; i < 9; i++) {
         int32_t back[2] = {places[i][0], places[i][1]};
-        const int32_t off = abs(back[0] - expected[0]) + abs(back[1] - expected[1]);
+        const int32_t off = abs(back[0] - f->expected[0]) + abs(back[1] - f->expected[1]);
         stp_square_fold(back, top);
-        if (off >= least || back[0] != u || back[1] != v)
+        if (f->mirrored)
+            stp_normal_side(back, top);
+        if (off >= f->least || back[0] != f->own[0] || back[1] != f->own[1])
             continue;
-        least = off;
-        own[0] = places[i][0];
-        own[1] = places[i][1];
+        f->least = off;
+        memcpy(f->place, places[i], sizeof f->place);
     }
+}
+
+void stp_square_unfold(int32_t own[2], const int32_t expected[2], int32_t top, bool sides)
+{
+    const bool mirrored = sides && (own[0] == 0 || own[0] == top || own[1] == 0 || own[1] == top);
+    unfolding f = {own, expected, top, INT32_MAX, mirrored, {own[0], own[1]}};
+    for (int mirror = 0; mirror < (mirrored ? 4 : 1); mirror++)
+        unfold(&f, mirror & 1 ? top - own[0] : own[0], mirror & 2 ? top - own[1] : own[1]);
+    memcpy(own, f.place, sizeof f.place);
 }
