@@ -2,8 +2,8 @@
  * at the true surface, a ball with waves: from 26 directions no pixel is open, at one level and at
  * mixed ones; depths and picks are those of the surface; roads draw the same bytes. Splats that
  * show the plane between samples are nearer to the truth than blended ones by 1 dB. Drawn in
- * reverse order, blended splats are the same. Where gaps between maps are filled, no pixel is open
- * either, and the cells and the triangles between are one closed mesh. */
+ * reverse order, mesh and blended splats are the same. Where gaps between maps are filled, no pixel
+ * is open either, and the cells and the triangles between are one closed mesh. */
 #include "formats/chunk/codec/square/square.h"
 #include "runtime/camera/camera.h"
 #include "runtime/camera/orbit.h"
@@ -429,10 +429,12 @@ static void order_changes_nothing(void **state)
         "squares.x + gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;\n"
         "    listed = listed < squares.y ? squares.y - 1u - (listed - squares.x) : squares.y;");
     write_changed("map_front.frag", "s.splat < p.front", "s.splat > p.front");
+    write_changed("square.comp", "draws[gl_WorkGroupID.x] =",
+                  "draws[gl_NumWorkGroups.x - 1u - gl_WorkGroupID.x] =");
     gl_fixture_open(&f, MAPS_FILE, NULL);
     gl_fixture_open(&reversed, MAPS_FILE, SHADER_FOLDER);
     const stp_view view = look(&f, near_eye, 40.0);
-    for (stp_maps_as way = STP_MAPS_SPLATS; way <= STP_MAPS_PLAIN; way++) {
+    for (stp_maps_as way = STP_MAPS_MESH; way <= STP_MAPS_PLAIN; way++) {
         const stp_draw_params params = params_for(way);
         size_t differ = 0, beyond = 0;
         gl_fixture_draw(&f, &view, &params, NULL, forth);
