@@ -98,15 +98,15 @@ static stp_dvec3 point_near(const stp_disc_grid *g, uint64_t i)
 /* The least cost of a point over all discs. */
 static float least_of_all(const stp_disc_grid *g, const float x[3], const stp_over *over)
 {
-    float least = FAR;
-    stp_disc_columns_least(&g->columns, 0, g->entries, over, x, &least);
-    return least;
+    stp_disc_best best = {FAR, FAR, FAR};
+    stp_disc_columns_least(&g->columns, 0, g->entries, over, x, &best);
+    return best.value;
 }
 
 /* Returns for how many of POINTS points the rows find the disc of least cost. */
 static int count_found(const stp_disc_grid *g, const stp_disc_rows *rows)
 {
-    stp_over over = {STP_OVER_COST, {0.36f, 0.48f, 0.8f}, 0.0f, FAR, 0, 0};
+    stp_over over = {STP_OVER_COST, {0.36f, 0.48f, 0.8f}, 0.0f, 0.0f, 0, 0};
     int found = 0;
     over.error = (float)(0.1 * g->radius);
     for (uint64_t i = 0; i < POINTS; i++) {
@@ -133,7 +133,7 @@ static double asked_by(const stp_disc_grid *g, uint32_t p, int level, unsigned q
     const stp_patch *patch = &chunk->patches[p];
     const unsigned end = level == 3 ? 1 : stp_quarter_begin(patch->counts, level, q + 1);
     const double error = stp_error_decode(stp_quarter_error(patch, level, q), patch->exponent);
-    stp_over over = {STP_OVER_COST, {0}, (float)(error * STP_STORED_SLACK * g->scale), FAR, 0, 0};
+    stp_over over = {STP_OVER_COST, {0}, (float)(error * STP_STORED_SLACK * g->scale), 0.0f, 0, 0};
     float most = 0.0f;
     for (unsigned i = level == 3 ? 0 : stp_quarter_begin(patch->counts, level, q); i < end; i++) {
         stp_dvec3 points[STP_DISC_POINTS];

@@ -289,24 +289,31 @@ typedef struct search {
     const stp_disc_grid *grid;
     stp_over over;
     float x[3];
-    float stop, least; /* so far */
-    float reach;       /* squared: no disc farther away has a lesser value */
-    uint32_t tries;    /* left */
-    uint32_t disc;     /* of the least value so far */
+    float stop;
+    float reach;    /* squared: no disc farther away is better */
+    uint32_t tries; /* left */
+    stp_disc_best best;
 } search;
 
 static bool has_ended(const search *s)
 {
-    return s->tries == 0 || s->least <= s->stop;
+    return s->tries == 0 || s->best.value <= s->stop;
 }
 
-/* Sets the distance beyond which o or b alone is as much as the least so far. */
+/* Sets the squared distance beyond which o or b alone, or the distance, is as much as the least so
+ * far. If that is the nearest disc's cost, no disc may be nearer; if it is small enough, nothing
+ * else matters. */
 static void set_reach(search *s)
 {
-    float error = s->over.error;
-    s->reach = s->least;
-    if (s->over.what == STP_OVER_COST)
-        s->reach = fminf(s->least * s->least + error * error, s->over.near_squared);
+    const stp_disc_best *best = &s->best;
+    const bool nearest = best->cost < best->value;
+    const float least = nearest ? best->cost : best->value;
+    const float error = s->over.error, near = least + s->over.forgiven;
+    s->reach = least * least + error * error;
+    if (s->over.what == STP_OVER_NEED && near * near < s->reach)
+        s->reach = near * near;
+    if (nearest && (least <= s->stop || best->squared > s->reach))
+        s->reach = best->squared;
     s->reach *= REACH_SLACK;
 }
 
@@ -322,7 +329,7 @@ static void row_add(row *r, const stp_disc_grid *g, int axis, int steps)
 {
     float near_face = (float)(abs(steps) - 1) * g->width;
     float away = steps < 0 ? r->in + near_face : near_face + g->width - r->in;
-    away = steps != 0 ? fmaxf(0.0f, away - g->margin) : 0.0f;
+    away = steps != 0 && away > g->margin ? away - g->margin : 0.0f;
     r->part[RING_MAX + steps] = stp_cell_part_of(axis, r->middle + steps);
     r->squared[RING_MAX + steps] = away * away;
 }
@@ -343,11 +350,8 @@ static void try_buckets(search *s, uint32_t first, uint32_t last)
         return;
     count = count < s->tries ? count : s->tries;
     s->tries -= count;
-    uint32_t entry = stp_disc_columns_least(&g->columns, begin, count, &s->over, s->x, &s->least);
-    if (entry != UINT32_MAX) {
-        s->disc = g->columns.disc[entry];
+    if (stp_disc_columns_least(&g->columns, begin, count, &s->over, s->x, &s->best))
         set_reach(s);
-    }
 }
 
 /* Tries one column of cells along the third axis, i and j steps away along the other two: those of
@@ -415,45 +419,50 @@ static bool try_cells(search *s)
         if (s->tries > 0 && seen > 0.0f && s->reach <= seen * seen)
             return true;
     }
-    return s->least <= s->stop;
+    return s->best.value <= s->stop;
+}
+
+/* Tries a disc that is in no cell. */
+static void try_large(search *s, uint32_t disc)
+{
+    const bool own = disc - s->over.begin < s->over.end - s->over.begin;
+    float squared;
+    const float cost =
+        stp_lane_cost_squared(s->x, s->grid->numbers[disc].numbers, own, &s->over, &squared);
+    const float value =
+        s->over.what == STP_OVER_NEED ? stp_lane_need(cost, squared, &s->over) : cost;
+    s->best.value = fminf(s->best.value, value);
+    if (squared < s->best.squared) {
+        s->best.squared = squared;
+        s->best.cost = cost;
+    }
 }
 
 bool stp_disc_grid_least(const stp_disc_grid *grid, stp_dvec3 x, const stp_merged_disc *merged,
-                         double stop, bool whole, double *least, uint32_t *disc)
+                         double stop, bool whole, stp_disc_best *best)
 {
     stp_dvec3 n = merged->normal;
     search s = {.grid = grid,
                 .over = {merged->what,
                          {(float)n.x, (float)n.y, (float)n.z},
                          (float)merged->error,
-                         (float)merged->near_squared,
+                         (float)merged->forgiven,
                          merged->begin,
                          merged->end},
                 .x = {(float)x.x, (float)x.y, (float)x.z},
                 .stop = (float)stop,
-                .least = (float)*least,
                 .tries = TRIES_MAX,
-                .disc = *disc};
+                .best = *best};
     if (grid->large_count > STP_DISC_LARGE_MAX)
         return false;
-    for (uint32_t i = 0; i < grid->large_count; i++) {
-        float value = (float)(merged->what == STP_OVER_SQUARED
-                                  ? (double)squared_distance(grid, grid->large[i], s.x)
-                                  : stp_disc_grid_value(grid, grid->large[i], x, merged));
-        if (value < s.least) {
-            s.least = value;
-            s.disc = grid->large[i];
-        }
-    }
+    for (uint32_t i = 0; i < grid->large_count; i++)
+        try_large(&s, grid->large[i]);
     set_reach(&s);
     bool found = try_cells(&s);
-    if (!found && whole && s.least > s.stop) {
-        uint32_t entry =
-            stp_disc_columns_least(&grid->columns, 0, grid->entries, &s.over, s.x, &s.least);
-        s.disc = entry == UINT32_MAX ? s.disc : grid->columns.disc[entry];
+    if (!found && whole && !has_ended(&s)) {
+        stp_disc_columns_least(&grid->columns, 0, grid->entries, &s.over, s.x, &s.best);
         found = true;
     }
-    *least = (double)s.least;
-    *disc = s.disc;
+    *best = s.best;
     return found;
 }

@@ -37,10 +37,10 @@ typedef struct stp_disc_grid {
 
 /* A merged disc whose points are measured. */
 typedef struct stp_merged_disc {
-    stp_over_what what;  /* cost or squared distance */
+    stp_over_what what;  /* what is searched for */
     stp_dvec3 normal;    /* zero where unknown */
     double error;        /* perpendicular error e, grid units */
-    double near_squared; /* a search for a cost skips discs farther away than this, squared */
+    double forgiven;     /* of a need */
     uint32_t begin, end; /* the level-0 discs under it: [begin, end) */
 } stp_merged_disc;
 
@@ -61,11 +61,11 @@ uint32_t stp_disc_grid_nearest(const stp_disc_grid *grid, uint32_t first, uint32
 double stp_disc_grid_value(const stp_disc_grid *grid, uint32_t disc, stp_dvec3 x,
                            const stp_merged_disc *merged);
 
-/* Looks for the disc over which x costs least, or that is nearest to x (merged->what). If its
- * value, the cost or the squared distance in floats, is less than *least, sets *least to the value
- * and *disc to the disc. Stops at the first value of at most `stop`. whole: tries all discs instead
- * of giving up. Returns false if it gave up: then a disc of less value may exist. */
+/* Looks for the disc of least value to x (merged->what), and of needs for the nearest one. *best
+ * holds what is known before, or STP_LANE_FAR. Stops at the first value of at most `stop`. whole:
+ * tries all discs instead of giving up. Returns false if it gave up: then a better disc may exist.
+ */
 bool stp_disc_grid_least(const stp_disc_grid *grid, stp_dvec3 x, const stp_merged_disc *merged,
-                         double stop, bool whole, double *least, uint32_t *disc);
+                         double stop, bool whole, stp_disc_best *best);
 
 #endif

@@ -104,58 +104,72 @@ static inline bool is_own(uint32_t disc, const stp_over *over)
     return disc - over->begin < over->end - over->begin;
 }
 
-/* The values of the point over the first `count` of STEP discs, 1e30 for the others. Returns
- * whether one is less than `least`. */
+/* What the point finds over STEP discs. */
+typedef struct told {
+    float value[STEP], squared[STEP], cost[STEP];
+} told;
+
+/* Tells of the first `count` of STEP discs; the others are far away. Returns whether one is better
+ * than the best. */
 static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_t count,
                         bool carried, stp_over_what what, const stp_over *over,
-                        const float point[3], float least, float out[STEP])
+                        const float point[3], const stp_disc_best *best, told *out)
 {
     const int numbers = carried ? STP_LANE_NUMBERS : STP_LANE_CARRIED;
     const uint32_t *index = columns->disc + first;
     const float *column[STP_LANE_NUMBERS];
-    int less = 0;
+    int better = 0;
     for (int c = 0; c < numbers; c++)
         column[c] = columns->of[c] + first;
     for (uint32_t i = 0; i < STEP; i++) {
-        float disc[STP_LANE_NUMBERS] = {0.0f};
+        float disc[STP_LANE_NUMBERS] = {0.0f}, squared;
         for (int c = 0; c < numbers; c++)
             disc[c] = column[c][i];
-        float cost = stp_lane_value(point, disc, is_own(index[i], over), what, over);
-        out[i] = i < count ? cost : FAR;
-        less |= out[i] < least;
+        float cost = stp_lane_cost_squared(point, disc, is_own(index[i], over), over, &squared);
+        squared = i < count ? squared : FAR;
+        cost = i < count ? cost : FAR;
+        out->value[i] = what == STP_OVER_NEED ? stp_lane_need(cost, squared, over) : cost;
+        out->squared[i] = squared;
+        out->cost[i] = cost;
+        better |= out->value[i] < best->value;
+        if (what == STP_OVER_NEED)
+            better |= squared < best->squared;
     }
-    return less;
+    return better;
 }
 
-static inline uint32_t least_of(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
-                                bool carried, stp_over_what what, const stp_over *over,
-                                const float point[3], float *least)
+static inline bool least_of(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                            bool carried, stp_over_what what, const stp_over *over,
+                            const float point[3], stp_disc_best *best)
 {
     const stp_over o = *over;
     const float p[3] = {point[0], point[1], point[2]};
-    uint32_t found = UINT32_MAX;
+    bool better = false;
     for (uint32_t at = 0; at < count; at += STEP) {
-        float values[STEP];
-        if (!step(columns, begin + at, count - at, carried, what, &o, p, *least, values))
+        told t;
+        if (!step(columns, begin + at, count - at, carried, what, &o, p, best, &t))
             continue;
-        for (uint32_t i = 0; i < STEP; i++)
-            if (values[i] < *least) {
-                *least = values[i];
-                found = begin + at + i;
+        better = true;
+        for (uint32_t i = 0; i < STEP; i++) {
+            best->value = t.value[i] < best->value ? t.value[i] : best->value;
+            if (what == STP_OVER_NEED && t.squared[i] < best->squared) {
+                best->squared = t.squared[i];
+                best->cost = t.cost[i];
             }
+        }
     }
-    return found;
+    return better;
 }
 
 STP_WIDE
-uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
-                                const stp_over *over, const float point[3], float *least)
+bool stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                            const stp_over *over, const float point[3], stp_disc_best *best)
 {
-    if (over->what == STP_OVER_SQUARED)
-        return least_of(columns, begin, count, false, STP_OVER_SQUARED, over, point, least);
+    if (over->what == STP_OVER_COST)
+        return least_of(columns, begin, count, false, STP_OVER_COST, over, point, best);
     if (columns->of[STP_LANE_CARRIED])
-        return least_of(columns, begin, count, true, STP_OVER_COST, over, point, least);
-    return least_of(columns, begin, count, false, STP_OVER_COST, over, point, least);
+        return least_of(columns, begin, count, true, STP_OVER_NEED, over, point, best);
+    return least_of(columns, begin, count, false, STP_OVER_NEED, over, point, best);
 }
 
 float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float point[3])
@@ -165,13 +179,11 @@ float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float
 
 STP_WIDE
 void stp_lane_discs_tell(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
-                         const stp_over *over, const float point[3], float cost[STP_LANE_STEP],
-                         float squared[STP_LANE_STEP])
+                         const stp_over *over, const float point[3], float need[STP_LANE_STEP])
 {
     float column[STP_LANE_NUMBERS][STEP];
-    stp_over o = *over;
+    const stp_over o = *over;
     const float p[3] = {point[0], point[1], point[2]};
-    o.near_squared = INFINITY;
     for (uint32_t i = 0; i < STEP; i++)
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             column[c][i] = discs[index[i]].numbers[c];
@@ -179,8 +191,7 @@ void stp_lane_discs_tell(const stp_lane_disc *discs, const uint32_t index[STP_LA
         float disc[STP_LANE_NUMBERS];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = column[c][i];
-        cost[i] = stp_lane_value(p, disc, is_own(index[i], &o), STP_OVER_COST, &o);
-        squared[i] = stp_lane_value(p, disc, false, STP_OVER_SQUARED, &o);
+        need[i] = stp_lane_value(p, disc, is_own(index[i], &o), STP_OVER_NEED, &o);
     }
 }
 
@@ -194,8 +205,8 @@ void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const
     }
 }
 
-static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what what,
-                                const stp_over *over, float cost[STP_DISC_LANES])
+static inline void tell_paired(const stp_paired_lanes *lanes, stp_over_what what,
+                               const stp_over *over, float value[STP_DISC_LANES])
 {
     const stp_over o = *over;
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
@@ -204,20 +215,20 @@ static inline void count_paired(const stp_paired_lanes *lanes, stp_over_what wha
             point[c] = lanes->point[c][i];
         for (int c = 0; c < STP_LANE_NUMBERS; c++)
             disc[c] = lanes->disc[c][i];
-        cost[i] = stp_lane_value(point, disc, is_own(lanes->index[i], &o), what, &o);
+        value[i] = stp_lane_value(point, disc, is_own(lanes->index[i], &o), what, &o);
     }
 }
 
 STP_WIDE
 uint32_t stp_paired_lanes_above(const stp_paired_lanes *lanes, const stp_over *over, float limit,
-                                float cost[STP_DISC_LANES])
+                                float value[STP_DISC_LANES])
 {
     uint32_t bits = 0;
-    if (over->what == STP_OVER_SQUARED)
-        count_paired(lanes, STP_OVER_SQUARED, over, cost);
+    if (over->what == STP_OVER_NEED)
+        tell_paired(lanes, STP_OVER_NEED, over, value);
     else
-        count_paired(lanes, STP_OVER_COST, over, cost);
+        tell_paired(lanes, STP_OVER_COST, over, value);
     for (unsigned i = 0; i < STP_DISC_LANES; i++)
-        bits |= (cost[i] <= limit ? 0u : 1u) << i;
+        bits |= (value[i] <= limit ? 0u : 1u) << i;
     return bits;
 }

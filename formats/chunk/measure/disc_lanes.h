@@ -40,10 +40,11 @@ void stp_disc_lanes_begin(stp_disc_lanes *out, stp_dvec3 centre, const stp_dvec3
 void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 normal, double radius,
                         uint32_t index);
 
-/* What is asked of a point over a disc: its cost (overhang.h), or the square of its distance. */
-typedef enum stp_over_what { STP_OVER_COST, STP_OVER_SQUARED } stp_over_what;
+/* What is asked of a point over a disc: its cost (overhang.h), or what it needs if the disc may not
+ * be the nearest, max(cost, distance - forgiven). */
+typedef enum stp_over_what { STP_OVER_COST, STP_OVER_NEED } stp_over_what;
 
-/* The cost of a disc that is too far away. */
+/* More than any value of a disc. */
 #define STP_LANE_FAR 1e30f
 
 /* What cost(p, d) needs to know besides p and d. */
@@ -51,7 +52,7 @@ typedef struct stp_over {
     stp_over_what what;
     float normal[3];     /* of p's merged disc */
     float error;         /* perpendicular error e */
-    float near_squared;  /* a disc farther away than this costs STP_LANE_FAR */
+    float forgiven;      /* of a need: the part of any distance that is allowed, e sin(gamma) */
     uint32_t begin, end; /* the discs under p's merged disc: [begin, end) */
 } stp_over;
 
@@ -83,15 +84,13 @@ static inline float stp_lane_overhang(const float point[3], const float disc[STP
     return fmaxf(sqrtf(x * x + y * y + z * z) - disc[STP_LANE_RADIUS], 0.0f);
 }
 
-/* cost(p, d) = o + t_d + min(a + b, h) as in overhang.h, or the squared distance. own: the disc is
+/* cost(p, d) = o + t_d + min(a + b, h) as in overhang.h, and the squared distance. own: the disc is
  * one under p's merged disc. */
-static inline float stp_lane_value(const float point[3], const float disc[STP_LANE_NUMBERS],
-                                   bool own, stp_over_what what, const stp_over *over)
+static inline float stp_lane_cost_squared(const float point[3], const float disc[STP_LANE_NUMBERS],
+                                          bool own, const stp_over *over, float *squared)
 {
     float height, overhang = stp_lane_overhang(point, disc, &height);
-    float squared = height * height + overhang * overhang;
-    if (what == STP_OVER_SQUARED)
-        return squared;
+    *squared = height * height + overhang * overhang;
     const float *n = disc + STP_LANE_NORMAL, *m = over->normal;
     float cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2];
     float x = n[0] - cosine * m[0], y = n[1] - cosine * m[1], z = n[2] - cosine * m[2];
@@ -100,7 +99,20 @@ static inline float stp_lane_value(const float point[3], const float disc[STP_LA
     float high = height + disc[STP_LANE_CARRIED_ERROR];
     float beyond = sqrtf(fmaxf((high - over->error) * (high + over->error), 0.0f));
     float open = fminf(aside + beyond, height);
-    return squared <= over->near_squared ? overhang + disc[STP_LANE_CARRIED] + open : STP_LANE_FAR;
+    return overhang + disc[STP_LANE_CARRIED] + open;
+}
+
+static inline float stp_lane_need(float cost, float squared, const stp_over *over)
+{
+    return fmaxf(cost, sqrtf(squared) - over->forgiven);
+}
+
+/* What is asked of the point (over->what, a constant to the compiler). */
+static inline float stp_lane_value(const float point[3], const float disc[STP_LANE_NUMBERS],
+                                   bool own, stp_over_what what, const stp_over *over)
+{
+    float squared, cost = stp_lane_cost_squared(point, disc, own, over, &squared);
+    return what == STP_OVER_NEED ? stp_lane_need(cost, squared, over) : cost;
 }
 
 /* Discs as columns; disc[i] says which disc entry i is. */
@@ -116,20 +128,23 @@ stp_status stp_disc_columns_fill(stp_disc_columns *out, const stp_lane_disc *dis
                                  bool carried, stp_error *err);
 void stp_disc_columns_clear(stp_disc_columns *columns);
 
-/* Among the entries [begin, begin + count), finds the one over which the point costs least, or that
- * is nearest. If its value is less than *least, sets *least and returns the entry; else returns
- * UINT32_MAX. */
-uint32_t stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
-                                const stp_over *over, const float point[3], float *least);
+/* The least value so far (over->what) and, of needs, the nearest disc's squared distance and cost.
+ */
+typedef struct stp_disc_best {
+    float value, squared, cost;
+} stp_disc_best;
+
+/* Tries the entries [begin, begin + count). Returns whether one is better. A cost leaves
+ * out what discs carry. */
+bool stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
+                            const stp_over *over, const float point[3], stp_disc_best *best);
 
 /* The cost of a point over a disc that is not under its merged disc. */
 float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float point[3]);
 
-/* The cost of a point over each of the discs that `index` names, however far they are, and the
- * square of its distance from them. */
+/* The need of a point over each of the discs that `index` names. */
 void stp_lane_discs_tell(const stp_lane_disc *discs, const uint32_t index[STP_LANE_STEP],
-                         const stp_over *over, const float point[3], float cost[STP_LANE_STEP],
-                         float squared[STP_LANE_STEP]);
+                         const stp_over *over, const float point[3], float need[STP_LANE_STEP]);
 
 /* Pairs of a point and a disc. */
 typedef struct stp_paired_lanes {
@@ -141,9 +156,9 @@ typedef struct stp_paired_lanes {
 /* The points of a disc, as stp_disc_points gives them. axes: the two that span its plane. */
 void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],
                              float radius);
-/* The cost of each point over its disc, or its squared distance, in cost[]. Returns a bit for
- * each point for which this exceeds `limit`. */
+/* The cost or the need of each point over its disc, in value[]. Returns a bit for each point for
+ * which this exceeds `limit`. */
 uint32_t stp_paired_lanes_above(const stp_paired_lanes *lanes, const stp_over *over, float limit,
-                                float cost[STP_DISC_LANES]);
+                                float value[STP_DISC_LANES]);
 
 #endif

@@ -17,7 +17,6 @@ typedef struct suspect {
     stp_dvec3 x, normal;  /* the point; the normal of its merged disc */
     double slack;         /* possible error of float results */
     double cost;          /* upper bound of what it needs; TOO_FAR or more: unknown */
-    double squared;       /* squared distance to a disc near it: `disc`. */
     uint32_t disc;        /* of a check: the hinted disc */
     uint32_t first, last; /* the level-0 discs under the merged disc: [first, last) */
 } suspect;
@@ -61,22 +60,21 @@ static void raise_to(measure *m, double units)
 static void check_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
-    uint32_t disc = s->disc;
     const double stop = m->greatest - s->slack;
-    double least = stp_min(s->cost, m->greatest + 3.0 * s->slack);
+    stp_disc_best best = {(float)stp_min(s->cost, m->greatest + 3.0 * s->slack), STP_LANE_FAR,
+                          STP_LANE_FAR};
     merged.normal = s->normal;
     merged.error += s->slack;
-    merged.near_squared = INFINITY;
     merged.begin = s->first;
     merged.end = s->last;
-    if (stp_disc_grid_value(m->grid, disc, s->x, &merged) <= m->greatest)
+    if (stp_disc_grid_value(m->grid, s->disc, s->x, &merged) <= m->greatest)
         return;
-    bool found = stp_disc_grid_least(m->grid, s->x, &merged, stop, false, &least, &disc);
+    bool found = stp_disc_grid_least(m->grid, s->x, &merged, stop, false, &best);
     if (!found && m->whole_searches < WHOLE_SEARCHES) {
         m->whole_searches++;
-        found = stp_disc_grid_least(m->grid, s->x, &merged, stop, true, &least, &disc);
+        found = stp_disc_grid_least(m->grid, s->x, &merged, stop, true, &best);
     }
-    m->exceeded |= found && least - 2.0 * s->slack > m->greatest;
+    m->exceeded |= found && (double)best.value - 2.0 * s->slack > m->greatest;
 }
 
 /* e sin(gamma): the part of any distance that the rule always allows for the perpendicular error,
@@ -86,82 +84,35 @@ static double forgiven(const measure *m, double slack)
     return stp_max(0.0, m->merged.error - slack) * m->sine;
 }
 
-/* Square of the greatest distance of a disc that answers a point without being the nearest: (t + e
- * sin(gamma))^2. Whatever is nearer than that disc is no farther on the screen than the rule says.
- * In rows no disc lies over another one, and any answers. */
-static double near_squared(const measure *m, double slack)
-{
-    double near = stp_max(0.0, m->greatest - slack) + forgiven(m, slack);
-    return m->check || m->rows->columns > 0 ? INFINITY : near * near;
-}
-
-/* Square of a distance that answers a point by itself. o and h are legs of the distance s, so o + h
- * <= sqrt(2) s. If s is small enough, the cost is therefore no more than the greatest. Not used (0)
- * if discs carry errors. */
-static double enough(const measure *m, double slack)
-{
-    double root = m->grid->carry || m->grid->carry_around ? 0.0 : m->greatest - slack;
-    return root > 0.0 ? root * root / 2.01 : 0.0;
-}
-
-/* How a point's cost is asked for over a disc that need not be the nearest. No disc counts as one
- * under the merged disc, so costs are upper bounds. */
+/* What a point is asked over a disc that need not be the nearest: what it needs, in a check and in
+ * rows its cost. There no disc counts as one under the merged disc, so values are upper bounds. In
+ * rows no disc lies over another one, and any answers. */
 static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
 {
-    return (stp_over){STP_OVER_COST,
+    const bool any = m->check || m->rows->columns > 0;
+    return (stp_over){any ? STP_OVER_COST : STP_OVER_NEED,
                       {(float)n.x, (float)n.y, (float)n.z},
                       (float)stp_max(0.0, m->merged.error - slack),
-                      (float)near_squared(m, slack),
+                      (float)(forgiven(m, slack) - slack),
                       0,
                       0};
 }
 
 /* Lowers the suspect's cost to what it needs going by the best of the discs that the hint cells
- * around it name. Like over_own, it may not be the nearest: the distance to it counts, too. */
+ * around it name. */
 static void look_about(const measure *m, suspect *s)
 {
     stp_over over = over_near(m, s->normal, s->slack);
     const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
-    const float forgives = (float)(forgiven(m, s->slack) - s->slack);
-    float cost[STP_LANE_STEP], squared[STP_LANE_STEP], least = INFINITY;
-    uint32_t about[STP_LANE_STEP], near = 0;
+    float need[STP_LANE_STEP], least = STP_LANE_FAR;
+    uint32_t about[STP_LANE_STEP];
     over.begin = s->first;
     over.end = s->last;
     stp_disc_hints_about(m->hints, point, about);
-    stp_lane_discs_tell(m->grid->numbers, about, &over, point, cost, squared);
-    for (unsigned i = 0; i < STP_LANE_STEP; i++) {
-        const float away = sqrtf(squared[i]) - forgives;
-        const float value = cost[i] > away ? cost[i] : away;
-        least = value < least ? value : least;
-        near = squared[i] < squared[near] ? i : near;
-    }
+    stp_lane_discs_tell(m->grid->numbers, about, &over, point, need);
+    for (unsigned i = 0; i < STP_LANE_STEP; i++)
+        least = need[i] < least ? need[i] : least;
     s->cost = stp_min(s->cost, (double)least + s->slack);
-    s->disc = about[near];
-    s->squared = (double)squared[near];
-}
-
-/* Whether floats show that the point costs no more than the greatest error over the disc. */
-static bool is_cheap_over(const measure *m, const suspect *s, uint32_t disc)
-{
-    const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
-    const bool own = disc - s->first < s->last - s->first;
-    stp_over over = over_near(m, s->normal, s->slack);
-    over.near_squared = INFINITY;
-    return stp_lane_value(point, m->grid->numbers[disc].numbers, own, STP_OVER_COST, &over) <=
-           (float)(m->greatest - s->slack);
-}
-
-/* Whether some disc near enough answers the point. */
-static bool is_answered(const measure *m, const suspect *s)
-{
-    stp_merged_disc merged = m->merged;
-    uint32_t disc = s->disc;
-    double stop = m->greatest - s->slack, least = INFINITY;
-    merged.normal = s->normal;
-    merged.error = stp_max(0.0, merged.error - s->slack);
-    merged.near_squared = near_squared(m, s->slack);
-    stp_disc_grid_least(m->grid, s->x, &merged, stop, false, &least, &disc);
-    return least <= stop;
 }
 
 /* What the point needs if it goes by `own`, the nearest disc under its merged disc, which may not
@@ -178,28 +129,30 @@ static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squar
 }
 
 /* Raises the greatest error to what the point needs: its cost over the nearest disc, or what it
- * needs going by its nearest own disc, if that is less. */
-static void measure_point(measure *m, const suspect *s)
+ * needs going by another one, if that is less. */
+static void measure_point(measure *m, suspect *s)
 {
-    const stp_merged_disc nearest = {.what = STP_OVER_SQUARED};
     stp_merged_disc merged = m->merged;
-    double squared = s->squared, own_squared = 0.0, value = INFINITY;
-    uint32_t disc = s->disc;
+    look_about(m, s);
+    if (s->cost <= m->greatest)
+        return;
+    stp_disc_best best = {(float)(s->cost - s->slack), STP_LANE_FAR, STP_LANE_FAR};
+    merged.what = STP_OVER_NEED;
     merged.normal = s->normal;
+    merged.error = stp_max(0.0, merged.error - s->slack);
+    merged.forgiven = forgiven(m, s->slack) - s->slack;
     merged.begin = s->first;
     merged.end = s->last;
     const bool found =
-        stp_disc_grid_least(m->grid, s->x, &nearest, enough(m, s->slack), false, &squared, &disc);
-    if (found && (squared <= enough(m, s->slack) || is_cheap_over(m, s, disc)))
-        return;
-    if (found)
-        value = stp_disc_grid_value(m->grid, disc, s->x, &merged);
-    if (value <= m->greatest)
-        return;
-    const uint32_t own = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &own_squared);
-    value = stp_min(value, over_own(m, own, s->x, own_squared, s->slack));
-    const bool alone = found && squared > near_squared(m, s->slack); /* no disc is near enough */
-    if (value > m->greatest && (alone || !is_answered(m, s)))
+        stp_disc_grid_least(m->grid, s->x, &merged, m->greatest - s->slack, false, &best);
+    if (found && best.cost < best.value)
+        best.value = best.cost;
+    double value = (double)best.value + s->slack, squared;
+    if (!found && value > m->greatest) {
+        const uint32_t own = stp_disc_grid_nearest(m->grid, s->first, s->last, s->x, &squared);
+        value = stp_min(value, over_own(m, own, s->x, squared, s->slack));
+    }
+    if (value > m->greatest)
         raise_to(m, value);
 }
 
@@ -304,7 +257,6 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
                 .normal = disc->normal,
                 .slack = slack,
                 .cost = (double)told[i] + slack,
-                .squared = INFINITY,
                 .disc = lanes.index[i],
                 .first = first,
                 .last = last,
@@ -336,13 +288,10 @@ static void measure_suspects(measure *m)
     const bool in_rows = m->rows->columns > 0;
     uint8_t numbers[QUARTER_DISCS * (STP_DISC_POINTS + 1)], *left = numbers;
     unsigned count = 0;
-    for (; count < m->suspect_count; count++) {
+    for (; count < m->suspect_count; count++)
         left[count] = (uint8_t)count;
-        if (!m->check && !in_rows)
-            look_about(m, &m->suspects[count]);
-    }
     for (; (count = keep_above(m, left, count)) > 0; left++, count--) {
-        const suspect *s = &m->suspects[left[0]];
+        suspect *s = &m->suspects[left[0]];
         if (m->check)
             check_point(m, s);
         else if (in_rows)
