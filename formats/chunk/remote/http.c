@@ -380,13 +380,13 @@ uint32_t stp_http_gap(const stp_http *h)
 static void learn_ranges(stp_http *h, const stp_http_transfer *t, double pause_s)
 {
     int asked = RANGES_ASKED, taken = RANGES_TAKEN;
-    const bool whole = stp_http_transfer_is_whole(t),
-               ended = t->result == CURLE_ABORTED_BY_CALLBACK;
+    const bool whole = t->apart && stp_http_transfer_is_whole(t);
+    const bool ended = !t->apart || t->result == CURLE_ABORTED_BY_CALLBACK;
     const bool passing = pause_s >= 0.0 && (t->verdict != STP_HTTP_GOOD || t->result != CURLE_OK);
     if (whole) {
         atomic_store(&h->ranges_failed, 0);
         (void)atomic_compare_exchange_strong(&h->ranges, &asked, RANGES_TAKEN);
-    } else if (ended || (passing && atomic_fetch_add(&h->ranges_failed, 1) < RANGES_TRIES)) {
+    } else if (ended || (passing && atomic_fetch_add(&h->ranges_failed, 1) + 1 < RANGES_TRIES)) {
         (void)atomic_compare_exchange_strong(&h->ranges, &asked, RANGES_UNKNOWN);
     } else if (!atomic_compare_exchange_strong(&h->ranges, &asked, RANGES_REFUSED)) {
         (void)atomic_compare_exchange_strong(&h->ranges, &taken, RANGES_REFUSED);
