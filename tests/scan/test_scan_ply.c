@@ -274,6 +274,32 @@ static void all_black_is_no_colour(void **state)
     free(bytes);
 }
 
+/* Gaussian splats have colours as spherical harmonics: 1/2 + 0.2820948 c. They stay attributes. */
+static void splats_have_colours(void **state)
+{
+    (void)state;
+    static const char text[] = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                               "property float y\nproperty float z\nproperty float f_dc_0\n"
+                               "property float f_dc_1\nproperty float f_dc_2\n"
+                               "property float opacity\nend_header\n"
+                               "0 0 0 0 -0.8862269 0.8862269 1\n1 1 1 -1.7724539 1.7724539 9 1\n"
+                               "2 2 2 -9 0 0 1\n";
+    const stp_scan_params params = {.numbers = true};
+    stp_scan_info info;
+    scan_fixture_text("splats.ply", text);
+    stp_point *points = scan_fixture_read("splats.ply", &params, &info);
+    assert_int_equal(info.attributes, STP_POINT_HAS_COLOUR);
+    scan_fixture_rgb(&points[0], 32768, 16384, 49151);
+    scan_fixture_rgb(&points[1], 0, 65535, 65535);
+    scan_fixture_rgb(&points[2], 0, 32768, 32768);
+    free(points);
+    stp_scan *scan = NULL;
+    assert_int_equal(stp_scan_open(&scan, "splats.ply", &params, NULL), STP_OK);
+    assert_int_equal(stp_scan_get_info(scan)->extra->count, 4);
+    assert_string_equal(stp_scan_get_info(scan)->extra->items[0].name, "f_dc_0");
+    stp_scan_close(&scan);
+}
+
 /* The values that tell 8 from 16 bits are looked for in the whole file, even if it begins dark. */
 static void colour_depth_of_late_values(void **state)
 {
@@ -401,19 +427,13 @@ static void many_ascii_lines(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lines_in_cr),
-        cmocka_unit_test(ascii_in_any_order),
-        cmocka_unit_test(ascii_numbers),
-        cmocka_unit_test(binary_little_endian),
-        cmocka_unit_test(binary_big_endian),
-        cmocka_unit_test(binary_after_crlf),
-        cmocka_unit_test(colour_depths),
-        cmocka_unit_test(all_black_is_no_colour),
-        cmocka_unit_test(colour_depth_of_late_values),
-        cmocka_unit_test(scalar_fields),
-        cmocka_unit_test(range_grid),
-        cmocka_unit_test(no_points),
-        cmocka_unit_test(recomputed_normals),
+        cmocka_unit_test(lines_in_cr),         cmocka_unit_test(ascii_in_any_order),
+        cmocka_unit_test(ascii_numbers),       cmocka_unit_test(binary_little_endian),
+        cmocka_unit_test(binary_big_endian),   cmocka_unit_test(binary_after_crlf),
+        cmocka_unit_test(colour_depths),       cmocka_unit_test(all_black_is_no_colour),
+        cmocka_unit_test(splats_have_colours), cmocka_unit_test(colour_depth_of_late_values),
+        cmocka_unit_test(scalar_fields),       cmocka_unit_test(range_grid),
+        cmocka_unit_test(no_points),           cmocka_unit_test(recomputed_normals),
         cmocka_unit_test(many_ascii_lines),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

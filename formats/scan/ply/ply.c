@@ -176,7 +176,7 @@ static void columns_to_points(const stp_ply *ply, stp_point *points, size_t coun
         for (size_t i = 0; i < count; i++)
             for (int k = 0; k < 3; k++)
                 points[i].rgb[k] =
-                    stp_value_range_map(c[STP_PLY_RED + k][i], 0.0, ply->colour_scale);
+                    stp_value_range_map(c[STP_PLY_RED + k][i], ply->colour_low, ply->colour_scale);
     if (ply->attributes & STP_POINT_HAS_INTENSITY)
         for (size_t i = 0; i < count; i++)
             points[i].intensity =

@@ -39,6 +39,7 @@ typedef struct stp_ply {
     stp_dvec3 camera, camera_up;
     stp_scan_grid grid;
     stp_grid_cell *cells;                 /* the grid's */
+    double colour_low;                    /* file value that means 0 */
     double colour_scale, intensity_scale; /* file value to 0..65535 */
     double columns[STP_PLY_TARGET_COUNT][STP_PLY_BLOCK_POINTS];
     stp_ply_numbers numbers;
@@ -49,6 +50,10 @@ static inline bool stp_ply_has_fixed_records(const stp_ply *ply)
 {
     return ply->cursor.encoding != STP_PLY_ASCII && !ply->vertex->has_lists;
 }
+
+/* Whether the property is a spherical harmonic, as Gaussian splats have them: for the coefficient c
+ * of degree 0, the colour is 1/2 + c / (2 sqrt(pi)) of full. */
+bool stp_ply_is_harmonic(const stp_ply_property *property);
 
 /* Finds the attributes; makes room for the numbers of so many points; packs those
  * of a block from point `first` of the read on. */

@@ -4,6 +4,7 @@
 #include "formats/scan/value_range.h"
 
 #include <math.h>
+#include <string.h>
 
 #define STP_PLY_SAMPLE_BLOCKS 64u
 #define STP_PLY_SAMPLE_PREFIX 65536u
@@ -84,24 +85,35 @@ static bool is_wide(const stp_ply *ply, stp_ply_target target)
     return property && !is_eight_bit(property->type);
 }
 
+bool stp_ply_is_harmonic(const stp_ply_property *property)
+{
+    return strncmp(property->name, "f_dc_", 5) == 0;
+}
+
 stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
 {
     stp_status status = STP_OK;
     depth_maxima maxima = {0.0, 0.0};
     const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
     const stp_ply_property *intensity = stp_ply_target_property(ply, STP_PLY_INTENSITY);
+    const bool harmonic = red && stp_ply_is_harmonic(red);
     const bool fixed = stp_ply_has_fixed_records(ply);
     if (ply->vertex->count > 0 &&
         (ply->attributes & STP_POINT_HAS_COLOUR || is_wide(ply, STP_PLY_INTENSITY))) {
         STP_TRY(fixed ? sample_spread(ply, &maxima, err) : sample_prefix(ply, &maxima, err));
+        const bool all = fixed || ply->vertex->count <= STP_PLY_SAMPLE_PREFIX;
         /* Colours that are all zero are none: a program wrote them for want of any. */
-        if (maxima.colour <= 0.0 && (fixed || ply->vertex->count <= STP_PLY_SAMPLE_PREFIX))
+        if (maxima.colour <= 0.0 && all && !harmonic)
             ply->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
         stp_source_seek(&ply->source, ply->vertex_offset, ply->vertex_line);
         ply->cursor.index = 0;
     }
-    if (red)
+    if (harmonic) {
+        ply->colour_low = -sqrt(M_PI);
+        ply->colour_scale = 65535.0 / (2.0 * sqrt(M_PI));
+    } else if (red) {
         ply->colour_scale = find_scale(red->type, maxima.colour);
+    }
     if (intensity)
         ply->intensity_scale = find_scale(intensity->type, maxima.intensity);
 done:

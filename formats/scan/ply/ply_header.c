@@ -48,6 +48,9 @@ static const struct {
     {"diffuse_red", STP_PLY_RED},
     {"diffuse_green", STP_PLY_GREEN},
     {"diffuse_blue", STP_PLY_BLUE},
+    {"f_dc_0", STP_PLY_RED}, /* of Gaussian splats: stp_ply_is_harmonic */
+    {"f_dc_1", STP_PLY_GREEN},
+    {"f_dc_2", STP_PLY_BLUE},
     {"intensity", STP_PLY_INTENSITY},
     {"class", STP_PLY_CLASS},
     {"classification", STP_PLY_CLASS},
