@@ -35,11 +35,13 @@ typedef struct tile {
     uint32_t columns, rows; /* as far as the grid goes */
     stp_raster_frame frame; /* of the square at hand */
     double diagonal;        /* of its cells, the greater one */
-    double *z;              /* SIDE_WITH_REACH squared; NaN: none */
-    stp_item *items;        /* of square after square */
-    uint32_t *ends;         /* of the squares' items */
-    stp_patch_grid *grids;  /* by square */
-    uint32_t *together;     /* ends, among the squares, of those that lie together */
+    double spacing;         /* of the sample before, and its lattice; 0: there is none */
+    int exponent;
+    double *z;             /* SIDE_WITH_REACH squared; NaN: none */
+    stp_item *items;       /* of square after square */
+    uint32_t *ends;        /* of the squares' items */
+    stp_patch_grid *grids; /* by square */
+    uint32_t *together;    /* ends, among the squares, of those that lie together */
     uint32_t count, squares, together_count;
 } tile;
 
@@ -169,19 +171,17 @@ static stp_dvec3 normal_of(const tile *t, const double *middle, const windows *w
 }
 
 /* The nearest code, coordinate by coordinate: that is how a payload expects it. */
-static vec3s on_grid(stp_dvec3 n, unsigned bits)
+static void encode_normal(stp_dvec3 n, unsigned bits, uint8_t out[3])
 {
     const unsigned shift = STP_NORMAL_BITS - bits;
     const double all = fabs(n.x) + fabs(n.y) + n.z, step = (double)(1u << shift);
     const double most = (1u << STP_NORMAL_BITS) - 1, v[2] = {n.x, n.y};
     int32_t code[2];
-    uint8_t bytes[3];
     for (int i = 0; i < 2; i++) {
         const double place = floor((v[i] / all + 1.0) * 0.5 * most / step + 0.5);
         code[i] = stp_normal_grid_code((int32_t)place, shift);
     }
-    stp_normal_codes_put(code, bytes);
-    return stp_normal_decode(bytes);
+    stp_normal_codes_put(code, out);
 }
 
 /* Whether the sample, which is none, is one of 2 x 2 that are none. */
@@ -247,9 +247,8 @@ static void add_sample(tile *t, uint32_t column, uint32_t row, const windows *su
     const stp_dvec3 normal = normal_of(t, z, sums, lane);
     stp_point_facts facts = {.position = stp_scan_raster_at(r, c, w, *z),
                              .spacing = spacing_of(t, z, is_whole(sums, lane), normal.z),
-                             .normal = on_grid(normal, t->params->normal_bits),
+                             .normal = stp_dvec3_to_float(normal),
                              .source = (uint32_t)place,
-                             .normal_bits = STP_NORMAL_BITS, /* it is on the grid already */
                              .rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY},
                              .flags = STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED |
                                       STP_FIT_GIVEN << STP_SAMPLE_FIT_SHIFT};
@@ -257,7 +256,12 @@ static void add_sample(tile *t, uint32_t column, uint32_t row, const windows *su
         facts.position = bent_place(t, place, c, w, *z);
     for (int k = 0; grid->rgb && k < 3; k++)
         facts.rgb[k] = grid->rgb[place][k];
-    t->items[t->count++] = stp_point_item_make(&facts, t->params);
+    encode_normal(normal, t->params->normal_bits, facts.normal_code);
+    if (facts.spacing != t->spacing) { /* most samples have the one of the sample before */
+        t->spacing = facts.spacing;
+        t->exponent = stp_point_exponent(facts.position, facts.spacing, t->params);
+    }
+    t->items[t->count++] = stp_point_item_on(&facts, t->exponent, t->params);
 }
 
 /* Samples stand in Morton order, so that those that a level merges are next to each other. */

@@ -28,6 +28,8 @@ typedef struct builder {
     double areas[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
     stp_dvec3 places[STP_LEVEL_COUNT][STP_PATCH_SAMPLES]; /* centres before they are quantised */
     stp_merge_error total;                                /* of the patch vertex */
+    double radius; /* of the last disc that was stored; less than 0: none */
+    uint8_t radius_code;
 } builder;
 
 int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position)
@@ -131,11 +133,15 @@ static uint8_t byte(double value)
     return (uint8_t)lrint(stp_max(0.0, stp_min(255.0, value)));
 }
 
-/* Quantises a disc into the sample. */
-static void encode(const builder *b, const stp_disc *disc, spacing on, stp_sample *out)
+/* Quantises a disc into the sample. Many have the radius of the one before. */
+static void encode(builder *b, const stp_disc *disc, spacing on, stp_sample *out)
 {
     encode_position(b, disc->centre, on, out);
-    out->radius = stp_radius_encode(disc->radius, b->patch->exponent);
+    if (disc->radius != b->radius) {
+        b->radius = disc->radius;
+        b->radius_code = stp_radius_encode(disc->radius, b->patch->exponent);
+    }
+    out->radius = b->radius_code;
     for (int i = 0; i < 3; i++)
         out->rgb[i] = byte(disc->rgb[i]);
 }
@@ -298,30 +304,31 @@ static double height_of(stp_dvec3 along, stp_dvec3 p)
 }
 
 /* Where the codec expects a merged sample of a grid: amid the finer samples' places, along whose
- * ray or axis its height is moved to a multiple of the step. */
+ * ray or axis its height is moved to a multiple of the step. centre: amid the finer samples. */
 static stp_dvec3 place_on_grid(const builder *b, int level, unsigned begin, unsigned end,
-                               double step)
+                               stp_dvec3 centre, double step)
 {
     const stp_patch_grid *grid = b->ground->grid;
+    const double share = 1.0 / (end - begin);
     stp_dvec3 from = {0.0, 0.0, 0.0}, mean = from, along = grid->along;
-    double height = 0.0;
+    double depth = 0.0;
     if (grid->spreads)
         from = stp_dvec3_sub(grid->station, b->ground->origin);
-    for (unsigned i = begin; i < end; i++) {
-        const stp_dvec3 at = grid->level ? b->discs[level - 1][i].centre : b->places[level - 1][i];
-        const stp_dvec3 seen = stp_dvec3_sub(at, from);
+    for (unsigned i = begin; i < end && !grid->level; i++) {
+        const stp_dvec3 seen = stp_dvec3_sub(b->places[level - 1][i], from);
         const double own = height_of(grid->along, seen);
-        height += own / (end - begin);
-        mean = stp_dvec3_add(mean, grid->spreads ? stp_dvec3_scale(seen, 1.0 / own) : seen);
+        depth += share * own;
+        mean = stp_dvec3_add(mean, stp_dvec3_scale(seen, grid->spreads ? share / own : share));
     }
-    mean = stp_dvec3_scale(mean, 1.0 / (end - begin));
-    if (grid->spreads) { /* the mean of the tangents, by a unit of height */
+    if (grid->spreads) { /* the mean of the tangents, by a unit of depth */
         along = mean;
-        mean = stp_dvec3_scale(along, height);
+        mean = stp_dvec3_add(from, stp_dvec3_scale(along, depth));
     }
-    const double start = height_of(grid->along, from) + height;
-    const double rounded = stp_nearest_whole(start / step) * step;
-    return stp_dvec3_add(from, stp_dvec3_add(mean, stp_dvec3_scale(along, rounded - start)));
+    if (grid->level)
+        mean = centre;
+    const double height = height_of(grid->along, mean);
+    const double rounded = stp_nearest_whole(height / step) * step;
+    return stp_dvec3_add(mean, stp_dvec3_scale(along, rounded - height));
 }
 
 /* Of a map: the radius of a merged disc whose cell is full, by the steepness of its normal. The
@@ -366,6 +373,7 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
     unsigned finer_count = b->patch->counts[level - 1];
     unsigned count = b->patch->counts[level];
     const spacing on = spacing_of(b, lattice);
+    const double step = b->ground->grid ? height_step(b, level, lattice) : 0.0;
     stp_merge_error worst = {0};
     for (unsigned j = from; j < to; j++) {
         unsigned begin = stp_level_children_begin(j, count, finer_count);
@@ -374,7 +382,7 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
         double area = 0.0;
         stp_disc disc = merge(b, level, begin, end, &like, &area);
         if (b->ground->grid)
-            disc.centre = place_on_grid(b, level, begin, end, height_step(b, level, lattice));
+            disc.centre = place_on_grid(b, level, begin, end, disc.centre, step);
         b->places[level][j] = disc.centre;
         disc.radius = merged_radius(b, &disc, level, begin, end, area, lattice);
         store(b, level, j, &disc, on, like);
@@ -559,6 +567,7 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
     b.ground = ground;
     b.patch = patch;
     b.samples = samples;
+    b.radius = -1.0;
     int vertex_lattice = choose_vertex_lattice(&b);
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD};
     if (!place(&b, vertex_lattice) || !store_items(&b))

@@ -6,6 +6,7 @@
 #include "preprocess/patch/world_lattice.h"
 
 #include <limits.h>
+#include <string.h>
 
 /* Points closer than their coordinates over 2^ROUNDING_OCTAVES should be one: only rounding
  * separates them. */
@@ -81,9 +82,9 @@ static double loose_of(const stp_point_facts *facts, int exponent, const stp_res
     return r->precision > 0.0 ? stp_min(most, r->precision) : most;
 }
 
-stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_params *params)
+stp_item stp_point_item_on(const stp_point_facts *facts, int exponent,
+                           const stp_point_item_params *params)
 {
-    const int exponent = stp_point_exponent(facts->position, facts->spacing, params);
     double spacing = facts->spacing;
     if (params->resolution.exact)
         spacing =
@@ -103,7 +104,10 @@ stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_
                            .radius = radius,
                            .reach = radius,
                            .bound = radius};
-    stp_normal_encode_on(facts->normal, facts->normal_bits, item.normal);
+    if (facts->normal_bits > 0)
+        stp_normal_encode_on(facts->normal, facts->normal_bits, item.normal);
+    else
+        memcpy(item.normal, facts->normal_code, sizeof item.normal);
     for (int c = 0; c < 3; c++)
         item.disc.rgb[c] = (double)facts->rgb[c] / 257.0;
     return item;

@@ -27,21 +27,29 @@ uint8_t stp_point_intensity(uint16_t intensity, uint32_t greatest);
 
 /* What is known of a point. */
 typedef struct stp_point_facts {
-    stp_dvec3 position; /* world */
-    double spacing;     /* distance to its neighbours, world units */
-    bool measured;      /* the spacing is that of the nearest points: noisy. The radius is rounded
-                           by STP_RADII_BY_OCTAVE, the position to a patch's sublattice */
-    vec3s normal;       /* unit, or zero */
-    unsigned normal_bits;
+    stp_dvec3 position;   /* world */
+    double spacing;       /* distance to its neighbours, world units */
+    bool measured;        /* the spacing is that of the nearest points: noisy. The radius is rounded
+                             by STP_RADII_BY_OCTAVE, the position to a patch's sublattice */
+    vec3s normal;         /* unit, or zero */
+    unsigned normal_bits; /* of its grid; 0: its code is known */
+    uint8_t normal_code[3];
     uint32_t sheet;
     uint32_t source; /* place in the input */
     uint16_t rgb[3];
     uint8_t intensity, class_id, flags; /* as a sample stores them */
 } stp_point_facts;
 
-/* Makes one point an item. If exact and the disc is too large to have a code on the point's
- * lattice, it gets the largest radius that has one. */
-stp_item stp_point_item_make(const stp_point_facts *facts, const stp_point_item_params *params);
+/* Makes one point an item on a lattice, that of stp_point_exponent. If exact and the disc is too
+ * large to have a code on the point's lattice, it gets the largest radius that has one. */
+stp_item stp_point_item_on(const stp_point_facts *facts, int exponent,
+                           const stp_point_item_params *params);
+static inline stp_item stp_point_item_make(const stp_point_facts *facts,
+                                           const stp_point_item_params *params)
+{
+    return stp_point_item_on(facts, stp_point_exponent(facts->position, facts->spacing, params),
+                             params);
+}
 /* Makes a point of a cloud an item whose disc has a spacing of its own. */
 stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
                            const stp_point_item_params *params);
