@@ -5,7 +5,6 @@
 struct stp_square {
     vec4 lattice;     // of its patch: origin relative to the eye, step
     uvec2 mask;       // bit i % 32 of word i / 32: sample i in Morton order is there
-    uint first;       // of level 0, in the Object Texture
     uint patch_index;
 };
 
@@ -13,7 +12,7 @@ stp_square stp_square_fetch(uint listed)
 {
     int base = int(listed) * STP_SQUARE_TEXELS;
     uvec4 m = texelFetch(square_texture, base + 1);
-    return stp_square(uintBitsToFloat(texelFetch(square_texture, base)), m.xy, m.z, m.w);
+    return stp_square(uintBitsToFloat(texelFetch(square_texture, base)), m.xy, m.z);
 }
 
 // The vector with this component along an axis (0 x, 1 y, 2 z), and these along the two that follow.
@@ -48,12 +47,6 @@ mat2x3 stp_square_grid_fetch(uint listed)
 uint stp_square_flags(uint listed)
 {
     return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 3).w;
-}
-
-// Of the square's block.
-uint stp_square_colours(uint listed)
-{
-    return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 6).w;
 }
 
 // The place of a column and a row in Morton order.
@@ -128,8 +121,8 @@ stp_square_sample stp_square_sample_at(uint listed, ivec2 at)
     uint place = stp_square_place(uvec2(at & 7));
     stp_square_sample c;
     c.there = beside != STP_NO_SAMPLE && stp_square_has(s.mask, place);
-    uint index = s.first + (c.there ? stp_square_rank(s.mask, place) : 0u);
-    c.texel = stp_sample_fetch(index, stp_square_colours(beside == STP_NO_SAMPLE ? listed : beside));
+    stp_packing packing = stp_packing_fetch(s.patch_index);
+    c.texel = stp_sample_words(packing, packing.finer.x + (c.there ? stp_square_rank(s.mask, place) : 0u));
     c.there = c.there && !stp_sample_left_out(c.texel);
     c.lattice = s.lattice;
     c.place = stp_sample_position(c.texel, s.lattice.xyz, s.lattice.w);
