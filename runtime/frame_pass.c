@@ -39,14 +39,6 @@ stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err)
                                   err);
 }
 
-/* Says where a block is in the Object Texture. */
-static void place_record(stp_gpu_chunk *record, const stp_resident *resident)
-{
-    record->colours = resident->placement.colours;
-    memcpy(record->first, resident->placement.level_begin, sizeof record->first);
-    record->first[STP_LEVEL_COUNT - 1] -= resident->placement.patches.begin;
-}
-
 /* Uploads the records of the drawn blocks for the shaders. */
 static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
 {
@@ -54,7 +46,6 @@ static void upload_records(stp_renderer *r, const stp_draw *draws, size_t count)
     for (size_t i = 0; i < count; i++) {
         uint32_t slot = stp_block_cache_slot(r->cache, draws[i].block);
         r->chunk_records[slot] = stp_gpu_chunk_from_draw(&r->scene, &draws[i], r->eye);
-        place_record(&r->chunk_records[slot], stp_block_cache_get(r->cache, slot));
         memcpy(r->chunk_records[slot].openings, r->sight.openings[i],
                sizeof r->chunk_records[slot].openings);
         first = slot < first ? slot : first;

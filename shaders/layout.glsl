@@ -95,11 +95,11 @@ void stp_frame_hold()
 #define STP_PALETTE_VIRIDIS 2
 #define STP_PALETTE_HEAT 3
 
-// The Object Texture: one texel of three words is one sample (patch.glsl).
+// The Object Texture: the samples of patches, packed (patch.glsl).
 layout(binding = 0) uniform usamplerBuffer object_texture;
 // Four texels a patch, STP_PATCH_TEXELS: see patch.glsl.
 layout(binding = 1) uniform usamplerBuffer patch_texture;
-// Four texels a resident block, by slot: see patch.glsl.
+// Three texels a resident block, by slot: see patch.glsl.
 layout(binding = 2) uniform usamplerBuffer chunk_texture;
 
 // Eight texels a square that is drawn as triangles or as splats, STP_SQUARE_TEXELS: see square.glsl.
@@ -108,7 +108,7 @@ layout(binding = 12) uniform usamplerBuffer square_texture;
 layout(binding = 13) uniform samplerBuffer code_texture;
 
 #define STP_PATCH_TEXELS 4
-#define STP_CHUNK_TEXELS 4
+#define STP_CHUNK_TEXELS 3
 #define STP_SQUARE_TEXELS 8
 #define STP_LEVELS 4
 #define STP_QUARTERS 4

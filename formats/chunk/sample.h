@@ -1,6 +1,6 @@
 /* The 16-byte sample, and the patch that holds its lattice.
  *
- * A sample is the same 16 bytes in memory and as a payload decodes; on the GPU it may be narrow
+ * A sample is the same 16 bytes in memory and as a payload decodes; on the GPU it is packed
  * (runtime/stream/texels.h). Sample positions are unsigned steps from the patch's origin; the
  * patch's origin is signed steps from the chunk's origin; a step is 2^exponent world units; the
  * chunk's origin is world coordinates in double. Everything is quantised once: decoding is exact.

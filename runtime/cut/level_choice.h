@@ -23,7 +23,6 @@ typedef struct stp_mirror_patch {
     float finest_error[2]; /* of level 0: perpendicular, tangential */
     float radius[STP_LEVEL_COUNT];
     uint32_t number; /* in the Object Texture */
-    uint32_t first;  /* sample of the finest resident level, in the Object Texture */
     uint8_t count[STP_LEVEL_COUNT];
     uint8_t finest; /* resident level */
     uint8_t flags;  /* STP_PATCH_* */

@@ -191,27 +191,26 @@ static double step_of(const stp_gpu_patch *patch)
     return float_of((GLuint)patch->step << 23);
 }
 
-/* Where a sample is in the Object Texture. */
-static GLuint index_of(GLuint name, const stored_sample *s)
+/* The number of a sample in its patch (stp_level_number). */
+static uint32_t number_of(GLuint name, const stp_gpu_patch *patch)
 {
     const int level = stp_name_level(name);
-    const GLuint patch = name >> STP_NAME_PATCH_SHIFT;
-    const GLuint first = level < STP_LEVEL_COUNT - 1 ? s->patch.first[level] : patch;
-    return s->chunk.first[level] + first + name - stp_name_of(patch, level, 0);
+    return stp_level_number(patch->count, level) + name -
+           stp_name_of(name >> STP_NAME_PATCH_SHIFT, level, 0);
 }
 
-static bool read_words(const stp_object_texture *texture, GLuint index, stored_sample *out)
+/* Reads a sample of a patch that has been read. */
+static bool read_packed(const stp_object_texture *texture, uint32_t number, stored_sample *out)
 {
-    const GLuint colours = out->chunk.colours;
-    uint32_t texel[3];
-    if (!read_item(&texture->samples, index, texture->sample_ranges.capacity, texel, sizeof texel))
+    uint64_t packed[STP_TEXELS_OF_PATCH + STP_TEXELS_SPARE] = {0};
+    const uint64_t first = out->patch.first;
+    const uint64_t end = texture->sample_ranges.capacity + UINT64_C(1) * STP_TEXELS_SPARE;
+    const uint64_t most = sizeof packed / sizeof *packed;
+    if (first >= texture->sample_ranges.capacity)
         return false;
-    out->sample = stp_texel_widen(texel);
-    if (colours == STP_TEXELS_NARROW)
-        return true;
-    memcpy(&out->sample, texel, sizeof texel);
-    return read_item(&texture->samples, stp_texels_colour_word(colours, index),
-                     3 * texture->sample_ranges.capacity, out->sample.rgb, sizeof(uint32_t));
+    stp_lazy_buffer_read(&texture->samples, first * sizeof *packed,
+                         (end - first < most ? end - first : most) * sizeof *packed, packed);
+    return stp_texels_read(packed, out->patch.radius, out->patch.count, number, &out->sample);
 }
 
 static bool read_sample(const stp_object_texture *texture, GLuint name, stored_sample *out)
@@ -220,7 +219,7 @@ static bool read_sample(const stp_object_texture *texture, GLuint name, stored_s
                      texture->patch_ranges.capacity, &out->patch, sizeof out->patch) &&
            read_item(&texture->chunks, slot_of(&out->patch), texture->slot_capacity, &out->chunk,
                      sizeof out->chunk) &&
-           read_words(texture, index_of(name, out), out);
+           read_packed(texture, number_of(name, &out->patch), out);
 }
 
 static double depth_of(const stp_gpu_frame *frame, const stored_sample *s)

@@ -379,8 +379,8 @@ stp_status stp_project_list(stp_project *p, const stp_project_params *params, ui
         STP_TRY(list_all(p, params, points, err));
         stp_runs_take(&p->runs, p->indices, p->index_count);
     } else {
-        STP_TRY(stp_runs_choose(&p->runs, params, vertices->items,
-                                vertices->begin[params->draw_count], true, points, err));
+        stp_runs_choose(&p->runs, params, vertices->items, vertices->begin[params->draw_count],
+                        true, points);
         stp_stage_end(params->clock, STP_STAGE_CHOOSE);
     }
     STP_TRY(stp_splat_list(&p->splat, &p->runs, params->pyramid, err));

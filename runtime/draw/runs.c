@@ -14,10 +14,9 @@
 #define RUN_SAMPLES 4
 #define DROP_COUNTERS 64
 #define DROP_STRIDE 16
-#define SAMPLES_LIMIT (UINT32_C(1) << 29)
 enum { IMAGE_RUNS = 2, IMAGE_SEEN = 3 };
 
-#define SEEN_BYTES 32
+#define SEEN_BYTES 64
 
 /* Groups of invocations. Some drivers do not allow more than 65535 in a row. */
 #define RUNS_GROUPS_LIMIT 1024
@@ -149,18 +148,14 @@ void stp_runs_take(stp_runs *r, const uint32_t *listed, size_t count)
     r->run_count = 0;
 }
 
-stp_status stp_runs_choose(stp_runs *r, const stp_project_params *params, const uint32_t *listed,
-                           size_t count, bool counts, uint64_t *points, stp_error *err)
+void stp_runs_choose(stp_runs *r, const stp_project_params *params, const uint32_t *listed,
+                     size_t count, bool counts, uint64_t *points)
 {
     runs_head head;
-    if (stp_block_cache_texture(params->cache)->sample_ranges.capacity > SAMPLES_LIMIT)
-        return stp_error_set(err, STP_LIMIT,
-                             "compute shaders count to %u samples: give a smaller --gpu-memory",
-                             SAMPLES_LIMIT);
     stp_runs_take(r, listed, count);
     *points += count;
     if (params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count] == 0)
-        return STP_OK;
+        return;
     make_runs(r, params);
     r->chosen = true;
     if (counts) {
@@ -168,7 +163,6 @@ stp_status stp_runs_choose(stp_runs *r, const stp_project_params *params, const 
         r->run_count = head.run_count;
         *points += head.points_listed;
     }
-    return STP_OK;
 }
 
 uint64_t stp_runs_count_drawn(const stp_runs *r)

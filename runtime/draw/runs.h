@@ -49,10 +49,9 @@ stp_status stp_runs_create(stp_runs *out, const char *folder, const char *define
 void stp_runs_destroy(stp_runs *runs);
 
 /* Chooses the levels of the patches in sight and lists their samples, beside the samples `listed`.
- * counts: waits for the GPU and adds all samples to *points; otherwise adds only `count`. Errors:
- * LIMIT. */
-stp_status stp_runs_choose(stp_runs *runs, const stp_project_params *params, const uint32_t *listed,
-                           size_t count, bool counts, uint64_t *points, stp_error *err);
+ * counts: waits for the GPU and adds all samples to *points; otherwise adds only `count`. */
+void stp_runs_choose(stp_runs *runs, const stp_project_params *params, const uint32_t *listed,
+                     size_t count, bool counts, uint64_t *points);
 /* Takes only the samples `listed`. */
 void stp_runs_take(stp_runs *runs, const uint32_t *listed, size_t count);
 /* Number of places for the samples that were counted, including gaps in runs that are not full. */

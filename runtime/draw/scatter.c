@@ -43,10 +43,8 @@ stp_status stp_scatter_draw(const stp_scatter *s, stp_runs *runs, const stp_proj
     static const GLuint far_depth = 0;
     const stp_pyramid *pyramid = params->pyramid;
     const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
-    stp_status status = stp_runs_choose(runs, params, vertices->items,
-                                        vertices->begin[params->draw_count], false, points, err);
-    if (status != STP_OK)
-        return status;
+    stp_runs_choose(runs, params, vertices->items, vertices->begin[params->draw_count], false,
+                    points);
     stp_stage_end(params->clock, STP_STAGE_CHOOSE);
     if (params->first)
         glClearTexImage(pyramid->scatter_depth, 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &far_depth);

@@ -149,7 +149,6 @@ static stp_gpu_square record_of(const stp_square *square, const stp_raster *rast
     const bool overlaps = model->is_maps || !stp_raster_is_upright(raster);
     stp_gpu_square out = {.step = patch->step,
                           .samples = {(uint32_t)square->samples, (uint32_t)(square->samples >> 32)},
-                          .first = patch->first,
                           .axis = raster->axis,
                           .flags = (overlaps ? STP_SQUARE_OVERLAPS : 0u) |
                                    (model->is_maps ? STP_SQUARE_OF_MAP : 0u)};
@@ -189,7 +188,6 @@ static void list_draw(stp_squares *s, const stp_project_params *params, size_t d
             continue;
         *record = record_of(square, raster, &r->mirror.patches[of], &chunk, model);
         record->patch = list->items[i];
-        record->colours = r->placement.colours;
         if (splats)
             set_grid(record, params->frame);
         s->keys[s->count] = key_of(params, block, square, raster);

@@ -115,7 +115,8 @@ typedef struct stp_gpu_patch {
     uint8_t slot[3];
     uint8_t step;             /* exponent of the float: its bits 23 to 30 */
     uint16_t bound_centre[3]; /* steps from the origin */
-    uint16_t first[3];        /* of levels 0 to 2, among those of the block */
+    uint16_t unused;
+    uint32_t first; /* of its texels in the Object Texture (runtime/stream/texels.h) */
     uint8_t cone_axis[3], cone_angle;
     uint8_t radius[STP_LEVEL_COUNT];
     uint8_t colour_error[STP_LEVEL_COUNT];
@@ -137,13 +138,12 @@ typedef struct stp_gpu_code {
 enum { STP_GPU_CODES = 256 };
 
 typedef struct stp_gpu_chunk {
-    float offset[3];  /* origin minus eye */
-    uint32_t colours; /* stp_texels_colours */
+    float offset[3]; /* origin minus eye */
     uint32_t finest;
     uint32_t id;
     uint32_t depth;
     uint32_t order; /* the block's number in its model: decides between equal depths */
-    uint32_t first[STP_LEVEL_COUNT]; /* sample of each level, less the first patch for level 3 */
+    uint32_t unused;
     uint32_t openings[STP_OPENING_WORDS]; /* through which its patches may be seen */
 } stp_gpu_chunk;
 
@@ -153,8 +153,8 @@ typedef struct stp_gpu_chunk {
 typedef struct stp_gpu_square {
     float origin[3], step; /* of its patch, relative to the eye */
     uint32_t samples[2];   /* bit i % 32 of word i / 32: sample i in Morton order is there */
-    uint32_t first;        /* of level 0, in the Object Texture */
     uint32_t patch;        /* in the Object Texture */
+    uint32_t unused;
     float column[2], row[2], up[2];
     uint32_t axis;
     uint32_t flags; /* STP_SQUARE_* */
@@ -163,15 +163,13 @@ typedef struct stp_gpu_square {
     uint32_t beside[8];
     /* Of a map: dot products with a difference of places in eye space tell by how many columns and
      * rows they differ. */
-    float to_column[3];
-    uint32_t colours; /* of its block */
-    float to_row[4];
+    float to_column[4], to_row[4];
 } stp_gpu_square;
 
 _Static_assert(sizeof(stp_gpu_frame) == 352 + 16 * STP_OPENINGS_LIMIT,
                "std140 block of layout.glsl");
 _Static_assert(sizeof(stp_gpu_patch) == 64, "STP_PATCH_TEXELS texels");
-_Static_assert(sizeof(stp_gpu_chunk) == 64, "STP_CHUNK_TEXELS texels");
+_Static_assert(sizeof(stp_gpu_chunk) == 48, "STP_CHUNK_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_square) == 128, "STP_SQUARE_TEXELS texels");
 
 #endif

@@ -184,14 +184,12 @@ static uint32_t find_victim(stp_block_cache *c, uint64_t stamp, float limit)
 }
 
 /* Evicts until there are a slot and a place; false if evicting all that may go is not enough. */
-static bool make_room(stp_block_cache *c, const uint32_t sample_count[STP_LEVEL_COUNT],
-                      uint64_t stamp, float limit, stp_load_place *place, stp_status *status,
-                      stp_error *err)
+static bool make_room(stp_block_cache *c, uint64_t stamp, float limit, stp_load_place *place,
+                      stp_status *status, stp_error *err)
 {
-    const uint32_t patches = place->placement.patches.count;
     for (;;) {
-        if (c->free_count > 0 && stp_object_texture_place(&c->texture, patches, sample_count,
-                                                          &place->placement, status, err)) {
+        if (c->free_count > 0 &&
+            stp_object_texture_place(&c->texture, &place->placement, status, err)) {
             place->slot = c->free_slots[--c->free_count];
             return true;
         }
@@ -215,7 +213,7 @@ static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, floa
                         bool *room, bool *ring_full, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t count[STP_LEVEL_COUNT];
+    uint32_t count[STP_LEVEL_COUNT], samples = 0;
     stp_load_place p = {.look = c->look};
     *room = *ring_full = false;
     const uint32_t slot = c->slot_of[load->want.block];
@@ -223,15 +221,15 @@ static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, floa
                                     slot == NO_SLOT ? NULL : &c->slots[slot], err));
     p.placement.patches.count = c->scene->blocks[load->want.block].patch_count;
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        p.placement.texels.count += count[l];
-    p.placement.texels.count = (uint32_t)stp_texels_most(p.placement.texels.count);
+        samples += count[l];
+    p.placement.texels.count = (uint32_t)stp_texels_most(samples, p.placement.patches.count);
     *ring_full =
         !stp_upload_ring_take(&c->ring, stp_placement_bytes(&p.placement), &p.piece, &status, err);
     if (*ring_full)
         goto done;
     if (waits && slot != NO_SLOT && !stp_scene_is_root(c->scene, load->want.block))
         evict(c, slot);
-    *room = make_room(c, count, stamp, limit, &p, &status, err);
+    *room = make_room(c, stamp, limit, &p, &status, err);
     if (*room) {
         p.memory = stp_upload_ring_memory(&c->ring, p.piece);
         stp_stream_decode(c->stream, load, &p);
@@ -252,8 +250,7 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
     stp_load_place *p = &load->place;
     stp_placement *at = &p->placement;
     uint64_t begin = stp_upload_ring_offset(p->piece), patches = stp_load_patches_offset(at);
-    if (p->narrow)
-        stp_object_texture_narrow(&c->texture, at);
+    stp_object_texture_trim(&c->texture, at, p->texels);
     stp_upload_ring_copy(&c->ring, &c->texture.samples, begin,
                          at->texels.begin * (uint64_t)STP_TEXEL_BYTES,
                          at->texels.count * (uint64_t)STP_TEXEL_BYTES);

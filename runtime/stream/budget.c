@@ -61,7 +61,7 @@ static demand measure(const stp_scene *scene)
 
 static uint64_t texture_bytes(uint64_t samples, uint64_t patches)
 {
-    return stp_texels_most(samples) * STP_TEXEL_BYTES + patches * sizeof(stp_gpu_patch);
+    return stp_texels_most(samples, patches) * STP_TEXEL_BYTES + patches * sizeof(stp_gpu_patch);
 }
 
 /* Refuses a budget, and says the least that would be enough for two blocks. */
@@ -102,26 +102,26 @@ static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const dema
                        (double)(d->patches * PATCH_MIRROR_BYTES)};
     uint64_t most_patches =
         smaller(texels / STP_OBJECT_TEXTURE_PATCH_TEXELS, STP_NAMED_PATCHES_LIMIT);
-    double fits = fmin((double)texels / (double)stp_texels_most(d->samples),
-                       (double)most_patches / (double)d->patches);
-    double share = fmin(SCENE_SHARE + least, fits);
+    const double most_texels = (double)stp_texels_most(d->samples, d->patches);
+    const double fits[2] = {(double)texels / most_texels,
+                            (double)most_patches / (double)d->patches};
+    double share = SCENE_SHARE + least;
     for (int i = 0; i < 2; i++) {
         double holds = given[i] > fixed[i] ? (double)(given[i] - fixed[i]) / whole[i] : 0.0;
         if (holds < least)
             return refuse(scene, names[i], given[i], fixed[i] + (uint64_t)(least * whole[i]), err);
         share = fmin(share, holds);
     }
-    if (share < least)
+    if (fmin(fits[0], fits[1]) < least)
         return stp_error_set(err, STP_GL,
                              "%s: two blocks have more samples than a texture of this OpenGL (%u): "
                              "draw it on another GPU",
                              stp_chunk_file_path(scene->models[0].model->file), texels);
     b->slot_capacity = slots_of(scene);
-    b->texel_capacity =
-        (uint32_t)fmin(share * (double)stp_texels_most(d->samples), (double)(UINT32_MAX - 1));
-    b->patch_capacity = (uint32_t)fmin(share * (double)d->patches, (double)(UINT32_MAX - 1));
+    b->texel_capacity = (uint32_t)fmin(fmin(share, fits[0]) * most_texels, UINT32_MAX - 1);
+    b->patch_capacity = (uint32_t)fmin(fmin(share, fits[1]) * (double)d->patches, UINT32_MAX - 1);
     b->gpu_bytes = fixed[0] + b->texel_capacity * (uint64_t)STP_TEXEL_BYTES +
-                   texture_bytes(0, b->patch_capacity);
+                   b->patch_capacity * (uint64_t)sizeof(stp_gpu_patch);
     return STP_OK;
 }
 

@@ -19,12 +19,12 @@ uint32_t stp_object_texture_texels(void)
 {
     GLint limit = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-    return (uint32_t)limit < STP_NAME_SAMPLE ? (uint32_t)limit : STP_NAME_SAMPLE;
+    return (uint32_t)limit - STP_TEXELS_SPARE;
 }
 
 static void create_textures(stp_object_texture *t)
 {
-    static const GLenum formats[STP_OBJECT_TEXTURES + 1] = {GL_RGB32UI, GL_RGBA32UI, GL_RGBA32UI,
+    static const GLenum formats[STP_OBJECT_TEXTURES + 1] = {GL_RG32UI, GL_RGBA32UI, GL_RGBA32UI,
                                                             GL_RGBA32F};
     stp_gpu_code codes[STP_GPU_CODES];
     stp_gpu_codes_fill(codes);
@@ -44,7 +44,8 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t texel_cap
     stp_object_texture t = {.slot_capacity = slot_capacity};
     t.sample_ranges.capacity = texel_capacity;
     t.patch_ranges.capacity = patch_capacity;
-    t.samples = create_buffer((uint64_t)texel_capacity * STP_TEXEL_BYTES, software);
+    t.samples =
+        create_buffer(((uint64_t)texel_capacity + STP_TEXELS_SPARE) * STP_TEXEL_BYTES, software);
     t.patches = create_buffer((uint64_t)patch_capacity * sizeof(stp_gpu_patch), software);
     t.chunks = create_buffer((uint64_t)slot_capacity * sizeof(stp_gpu_chunk), software);
     stp_lazy_buffer_fill(&t.chunks, 0, (uint64_t)slot_capacity * sizeof(stp_gpu_chunk));
@@ -73,28 +74,17 @@ void stp_object_texture_destroy(stp_object_texture *t)
     *t = (stp_object_texture){0};
 }
 
-bool stp_object_texture_place(stp_object_texture *t, uint32_t patch_count,
-                              const uint32_t sample_count[STP_LEVEL_COUNT], stp_placement *out,
-                              stp_status *status, stp_error *err)
+bool stp_object_texture_place(stp_object_texture *t, stp_placement *placement, stp_status *status,
+                              stp_error *err)
 {
-    stp_placement p = {0};
-    uint32_t count = 0;
-    for (int l = 0; l < STP_LEVEL_COUNT; l++)
-        count += sample_count[l];
-    if (!stp_range_pool_take(&t->sample_ranges, (uint32_t)stp_texels_most(count), &p.texels, status,
-                             err))
+    stp_placement p;
+    if (!stp_range_pool_take(&t->sample_ranges, placement->texels.count, &p.texels, status, err))
         return false;
-    if (!stp_range_pool_take(&t->patch_ranges, patch_count, &p.patches, status, err)) {
+    if (!stp_range_pool_take(&t->patch_ranges, placement->patches.count, &p.patches, status, err)) {
         stp_range_pool_give(&t->sample_ranges, p.texels);
         return false;
     }
-    uint32_t begin = p.texels.begin;
-    p.colours = stp_texels_colours(begin, count);
-    for (int l = STP_LEVEL_COUNT - 1; l >= 0; l--) {
-        p.level_begin[l] = begin;
-        begin += sample_count[l];
-    }
-    *out = p;
+    *placement = p;
     return true;
 }
 
@@ -118,11 +108,9 @@ void stp_object_texture_release(stp_object_texture *t, const stp_placement *plac
     stp_range_pool_give(&t->patch_ranges, placement->patches);
 }
 
-void stp_object_texture_narrow(stp_object_texture *t, stp_placement *placement)
+void stp_object_texture_trim(stp_object_texture *t, stp_placement *placement, uint32_t texels)
 {
-    stp_range_pool_trim(&t->sample_ranges, &placement->texels,
-                        stp_texels_samples(placement->texels.count));
-    placement->colours = STP_TEXELS_NARROW;
+    stp_range_pool_trim(&t->sample_ranges, &placement->texels, texels);
 }
 
 static void fill_errors(stp_mirror_patch *out, const stp_patch *patch)
@@ -193,7 +181,6 @@ void stp_mirror_patches_fill(stp_mirror_patch *out, const stp_chunk *chunk,
         out[i].flags = flags_of(&chunk->patches[i], shapes);
         out[i].finest = finest_of(chunk, i);
         out[i].number = placement->patches.begin + i;
-        out[i].first = placement->level_begin[out[i].finest] + chunk->level_begin[out[i].finest][i];
         memcpy(out[i].count, chunk->patches[i].counts, sizeof out[i].count);
     }
 }
@@ -233,8 +220,6 @@ void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk, uint32_t s
         out[i].finest = finest_of(chunk, i);
         for (int k = 0; k < 3; k++)
             out[i].slot[k] = (uint8_t)(slot >> 8 * k);
-        for (int l = chunk->finest_level; l < STP_LEVEL_COUNT - 1; l++)
-            out[i].first[l] = (uint16_t)chunk->level_begin[l][i];
     }
 }
 

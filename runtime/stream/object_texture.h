@@ -28,14 +28,12 @@ typedef struct stp_object_texture {
     uint32_t slot_capacity; /* in blocks */
 } stp_object_texture;
 
-/* The place of a block. level_begin: absolute index of each level's first sample. */
+/* The place of a block. */
 typedef struct stp_placement {
     stp_range texels, patches;
-    uint32_t level_begin[STP_LEVEL_COUNT];
-    uint32_t colours; /* stp_texels_colours */
 } stp_placement;
 
-/* The most texels that a texture may have: a sample is one or more (texels.h), a patch
+/* The most texels that a texture may have: samples take some (texels.h), a patch
  * STP_OBJECT_TEXTURE_PATCH_TEXELS. */
 uint32_t stp_object_texture_texels(void);
 
@@ -45,22 +43,22 @@ stp_status stp_object_texture_create(stp_object_texture *out, uint32_t texel_cap
                                      stp_error *err);
 void stp_object_texture_destroy(stp_object_texture *texture);
 
-/* Finds room for so many patches, and samples of each level; false if there is none. Errors:
- * OUT_OF_MEMORY. */
-bool stp_object_texture_place(stp_object_texture *texture, uint32_t patch_count,
-                              const uint32_t sample_count[STP_LEVEL_COUNT], stp_placement *out,
+/* Finds room for a place of so many texels and patches, placement->...count; false if there is
+ * none. Errors: OUT_OF_MEMORY. */
+bool stp_object_texture_place(stp_object_texture *texture, stp_placement *placement,
                               stp_status *status, stp_error *err);
 /* Fails if the GPU lacked memory for something that was copied. Errors: GL. */
 stp_status stp_object_texture_check(const stp_object_texture *texture, stp_error *err);
 /* Bytes of the Object Texture that a place takes. */
 uint64_t stp_placement_bytes(const stp_placement *placement);
-/* Gives back what narrow samples do not need. */
-void stp_object_texture_narrow(stp_object_texture *texture, stp_placement *placement);
+/* Gives back all but the first texels of a place. */
+void stp_object_texture_trim(stp_object_texture *texture, stp_placement *placement,
+                             uint32_t texels);
 void stp_object_texture_release(stp_object_texture *texture, const stp_placement *placement);
 
-/* Fill out[chunk->patch_count] with a decoded block's patches, in the GPU's form and in the CPU's.
- * shapes: the shapes of STP_PATCH_SHAPES that the headers name; patches of other shapes are drawn
- * as samples. */
+/* Fill out[chunk->patch_count] with a decoded block's patches, in the GPU's form, but for `first`,
+ * and in the CPU's. shapes: the shapes of STP_PATCH_SHAPES that the headers name; patches of other
+ * shapes are drawn as samples. */
 void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk, uint32_t slot,
                           unsigned shapes);
 void stp_mirror_patches_fill(stp_mirror_patch *out, const stp_chunk *chunk,

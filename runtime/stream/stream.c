@@ -259,19 +259,15 @@ static void write_piece(stp_load *load, const stp_chunk *chunk, unsigned shapes)
 {
     const stp_placement *p = &load->place.placement;
     uint8_t *memory = load->place.memory;
-    uint32_t(*texels)[3] = (uint32_t(*)[3])(void *)memory;
-    uint32_t *colours = texels[stp_texels_samples(p->texels.count)];
-    load->place.narrow = stp_texels_are_narrow(chunk);
-    for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++) {
-        const uint32_t first = p->level_begin[l] - p->texels.begin;
-        const uint32_t count = chunk->level_begin[l][chunk->patch_count];
-        if (load->place.narrow)
-            stp_texels_write_narrow(texels + first, chunk->samples[l], count);
-        else
-            stp_texels_write_wide(texels + first, colours + first, chunk->samples[l], count);
+    uint64_t *texels = (uint64_t *)(void *)memory;
+    stp_gpu_patch *patches = (stp_gpu_patch *)(void *)(memory + stp_load_patches_offset(p));
+    uint32_t at = 0;
+    stp_gpu_patches_fill(patches, chunk, load->place.slot, shapes);
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        patches[i].first = p->texels.begin + at;
+        at += stp_texels_write(texels + at, chunk, i);
     }
-    stp_gpu_patches_fill((stp_gpu_patch *)(void *)(memory + stp_load_patches_offset(p)), chunk,
-                         load->place.slot, shapes);
+    load->place.texels = at;
 }
 
 /* Fills the CPU's copies of the patches, and takes the squares of level 0 from the chunk. */

@@ -51,7 +51,7 @@ typedef struct stp_load_place {
     uint32_t slot;
     stp_range piece; /* of the upload ring */
     uint8_t *memory; /* of the piece: samples, then patches */
-    bool narrow;     /* the samples are (texels.h), so less of their place is used */
+    uint32_t texels; /* of the place that the samples need, if DONE */
     /* By patch: only levels from this one on have room; NULL: all that are wanted. The stream frees
      * the list. */
     uint8_t *finest;

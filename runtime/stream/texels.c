@@ -1,75 +1,202 @@
-/* Writes samples as texels. */
+/* Packs the samples of a patch into texels. */
 #include "runtime/stream/texels.h"
 
 #include <string.h>
 
-#define POSITION_LIMIT 4096u
+enum { X, Y, Z, U, V, FLAGS, RADIUS, RED, GREEN, BLUE, CLASS, INTENSITY, FIELDS };
 
-uint32_t stp_texels_colours(uint32_t begin, uint32_t samples)
+/* Where each field's bits are among the two words of widths, and how many bits tell them. */
+static const struct {
+    uint8_t at, bits;
+    bool is_signed;
+} fields[FIELDS] = {{0, 5, true},  {5, 5, true},   {10, 5, true},  {15, 4, true},
+                    {19, 4, true}, {23, 4, false}, {32, 4, false}, {36, 4, true},
+                    {40, 4, true}, {44, 4, true},  {48, 4, false}, {52, 4, true}};
+#define SHIFT_AT 27
+#define TOTAL_AT 56
+
+static uint32_t normal_of(const stp_sample *s)
 {
-    const uint32_t shift = (3 - begin % 3) % 3;
-    return (begin + samples - (begin + shift) / 3) | shift << 30;
+    return s->normal[0] | (uint32_t)s->normal[1] << 8 | (uint32_t)s->normal[2] << 16;
 }
 
-/* The flags of a surface's normal, by their code: unknown, known, oriented, closed. */
-static const uint8_t known[4] = {0, STP_SAMPLE_HAS_NORMAL,
-                                 STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED,
-                                 STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED | STP_SAMPLE_CLOSED};
-
-/* Four if the flags have no code. */
-static unsigned code_of(uint8_t flags)
+/* A difference modulo 4096, from -2048 to 2047. */
+static int32_t wrap_12(uint32_t difference)
 {
-    unsigned code = 0;
-    while (code < 4 && known[code] != (flags & ~STP_SAMPLE_FIT_MASK))
-        code++;
-    return code;
+    return (int32_t)((difference & 4095u) ^ 2048u) - 2048;
 }
 
-static bool is_narrow(const stp_sample *s)
+/* What is stored of a sample, before signed fields become unsigned. radius: of its level. */
+static void differences(const stp_sample *s, const stp_sample *vertex, uint8_t radius,
+                        int32_t out[FIELDS])
 {
-    return (s->position[0] | s->position[1] | s->position[2]) < (int)POSITION_LIMIT &&
-           (s->class_id | s->intensity) == 0 && code_of(s->flags) < 4;
+    const uint32_t normal = normal_of(s), mean = normal_of(vertex);
+    const unsigned flags = s->flags ^ vertex->flags;
+    for (int k = 0; k < 3; k++) {
+        out[X + k] = (int16_t)(s->position[k] - vertex->position[k]);
+        out[RED + k] = (int8_t)(s->rgb[k] - vertex->rgb[k]);
+    }
+    out[U] = wrap_12(normal - mean);
+    out[V] = wrap_12((normal >> 12) - (mean >> 12));
+    out[FLAGS] = (uint8_t)(flags << 2 | flags >> 6);
+    out[RADIUS] = (uint8_t)(radius - s->radius);
+    out[CLASS] = s->class_id ^ vertex->class_id;
+    out[INTENSITY] = (int8_t)(s->intensity - vertex->intensity);
 }
 
-bool stp_texels_are_narrow(const stp_chunk *chunk)
+static unsigned bits_of(uint32_t number)
 {
-    for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++)
-        for (uint32_t i = 0; i < chunk->level_begin[l][chunk->patch_count]; i++)
-            if (!is_narrow(&chunk->samples[l][i]))
-                return false;
+    return number == 0 ? 0 : 32 - (unsigned)__builtin_clz(number);
+}
+
+/* The bits of a patch's fields. */
+typedef struct widths {
+    unsigned of[FIELDS], shift, total;
+} widths;
+
+/* rows: differences() of count samples. */
+static widths measure(int32_t (*rows)[FIELDS], unsigned count)
+{
+    int32_t any[FIELDS] = {0}, most[FIELDS] = {0};
+    widths w = {.shift = 0};
+    for (unsigned i = 0; i < count; i++)
+        for (int f = 0; f < FIELDS; f++) {
+            any[f] |= rows[i][f];
+            most[f] |= rows[i][f] ^ (rows[i][f] >> 31);
+        }
+    if ((any[U] | any[V]) != 0)
+        w.shift = (unsigned)__builtin_ctz((uint32_t)(any[U] | any[V]));
+    for (int f = 0; f < FIELDS; f++) {
+        const unsigned shift = f == U || f == V ? w.shift : 0;
+        const unsigned sign = fields[f].is_signed && any[f] != 0;
+        w.of[f] = bits_of((uint32_t)most[f] >> shift) + sign;
+        w.total += w.of[f];
+    }
+    return w;
+}
+
+static uint64_t widths_pack(const widths *w)
+{
+    uint64_t texel = (uint64_t)w->shift << SHIFT_AT | (uint64_t)w->total << TOTAL_AT;
+    for (int f = 0; f < FIELDS; f++)
+        texel |= (uint64_t)w->of[f] << fields[f].at;
+    return texel;
+}
+
+static widths widths_unpack(uint64_t texel)
+{
+    widths w = {.shift = texel >> SHIFT_AT & 15u, .total = (unsigned)(texel >> TOTAL_AT)};
+    for (int f = 0; f < FIELDS; f++)
+        w.of[f] = (unsigned)(texel >> fields[f].at) & ((1u << fields[f].bits) - 1);
+    return w;
+}
+
+/* Texels that are written one after the other: the memory may be slow to read. */
+typedef struct bit_writer {
+    uint64_t *out, texel;
+    unsigned filled;
+} bit_writer;
+
+/* width: up to 48. */
+static void put(bit_writer *b, uint64_t bits, unsigned width)
+{
+    b->texel |= bits << b->filled;
+    b->filled += width;
+    if (b->filled < 64)
+        return;
+    *b->out++ = b->texel;
+    b->filled -= 64;
+    b->texel = b->filled == 0 ? 0 : bits >> (width - b->filled);
+}
+
+static void put_fields(bit_writer *b, const int32_t row[FIELDS], const widths *w, int first,
+                       int end)
+{
+    uint64_t bits = 0;
+    unsigned width = 0;
+    for (int f = first; f < end; f++) {
+        const int32_t d = f == U || f == V ? row[f] >> w->shift : row[f];
+        const uint32_t bias = fields[f].is_signed ? 1u << w->of[f] >> 1 : 0;
+        bits |= (uint64_t)((uint32_t)d + bias) << width;
+        width += w->of[f];
+    }
+    put(b, bits, width);
+}
+
+uint32_t stp_texels_write(uint64_t *out, const stp_chunk *chunk, uint32_t patch)
+{
+    int32_t rows[STP_TEXELS_PACKED_LIMIT][FIELDS];
+    unsigned count = 0;
+    const stp_sample *vertex = &chunk->samples[3][chunk->level_begin[3][patch]];
+    memcpy(out, vertex, sizeof *vertex);
+    for (int l = 2; l >= chunk->finest_level; l--)
+        for (uint32_t i = chunk->level_begin[l][patch]; i < chunk->level_begin[l][patch + 1]; i++)
+            differences(&chunk->samples[l][i], vertex, chunk->patches[patch].radius[l],
+                        rows[count++]);
+    if (count == 0)
+        return STP_TEXELS_HEAD - 1;
+    const widths w = measure(rows, count);
+    out[STP_TEXELS_HEAD - 1] = widths_pack(&w);
+    bit_writer b = {.out = out + STP_TEXELS_HEAD};
+    for (unsigned i = 0; i < count; i++) {
+        put_fields(&b, rows[i], &w, X, U);
+        put_fields(&b, rows[i], &w, U, RADIUS);
+        put_fields(&b, rows[i], &w, RADIUS, FIELDS);
+    }
+    if (b.filled > 0)
+        *b.out++ = b.texel;
+    return (uint32_t)(b.out - out);
+}
+
+/* Field f of a sample whose bits begin at `at`, as differences() has it. */
+static uint32_t take(const uint64_t *texels, uint32_t *at, const widths *w, int f)
+{
+    const unsigned width = w->of[f], low = *at & 63u;
+    const uint64_t *from = &texels[STP_TEXELS_HEAD + (*at >> 6)];
+    const uint64_t bits = from[0] >> low | from[1] << 1 << (63 - low);
+    const uint32_t bias = fields[f].is_signed ? 1u << width >> 1 : 0;
+    *at += width;
+    return ((uint32_t)bits & ((1u << width) - 1)) - bias;
+}
+
+/* Adds differences to the vertex. radius: of the sample's level. */
+static void add(stp_sample *vertex, const uint32_t d[FIELDS], unsigned shift, uint8_t radius)
+{
+    stp_sample s = *vertex;
+    const uint32_t mean = normal_of(&s);
+    const uint32_t u = mean + (d[U] << shift), v = (mean >> 12) + (d[V] << shift);
+    for (int k = 0; k < 3; k++) {
+        s.position[k] = (uint16_t)(s.position[k] + d[X + k]);
+        s.rgb[k] = (uint8_t)(s.rgb[k] + d[RED + k]);
+    }
+    s.normal[0] = (uint8_t)u;
+    s.normal[1] = (uint8_t)((u >> 8 & 15u) | v << 4);
+    s.normal[2] = (uint8_t)(v >> 4);
+    s.flags = (uint8_t)(s.flags ^ (d[FLAGS] >> 2 | d[FLAGS] << 6));
+    s.radius = (uint8_t)(radius - d[RADIUS]);
+    s.class_id = (uint8_t)(s.class_id ^ d[CLASS]);
+    s.intensity = (uint8_t)(s.intensity + d[INTENSITY]);
+    *vertex = s;
+}
+
+bool stp_texels_read(const uint64_t *texels, const uint8_t radius[STP_LEVEL_COUNT], uint32_t count,
+                     uint32_t number, stp_sample *out)
+{
+    const widths w = widths_unpack(texels[STP_TEXELS_HEAD - 1]);
+    uint32_t d[FIELDS], at = (number - 1) * w.total;
+    unsigned sum = 0;
+    int level = 2;
+    memcpy(out, texels, sizeof *out);
+    if (number == 0)
+        return true;
+    for (int f = 0; f < FIELDS; f++)
+        sum += w.of[f];
+    if (number > STP_TEXELS_PACKED_LIMIT || sum != w.total || sum > 8 * sizeof *out)
+        return false;
+    for (int f = 0; f < FIELDS; f++)
+        d[f] = take(texels, &at, &w, f);
+    while (level > 0 && number >= stp_level_number(count, level - 1))
+        level--;
+    add(out, d, w.shift, radius[level]);
     return true;
-}
-
-void stp_texels_write_narrow(uint32_t (*out)[3], const stp_sample *samples, uint32_t count)
-{
-    for (uint32_t i = 0; i < count; i++) {
-        const stp_sample *s = &samples[i];
-        const uint32_t normal =
-            s->normal[0] | (uint32_t)s->normal[1] << 8 | (uint32_t)s->normal[2] << 16;
-        out[i][0] = s->position[0] | (uint32_t)s->position[1] << 12 | (uint32_t)s->radius << 24;
-        out[i][1] = s->position[2] | (normal & 4095u) << 12 | (uint32_t)s->rgb[0] << 24;
-        out[i][2] = normal >> 12 | code_of(s->flags) << 12 | (uint32_t)stp_sample_fit_of(s) << 14 |
-                    (uint32_t)s->rgb[1] << 16 | (uint32_t)s->rgb[2] << 24;
-    }
-}
-
-void stp_texels_write_wide(uint32_t (*out)[3], uint32_t *colours, const stp_sample *samples,
-                           uint32_t count)
-{
-    for (uint32_t i = 0; i < count; i++) {
-        memcpy(out[i], &samples[i], STP_TEXEL_BYTES);
-        memcpy(&colours[i], (const uint8_t *)&samples[i] + STP_TEXEL_BYTES, sizeof *colours);
-    }
-}
-
-stp_sample stp_texel_widen(const uint32_t texel[3])
-{
-    const uint32_t x = texel[0], y = texel[1], z = texel[2];
-    const uint32_t normal = (y >> 12 & 4095u) | (z & 4095u) << 12;
-    return (stp_sample){
-        .position = {x & 4095u, x >> 12 & 4095u, y & 4095u},
-        .radius = (uint8_t)(x >> 24),
-        .flags = (uint8_t)(known[z >> 12 & 3u] | (z >> 14 & 3u) << STP_SAMPLE_FIT_SHIFT),
-        .normal = {(uint8_t)normal, (uint8_t)(normal >> 8), (uint8_t)(normal >> 16)},
-        .rgb = {(uint8_t)(y >> 24), (uint8_t)(z >> 16), (uint8_t)(z >> 24)}};
 }

@@ -1,48 +1,52 @@
-/* Samples as texels of the Object Texture, three words each.
+/* Samples as texels of the Object Texture, two words each.
  *
- * If all samples of a block are narrow, a texel is a sample: 12 bytes. Else a texel is the first
- * three words of a sample, and the fourth words (colours) of the block's samples follow them, three
- * a texel. shaders/project/patch.glsl reads both, and has the layout of narrow samples. They lose
- * nothing: each position is less than 4096, class, intensity and the flags that have no place are
- * 0. Threads: any (pure functions). */
+ * A patch begins with its vertex, as formats/chunk/sample.h has it: two texels. If finer levels are
+ * resident, a texel of widths follows, then the samples of these levels bit by bit, coarse levels
+ * first. A field of such a sample tells how far it is from that of the vertex, in as many bits as
+ * the patch needs; a radius, how far it is below the greatest of its level. Nothing is lost.
+ *
+ * The first word of the widths: bits of x, y, z, five bits each; of both parts of the normal and of
+ * the flags, four bits each; by how many bits the steps of normals are shifted, four bits. The
+ * second word: bits of radius, red, green, blue, class and intensity, four bits each; bits of a
+ * sample, eight bits. The fields of a sample have this order, the lowest bits first.
+ *
+ * Let d be value - vertex's, and n its bits. Positions, normals, colours and intensity are stored
+ * as d + 2^(n - 1), and d wraps around at the greatest value; class as vertex's ^ value, flags
+ * likewise, turned by two bits so that the fit comes first. shaders/project/patch.glsl reads all
+ * this. Threads: any (pure functions). */
 #ifndef STP_RUNTIME_STREAM_TEXELS_H
 #define STP_RUNTIME_STREAM_TEXELS_H
 
 #include "formats/chunk/chunk_file.h"
 
-#define STP_TEXEL_BYTES 12
+#define STP_TEXEL_BYTES 8
+/* Shaders may read so many texels behind a patch. */
+#define STP_TEXELS_SPARE 2
+/* Texels of a patch before the samples that are packed. */
+#define STP_TEXELS_HEAD 3
+/* The most packed samples of one patch, and the most texels of it. */
+#define STP_TEXELS_PACKED_LIMIT (STP_PATCH_SAMPLES + 16 + 4)
+#define STP_TEXELS_OF_PATCH (STP_TEXELS_HEAD + 2 * STP_TEXELS_PACKED_LIMIT)
 
-/* In place of stp_texels_colours: the block's samples are narrow. */
-#define STP_TEXELS_NARROW UINT32_C(0xc0000000)
-
-/* The most texels that so many samples take, and how many samples take that. */
-static inline uint64_t stp_texels_most(uint64_t samples)
+/* The most texels that so many samples take. */
+static inline uint64_t stp_texels_most(uint64_t samples, uint64_t patches)
 {
-    return samples + (samples + 2) / 3;
-}
-static inline uint32_t stp_texels_samples(uint32_t most)
-{
-    return (uint32_t)((uint64_t)most * 3 / 4);
-}
-
-/* Where the colours of a block are, if its samples begin at a texel: with s the two highest bits
- * and c the others, that of the sample at index i is word (i + s) % 3 of texel c + (i + s) / 3. */
-uint32_t stp_texels_colours(uint32_t begin, uint32_t samples);
-
-/* The word, counted from the first texel's, of a sample's colour. index: of the sample's texel. */
-static inline uint32_t stp_texels_colour_word(uint32_t colours, uint32_t index)
-{
-    return 3 * (colours & ~STP_TEXELS_NARROW) + (colours >> 30) + index;
+    return 2 * samples + patches;
 }
 
-/* Whether all samples of a decoded block are narrow. */
-bool stp_texels_are_narrow(const stp_chunk *chunk);
-/* Writes the samples of a level into out[i], i from 0 on. */
-void stp_texels_write_narrow(uint32_t (*out)[3], const stp_sample *samples, uint32_t count);
-/* The same, and their colours. */
-void stp_texels_write_wide(uint32_t (*out)[3], uint32_t *colours, const stp_sample *samples,
-                           uint32_t count);
-/* The sample of a narrow texel. */
-stp_sample stp_texel_widen(const uint32_t texel[3]);
+/* The number of a level's first sample in a patch: the vertex has 0. count: of level 0. */
+static inline uint32_t stp_level_number(uint32_t count, int level)
+{
+    const uint32_t of_1 = stp_level_count_above(count), of_2 = stp_level_count_above(of_1);
+    return (level < 3) + (level < 2 ? of_2 : 0) + (level < 1 ? of_1 : 0);
+}
+
+/* Writes the samples of a patch, those of the chunk's levels. Returns the number of texels. */
+uint32_t stp_texels_write(uint64_t *out, const stp_chunk *chunk, uint32_t patch);
+/* Reads a sample of a patch, by its number (stp_level_number). texels: of the patch,
+ * STP_TEXELS_OF_PATCH and STP_TEXELS_SPARE; radius: the patch's greatest codes; count: of level 0.
+ * False if these are the texels of no patch that has the sample. */
+bool stp_texels_read(const uint64_t *texels, const uint8_t radius[STP_LEVEL_COUNT], uint32_t count,
+                     uint32_t number, stp_sample *out);
 
 #endif

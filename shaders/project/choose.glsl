@@ -115,7 +115,7 @@ bool stp_choose_shape(uint index, uint shape, out stp_patch p, out ivec4 levels)
     return stp_shape_of(p, levels.x) == shape;
 }
 
-// The samples of a patch at the chosen levels. Quarter q begins at first[q] in the Object Texture;
+// The samples of a patch at the chosen levels. first[q] is the number of the first one of quarter q in the patch;
 // quarters 0 to q have end[q] samples together.
 struct stp_selection {
     uvec4 first, end;

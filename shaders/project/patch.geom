@@ -23,10 +23,10 @@ void main()
     uint end = min(s.end.w, begin + uint(STP_SHARE));
     uint slot = stp_patch_slot(patch_index[0]);
     uvec4 set = stp_patch_openings(p, slot);
-    bool narrow = stp_narrow(stp_chunk_fetch(slot).colours);
+    stp_packing packing = stp_packing_fetch(patch_index[0]);
     for (uint i = begin; i < end; i++) {
         int q = i < s.end.x ? 0 : i < s.end.y ? 1 : i < s.end.z ? 2 : 3;
-        vec4 position = stp_project(stp_sample_words(i + first[q], narrow), p.origin, p.step, set);
+        vec4 position = stp_project(stp_sample_words(packing, i + first[q]), p.origin, p.step, set);
         if (position.z > 1.0)
             continue;
         position.z = stp_depth_apart(position.z, STP_ORDER_SAMPLE);

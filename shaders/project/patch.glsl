@@ -11,7 +11,7 @@ struct stp_patch {
     vec2 finest_error;    // of level 0: perpendicular, tangential
     vec4 radius;          // greatest of each level
     vec4 variation;       // of each level: of its colours, 0 to 1 (SPEC.md, colour_error)
-    uvec4 first;          // sample index of each level's first sample
+    uvec4 first;          // number of each level's first sample (stp_level_numbers)
     uvec4 count;
     uint flags;           // STP_PATCH_*
     uint finest;          // finest resident level
@@ -24,12 +24,27 @@ struct stp_quarter_errors {
 
 struct stp_chunk {
     vec3 offset;          // origin minus eye, world axes
-    uint colours;         // where the fourth words of samples are (stp_sample_fetch)
     uint finest;          // finest level drawn
     uint id;
     uint depth;
     uint order;           // decides between equal depths
-    uvec4 first;          // sample of each level, less the first patch for level 3
+};
+
+// How the samples of a patch are packed (runtime/stream/texels.h). Loops over samples need not find it anew.
+struct stp_packing {
+    uint first;            // texel of the samples after the vertex
+    uvec4 vertex;          // words
+    uvec2 widths;          // of the fields
+    uint bits;             // of a sample
+    uvec3 place;           // bits of x, y, z
+    uvec3 place_mask;
+    uvec3 place_base;      // of the vertex, less what makes differences positive
+    uint place_bits;
+    uvec3 normal;          // bits of both parts of a normal, and of flags
+    uvec3 normal_mask;
+    uvec2 normal_base;
+    uint radius;           // greatest code of each level, a byte each
+    uvec2 finer;           // numbers of the first samples of levels 0 and 1
 };
 
 struct stp_disc {
@@ -51,15 +66,14 @@ stp_chunk stp_chunk_fetch(uint slot)
 {
     uvec4 a = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS);
     uvec4 b = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 1);
-    uvec4 first = texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 2);
-    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z, b.w, first);
+    return stp_chunk(uintBitsToFloat(a.xyz), a.w, b.x, b.y, b.z);
 }
 
 // The openings through which the patches of a block may be seen: bit i % 32 of word i / 32 stands for
 // openings[i].
 uvec4 stp_chunk_openings(uint slot)
 {
-    return texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 3);
+    return texelFetch(chunk_texture, int(slot) * STP_CHUNK_TEXELS + 2);
 }
 
 // The slot of a patch's chunk.
@@ -86,54 +100,122 @@ uint stp_name_patch(uint name)
     return (name & STP_NAME_SAMPLE) >> STP_NAME_PATCH_SHIFT;
 }
 
-// Where the levels of a patch begin in the Object Texture. b: its second texel.
-uvec4 stp_patch_first(uint patch_index, stp_chunk chunk, uvec4 b)
+// The numbers of the first samples of levels 0 to 3 in a patch. count: its samples of level 0.
+uvec4 stp_level_numbers(uint count)
 {
-    return chunk.first + uvec4(b.y >> 16, b.z & 65535u, b.z >> 16, patch_index);
+    uint of_1 = count + 3u >> 2, of_2 = of_1 + 3u >> 2;
+    return uvec4(1u + of_2 + of_1, 1u + of_2, 1u, 0u);
 }
 
-// Where a sample is in the Object Texture. chunk: of its patch.
-uint stp_name_index(uint name, stp_chunk chunk)
+// The number of a name's sample in its patch. count: of the patch, of level 0.
+uint stp_name_number(uint name, uint count)
 {
-    uint patch_index = stp_name_patch(name);
-    uvec4 first = stp_patch_first(patch_index, chunk, texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS + 1));
+    uvec4 first = stp_level_numbers(count);
     int level = stp_name_level(name);
     uint begin = level == 3 ? first.w : level == 2 ? first.z : level == 1 ? first.y : first.x;
-    return begin + (name & STP_NAME_SAMPLE) - stp_name_of(patch_index, level, 0u);
+    return begin + (name & STP_NAME_SAMPLE) - stp_name_of(stp_name_patch(name), level, 0u);
 }
 
-// Whether the samples of a block are narrow. colours: of the block.
-bool stp_narrow(uint colours)
+// The third texel of a patch tells how many samples it has at level 0.
+uint stp_patch_count(uint patch_index)
 {
-    return colours >> 30 == 3u;
+    return texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS + 2).w >> 16 & 255u;
 }
 
-// A narrow sample as the words of a sample, the lowest bits first: position x, y 12 each, radius 8; position
-// z 12, normal u 12, red 8; normal v 12, normal known, oriented, closed in 2, fit 2, green 8, blue 8. Class and
-// intensity are 0, other flags not set.
-uvec4 stp_narrow_widen(uvec3 t)
+// The words of a patch's vertex (formats/chunk/sample.h), from its first texel on.
+uvec4 stp_vertex_words(uint first)
 {
-    uint flags = 0xb320u >> (t.z >> 10 & 12u) & 15u | (t.z >> 8 & 0xc0u);
-    return uvec4(t.x & 4095u | (t.x & 0xfff000u) << 4, t.y & 4095u | t.x >> 8 & 0xff0000u | flags << 24,
-                 t.y >> 12 & 4095u | (t.z & 4095u) << 12, t.y >> 24 | t.z >> 8 & 0xffff00u);
+    return uvec4(texelFetch(object_texture, int(first)).xy, texelFetch(object_texture, int(first) + 1).xy);
 }
 
-// The first three words of a sample (formats/chunk/sample.h), which are all that projection reads.
-uvec4 stp_sample_words(uint index, bool narrow)
+// The first texel of a patch's samples.
+uint stp_patch_samples(uint patch_index)
 {
-    uvec3 t = texelFetch(object_texture, int(index)).xyz;
-    return narrow ? stp_narrow_widen(t) : uvec4(t, 0u);
+    return texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS + 1).z;
 }
 
-// A sample. If the block is not narrow, the fourth words of its samples follow them, three a texel.
-uvec4 stp_sample_fetch(uint index, uint colours)
+stp_packing stp_packing_make(uint first, uvec4 vertex, uvec2 widths, uint radius, uvec2 finer)
 {
-    bool narrow = stp_narrow(colours);
-    uint place = index + (colours >> 30);
-    uint texel = narrow ? 0u : (colours & 0x3fffffffu) + place / 3u;
-    uint colour = texelFetch(object_texture, int(texel))[place % 3u];
-    uvec4 words = stp_sample_words(index, narrow);
-    return narrow ? words : uvec4(words.xyz, colour);
+    uvec3 place = uvec3(widths.x) >> uvec3(0u, 5u, 10u) & 31u, normal = uvec3(widths.x) >> uvec3(15u, 19u, 23u) & 15u;
+    stp_packing p;
+    p.first = first;
+    p.vertex = vertex;
+    p.widths = widths;
+    p.bits = widths.y >> 24;
+    p.place = place;
+    p.place_mask = (uvec3(1u) << place) - 1u;
+    p.place_base = uvec3(vertex.x, vertex.x >> 16, vertex.y) - (uvec3(1u) << place >> 1u);
+    p.place_bits = place.x + place.y + place.z;
+    p.normal = normal;
+    p.normal_mask = (uvec3(1u) << normal) - 1u;
+    p.normal_base = uvec2(vertex.z, vertex.z >> 12) - (uvec2(1u) << normal.xy >> 1u << (widths.x >> 27));
+    p.radius = radius;
+    p.finer = finer;
+    return p;
+}
+
+stp_packing stp_packing_fetch(uint patch_index)
+{
+    uvec4 c = texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS + 2);
+    uint first = stp_patch_samples(patch_index);
+    return stp_packing_make(first + 3u, stp_vertex_words(first), texelFetch(object_texture, int(first) + 2).xy, c.x,
+                            stp_level_numbers(c.w >> 16 & 255u).xy);
+}
+
+// Bits of words, from bit `from` on, at most 31. next: the word after them.
+uvec4 stp_bits_shift(uvec4 w, uint next, uint from)
+{
+    return w >> from | uvec4(w.yzw, next) << 1u << 31u - from;
+}
+
+// Likewise from a bit up to 63 on, if no word follows.
+uvec4 stp_bits_skip(uvec4 w, uint from)
+{
+    return stp_bits_shift((from & 32u) != 0u ? uvec4(w.yzw, 0u) : w, 0u, from & 31u);
+}
+
+// The lowest bits of a word.
+uint stp_bits_low(uint word, uint bits)
+{
+    return word & (1u << bits) - 1u;
+}
+
+// The same as a difference from the vertex's value.
+uint stp_bits_difference(uint word, uint bits)
+{
+    return stp_bits_low(word, bits) - (1u << bits >> 1u);
+}
+
+// The words of a sample (formats/chunk/sample.h), by its number in the patch. What of it a shader does not use is not
+// computed.
+uvec4 stp_sample_words(stp_packing p, uint number)
+{
+    uint at = (max(number, 1u) - 1u) * p.bits, shift = p.widths.x >> 27;
+    int texel = int(p.first + (at >> 6));
+    uvec2 a = texelFetch(object_texture, texel).xy, b = texelFetch(object_texture, texel + 1).xy;
+    uvec2 c = texelFetch(object_texture, texel + 2).xy;
+    bool second = (at & 32u) != 0u;
+    uvec4 w = stp_bits_shift(second ? uvec4(a.y, b, c.x) : uvec4(a, b), second ? c.y : c.x, at & 31u);
+    uvec4 after_x = stp_bits_shift(w, 0u, p.place.x), after_y = stp_bits_shift(after_x, 0u, p.place.y);
+    uvec3 place = p.place_base + (uvec3(w.x, after_x.x, after_y.x) & p.place_mask) & 65535u;
+    w = stp_bits_skip(w, p.place_bits);
+    uvec3 normal = uvec3(w.x, w.x >> p.normal.x, w.x >> p.normal.x + p.normal.y) & p.normal_mask;
+    uvec2 direction = p.normal_base + (normal.xy << shift) & 4095u;
+    uint flags = normal.z << 30 | normal.z << 22 & 0x3f000000u;
+    w = stp_bits_skip(w, p.normal.x + p.normal.y + p.normal.z);
+    uvec4 look = uvec4(p.widths.y) >> uvec4(0u, 4u, 8u, 12u) & 15u;
+    uvec2 kind = uvec2(p.widths.y) >> uvec2(16u, 20u) & 15u;
+    int level = number >= p.finer.x ? 0 : number >= p.finer.y ? 8 : 16;
+    uint radius = (p.radius >> level) - stp_bits_low(w.x, look.x) & 255u;
+    uint red = p.vertex.w + stp_bits_difference(w.x >> look.x, look.y) & 255u;
+    uint green = (p.vertex.w >> 8) + stp_bits_difference(w.x >> look.x + look.y, look.z) & 255u;
+    uint blue = (p.vertex.w >> 16) + stp_bits_difference(w.x >> look.x + look.y + look.z, look.w) & 255u;
+    w = stp_bits_skip(w, look.x + look.y + look.z + look.w);
+    uint class_id = stp_bits_low(w.x, kind.x) << 24 ^ p.vertex.z & 0xff000000u;
+    uint intensity = (p.vertex.w >> 24) + stp_bits_difference(w.x >> kind.x, kind.y);
+    uvec4 words = uvec4(place.x | place.y << 16, place.z | radius << 16 | (flags ^ p.vertex.y & 0xff000000u),
+                        direction.x | direction.y << 12 | class_id, red | green << 8 | blue << 16 | intensity << 24);
+    return number == 0u ? p.vertex : words;
 }
 
 // A patch's origin relative to the eye, world axes, and its step.
@@ -210,7 +292,7 @@ stp_patch stp_patch_fetch(uint index, stp_chunk chunk)
     p.count.y = p.count.x + 3u >> 2;
     p.count.z = p.count.y + 3u >> 2;
     p.count.w = 1u;
-    p.first = stp_patch_first(index, chunk, b);
+    p.first = stp_level_numbers(p.count.x);
     return p;
 }
 

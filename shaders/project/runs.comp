@@ -38,12 +38,15 @@ void stp_list(uint listed)
     uint at = atomicAdd(run_count, total);
     atomicAdd(points_listed, s.end.w);
     atomicMax(groups_y, (at + total - 1u) / (groups_x * STP_GROUP_RUNS) + 1u);
-    seen[2u * listed] = floatBitsToUint(vec4(p.origin, p.step)) | uvec4(0u, 0u, 0u, stp_narrow(chunk.colours) ? patch_index | STP_SEEN_NARROW : patch_index);
+    stp_packing packing = stp_packing_fetch(patch_index);
+    seen[STP_SEEN_SIZE * listed] = floatBitsToUint(vec4(p.origin, p.step)) | uvec4(0u, 0u, 0u, patch_index);
+    seen[STP_SEEN_SIZE * listed + 1u] = stp_patch_openings(p, slot);
+    seen[STP_SEEN_SIZE * listed + 2u] = uvec4(packing.first, packing.widths, packing.vertex.x);
+    seen[STP_SEEN_SIZE * listed + 3u] = uvec4(packing.vertex.yz, 0u, 0u);
     uvec4 places = stp_selection_names(s, 0u, p, levels);
-    seen[2u * listed + 1u] = stp_patch_openings(p, slot);
     for (int q = 0; q < STP_QUARTERS; q++)
         for (uint i = 0u; i < count[q]; i += STP_RUN_SAMPLES) {
-            runs[at] = stp_run_pack(s.first[q] + i, min(count[q] - i, STP_RUN_SAMPLES), listed, places[q] + i);
+            runs[at] = stp_run_pack(listed, s.first[q] + i, places[q] + i, min(count[q] - i, STP_RUN_SAMPLES));
             at++;
         }
 }

@@ -16,17 +16,19 @@ layout(std430, binding = 2) buffer stp_runs_block {
     uint points_listed;
     uint unused;
     uint dropped[STP_DROP_COUNTERS * STP_DROP_STRIDE]; // their sum: samples in runs that are not drawn
-    uvec2 runs[]; // first sample | (samples - 1) << 29; index of the patch in sight | place in the patch << 22
+    // Index of the patch in sight; number of the first sample in the patch | place of its name << 8 | samples << 16.
+    uvec2 runs[];
 };
 
-// Two uvec4 for each patch in sight. First: bits of its lattice, that is origin relative to the eye,
-// and step, a power of 2, in whose low bits its number is, and STP_SEEN_NARROW. Second: stp_patch_openings.
-#define STP_SEEN_NARROW 0x400000u // its samples are narrow
+// Four uvec4 for each patch in sight. First: bits of its lattice, that is origin relative to the eye,
+// and step, a power of 2, in whose low bits its number is. Second: stp_patch_openings. Then the members of its
+// stp_packing that projection needs: first, widths, and three words of the vertex.
+#define STP_SEEN_SIZE 4u
 layout(std430, binding = 3) buffer stp_seen_block {
     uvec4 seen[];
 };
 
-uvec2 stp_run_pack(uint first, uint count, uint listed, uint place)
+uvec2 stp_run_pack(uint listed, uint number, uint place, uint count)
 {
-    return uvec2(first | count - 1u << 29, listed | place << 22);
+    return uvec2(listed, number | place << 8 | count << 16);
 }

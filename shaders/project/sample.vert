@@ -11,9 +11,8 @@ void main()
 {
     id = uint(gl_VertexID);
     uint patch_index = stp_name_patch(id), slot = stp_patch_slot(patch_index);
-    stp_chunk chunk = stp_chunk_fetch(slot);
-    vec4 lattice = stp_lattice_fetch(patch_index, chunk.offset);
-    uvec4 texel = stp_sample_words(stp_name_index(id, chunk), stp_narrow(chunk.colours));
+    vec4 lattice = stp_lattice_fetch(patch_index, stp_chunk_fetch(slot).offset);
+    uvec4 texel = stp_sample_words(stp_packing_fetch(patch_index), stp_name_number(id, stp_patch_count(patch_index)));
     gl_Position = stp_project(texel, lattice.xyz, lattice.w, stp_chunk_openings(slot));
     gl_Position.z = stp_depth_apart(gl_Position.z, vertices ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
 }

@@ -117,7 +117,7 @@ stp_disc stp_disc_alone(stp_disc disc)
     return disc;
 }
 
-// The vertices of a sample's level in its patch, in the Object Texture: the first, and one past the last.
+// The numbers of the vertices of a sample's level in its patch: the first, and one past the last.
 uvec2 stp_level_ends(uint id, stp_chunk chunk)
 {
     stp_patch p = stp_patch_fetch(stp_name_patch(id), chunk);
@@ -146,23 +146,24 @@ stp_disc stp_disc_of(uint name, uint id, stp_chunk chunk, vec2 window)
 #endif
     return stp_square_disc(name, window);
 #endif
-    uint index = stp_name_index(id, chunk);
+    stp_packing packing = stp_packing_fetch(stp_name_patch(id));
+    uint number = stp_name_number(id, stp_patch_count(stp_name_patch(id)));
     vec4 lattice = stp_lattice_fetch(stp_name_patch(id), chunk.offset);
 #if STP_LINES
     if ((name & STP_NAME_SEGMENT) != 0u) {
-        stp_disc a = stp_vertex_fetch(index, lattice, chunk.colours);
-        stp_disc b = stp_vertex_fetch(index + 1u, lattice, chunk.colours);
+        stp_disc a = stp_vertex_fetch(packing, number, lattice);
+        stp_disc b = stp_vertex_fetch(packing, number + 1u, lattice);
         if ((name & STP_NAME_TRIANGLE) == 0u)
             return stp_segment_disc(a, b, window);
         uvec2 ends = stp_level_ends(id, chunk);
-        return stp_ribbon_disc(stp_ribbon_between(a, b, index, ends, lattice), window);
+        return stp_ribbon_disc(stp_ribbon_between(a, b, packing, number, ends, lattice), window);
     }
 #endif
 #if STP_TRIANGLES
     if ((name & STP_NAME_TRIANGLE) != 0u)
-        return stp_triangle_disc(index, lattice, chunk.colours, window);
+        return stp_triangle_disc(packing, number, lattice, window);
 #endif
-    return stp_disc_alone(stp_vertex_fetch(index, lattice, chunk.colours));
+    return stp_disc_alone(stp_vertex_fetch(packing, number, lattice));
 }
 
 // The pixel of a disc as seen from a window position. name: what it is drawn as; id: of the name.

@@ -12,10 +12,10 @@ layout(location = 6) uniform bool first_pass;
 const uint RAISED = 0xfffffffeu; // later passes: a nearer depth that has no name yet
 
 // The pixel and the depth of a sample. False if the sample is not drawn.
-bool stp_scatter_place(stp_projected s, out ivec2 pixel, out uint bits)
+bool stp_scatter_place(stp_run r, uvec4 texel, out ivec2 pixel, out uint bits)
 {
     float z;
-    bool drawn = stp_place(stp_sample_words(s.index, s.narrow), s.lattice.xyz, s.lattice.w, s.openings, pixel, z);
+    bool drawn = stp_place(texel, r.lattice.xyz, r.lattice.w, r.openings, pixel, z);
     // The list holds patch vertices, the runs hold other samples.
     z = stp_depth_apart(z, STP_LISTED != 0 ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
     bits = floatBitsToUint(z);

@@ -12,13 +12,15 @@ void main()
 {
     stp_frame_hold();
     bool first = first_pass;
-    uint end = stp_end_place();
-    for (uint place = stp_first_place(); place < end; place += STP_PLACE_STEP) {
-        stp_projected s;
-        ivec2 pixel;
-        uint bits;
-        if (stp_find(place, s) && stp_scatter_place(s, pixel, bits) && imageLoad(nearest_depth, pixel).x < bits &&
-            imageAtomicMax(nearest_depth, pixel, bits) < bits && !first)
-            imageStore(nearest_sample, pixel, uvec4(RAISED));
+    uint end = stp_end_run();
+    for (uint run = stp_first_run(); run < end; run += STP_RUN_STEP) {
+        stp_run r = stp_run_fetch(run);
+        for (uint i = 0u; i < stp_run_count(r); i++) {
+            ivec2 pixel;
+            uint bits;
+            if (stp_scatter_place(r, stp_run_sample(r, i).texel, pixel, bits) &&
+                imageLoad(nearest_depth, pixel).x < bits && imageAtomicMax(nearest_depth, pixel, bits) < bits && !first)
+                imageStore(nearest_sample, pixel, uvec4(RAISED));
+        }
     }
 }

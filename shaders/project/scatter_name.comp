@@ -21,13 +21,11 @@ bool comes_first(uint a, uint b)
 }
 
 // Whether a sample has the nearest depth of its pixel.
-bool is_nearest(uint place, out stp_projected s, out ivec2 pixel, out bool dropped)
+bool is_nearest(stp_run r, stp_projected s, out ivec2 pixel, out bool drawn)
 {
     uint bits;
-    bool there = stp_find(place, s);
-    bool drawn = stp_scatter_place(s, pixel, bits);
-    dropped = there && !drawn;
-    return there && drawn && imageLoad(nearest_depth, pixel).x == bits;
+    drawn = stp_scatter_place(r, s.texel, pixel, bits);
+    return drawn && imageLoad(nearest_depth, pixel).x == bits;
 }
 
 // Gives a pixel to a sample that comes before the one it has a name of, if `asked`.
@@ -52,22 +50,27 @@ void main()
     stp_frame_hold();
     bool counts = counting, met = false;
     uint not_drawn = 0u;
-    uint unnamed = first_pass ? STP_NO_SAMPLE : RAISED, end = stp_end_place();
-    for (uint place = stp_first_place(); place < end; place += STP_PLACE_STEP) {
-        stp_projected s;
-        ivec2 pixel;
-        bool dropped;
-        if (is_nearest(place, s, pixel, dropped) &&
-            imageAtomicCompSwap(nearest_sample, pixel, unnamed, s.name) < RAISED)
-            met = true;
-        not_drawn += uint(dropped);
+    uint unnamed = first_pass ? STP_NO_SAMPLE : RAISED, end = stp_end_run();
+    for (uint run = stp_first_run(); run < end; run += STP_RUN_STEP) {
+        stp_run r = stp_run_fetch(run);
+        for (uint i = 0u; i < stp_run_count(r); i++) {
+            stp_projected s = stp_run_sample(r, i);
+            ivec2 pixel;
+            bool drawn;
+            if (is_nearest(r, s, pixel, drawn) && imageAtomicCompSwap(nearest_sample, pixel, unnamed, s.name) < RAISED)
+                met = true;
+            not_drawn += uint(!drawn);
+        }
     }
     if (counts && not_drawn > 0u)
         stp_count_dropped(not_drawn);
-    for (uint place = met ? stp_first_place() : end; place < end; place += STP_PLACE_STEP) {
-        stp_projected s;
-        ivec2 pixel;
-        bool dropped, nearest = is_nearest(place, s, pixel, dropped);
-        settle(pixel, s.name, nearest);
+    for (uint run = met ? stp_first_run() : end; run < end; run += STP_RUN_STEP) {
+        stp_run r = stp_run_fetch(run);
+        for (uint i = 0u; i < stp_run_count(r); i++) {
+            stp_projected s = stp_run_sample(r, i);
+            ivec2 pixel;
+            bool drawn, nearest = is_nearest(r, s, pixel, drawn);
+            settle(pixel, s.name, nearest);
+        }
     }
 }

@@ -1,10 +1,9 @@
 // The disc where a pixel sees a segment, a triangle (MKC08, section 4), or the cell of a grid's
 // sample. Needs layout.glsl, patch.glsl, project.glsl, square.glsl, pixel.glsl, ellipse.glsl.
 
-// colours: of its block.
-stp_disc stp_vertex_fetch(uint index, vec4 lattice, uint colours)
+stp_disc stp_vertex_fetch(stp_packing packing, uint number, vec4 lattice)
 {
-    return stp_disc_decode(stp_sample_fetch(index, colours), lattice.xyz, lattice.w);
+    return stp_disc_decode(stp_sample_words(packing, number), lattice.xyz, lattice.w);
 }
 
 vec2 stp_window_of(vec3 position)
@@ -80,10 +79,10 @@ vec2 stp_triangle_hold(vec2 parts)
 }
 
 // The triangle of a corner and the next two, seen at a window position, as a disc.
-stp_disc stp_triangle_disc(uint index, vec4 lattice, uint colours, vec2 window)
+stp_disc stp_triangle_disc(stp_packing packing, uint number, vec4 lattice, vec2 window)
 {
-    stp_disc a = stp_vertex_fetch(index, lattice, colours), b = stp_vertex_fetch(index + 1u, lattice, colours);
-    stp_disc c = stp_vertex_fetch(index + 2u, lattice, colours);
+    stp_disc a = stp_vertex_fetch(packing, number, lattice), b = stp_vertex_fetch(packing, number + 1u, lattice);
+    stp_disc c = stp_vertex_fetch(packing, number + 2u, lattice);
     vec2 parts = stp_triangle_hold(stp_triangle_meet(a.position, b.position, c.position, window));
     float sum = parts.x + parts.y;
     return stp_disc_mix(a, stp_disc_mix(b, c, parts.y / max(sum, 1e-30)), sum);
@@ -104,21 +103,20 @@ vec3 stp_ribbon_half(stp_disc v, vec3 before, vec3 after)
     return square > 0.0 ? side * (v.radius * inversesqrt(square)) : vec3(0.0);
 }
 
-// Of a strip, whose samples are never narrow.
-vec3 stp_vertex_place(uint index, vec4 lattice)
+vec3 stp_vertex_place(stp_packing packing, uint number, vec4 lattice)
 {
-    return stp_to_eye(stp_sample_position(stp_sample_words(index, false), lattice.xyz, lattice.w));
+    return stp_to_eye(stp_sample_position(stp_sample_words(packing, number), lattice.xyz, lattice.w));
 }
 
-// The flat piece between vertex `index` (a) and the next (b). The level's vertices are ends.x up to
+// The flat piece between the vertex of a number (a) and the next (b). The level's vertices are ends.x up to
 // before ends.y.
-stp_ribbon stp_ribbon_between(stp_disc a, stp_disc b, uint index, uvec2 ends, vec4 lattice)
+stp_ribbon stp_ribbon_between(stp_disc a, stp_disc b, stp_packing packing, uint number, uvec2 ends, vec4 lattice)
 {
     stp_ribbon r;
     r.a = a;
     r.b = b;
-    vec3 before = index > ends.x ? stp_vertex_place(index - 1u, lattice) : r.a.position;
-    vec3 after = index + 2u < ends.y ? stp_vertex_place(index + 2u, lattice) : r.b.position;
+    vec3 before = number > ends.x ? stp_vertex_place(packing, number - 1u, lattice) : r.a.position;
+    vec3 after = number + 2u < ends.y ? stp_vertex_place(packing, number + 2u, lattice) : r.b.position;
     r.a_half = stp_ribbon_half(r.a, before, r.b.position);
     r.b_half = stp_ribbon_half(r.b, r.a.position, after);
     r.b_half = dot(r.a_half, r.b_half) < 0.0 ? -r.b_half : r.b_half;

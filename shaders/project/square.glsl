@@ -5,7 +5,6 @@
 struct stp_square {
     vec4 lattice;     // of its patch: origin relative to the eye, step
     uvec2 mask;       // bit i % 32 of word i / 32: sample i in Morton order is there
-    uint first;       // of level 0, in the Object Texture
     uint patch_index;
 };
 
@@ -13,7 +12,7 @@ stp_square stp_square_fetch(uint listed)
 {
     int base = int(listed) * STP_SQUARE_TEXELS;
     uvec4 m = texelFetch(square_texture, base + 1);
-    return stp_square(uintBitsToFloat(texelFetch(square_texture, base)), m.xy, m.z, m.w);
+    return stp_square(uintBitsToFloat(texelFetch(square_texture, base)), m.xy, m.z);
 }
 
 // The vector with this component along an axis (0 x, 1 y, 2 z), and these along the two that follow.
@@ -48,12 +47,6 @@ mat2x3 stp_square_grid_fetch(uint listed)
 uint stp_square_flags(uint listed)
 {
     return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 3).w;
-}
-
-// Of the square's block.
-uint stp_square_colours(uint listed)
-{
-    return texelFetch(square_texture, int(listed) * STP_SQUARE_TEXELS + 6).w;
 }
 
 // The place of a column and a row in Morton order.
@@ -122,7 +115,7 @@ struct stp_square_sample {
 struct stp_square_read {
     bool drawn;
     stp_square square;
-    uint colours; // of its block
+    stp_packing packing; // of its patch
 };
 
 // The square at this side of a square, or itself: -1, 0 or 1 by columns and by rows.
@@ -131,7 +124,8 @@ stp_square_read stp_square_read_beside(uint listed, ivec2 side)
     uint beside = side == ivec2(0) ? listed : stp_square_beside(listed, side);
     bool drawn = beside != STP_NO_SAMPLE;
     uint read = drawn ? beside : listed;
-    return stp_square_read(drawn, stp_square_fetch(read), stp_square_colours(read));
+    stp_square square = stp_square_fetch(read);
+    return stp_square_read(drawn, square, stp_packing_fetch(square.patch_index));
 }
 
 // The sample at a column and row, modulo 8.
@@ -140,8 +134,7 @@ stp_square_sample stp_square_sample_in(stp_square_read of, ivec2 at)
     uint place = stp_square_place(uvec2(at & 7));
     stp_square_sample c;
     c.there = of.drawn && stp_square_has(of.square.mask, place);
-    uint index = of.square.first + (c.there ? stp_square_rank(of.square.mask, place) : 0u);
-    c.texel = stp_sample_fetch(index, of.colours);
+    c.texel = stp_sample_words(of.packing, of.packing.finer.x + (c.there ? stp_square_rank(of.square.mask, place) : 0u));
     c.there = c.there && !stp_sample_left_out(c.texel);
     c.lattice = of.square.lattice;
     c.place = stp_sample_position(c.texel, c.lattice.xyz, c.lattice.w);

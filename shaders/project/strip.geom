@@ -25,15 +25,16 @@ void main()
     uint first = s.first.x + uint(gl_InvocationID) * uint(STP_SHARE);
     uint end = min(s.first.x + s.end.w, first + uint(STP_SHARE) + 1u);
     vec4 lattice = vec4(p.origin, p.step);
+    stp_packing packing = stp_packing_fetch(patch_index[0]);
     uint to_name = stp_name_of(patch_index[0], levels.x, 0u) - p.first[levels.x];
     for (uint i = first; i < end; i++) {
-        uvec4 texel = stp_sample_words(i, false);
+        uvec4 texel = stp_sample_words(packing, i);
         // The rasteriser takes a segment's name from its last vertex; the name is the first
         // vertex's.
         stp_corner_set(stp_sample_position(texel, p.origin, p.step), i - 1u + to_name | STP_NAME_SEGMENT);
         EmitVertex();
         bool wide = i + 1u < end && stp_ribbon_wide(stp_disc_decode(texel, p.origin, p.step),
-                                                    stp_vertex_fetch(i + 1u, lattice, 0u));
+                                                    stp_vertex_fetch(packing, i + 1u, lattice));
         if (stp_sample_left_out(texel) || wide) // leaves out the next segment
             EndPrimitive();
     }

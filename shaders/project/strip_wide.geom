@@ -84,13 +84,14 @@ void main()
     uint first = ends.x + uint(gl_InvocationID * STP_WIDE_SHARE);
     uint end = min(ends.y - 1u, first + uint(STP_WIDE_SHARE));
     vec4 lattice = vec4(p.origin, p.step);
+    stp_packing packing = stp_packing_fetch(patch_index[0]);
     uint to_name = stp_name_of(patch_index[0], levels.x, 0u) - p.first[levels.x];
     for (uint i = first; i < end; i++) {
-        if (stp_sample_left_out(stp_sample_words(i, false)))
+        if (stp_sample_left_out(stp_sample_words(packing, i)))
             continue;
-        stp_disc a = stp_vertex_fetch(i, lattice, 0u), b = stp_vertex_fetch(i + 1u, lattice, 0u);
+        stp_disc a = stp_vertex_fetch(packing, i, lattice), b = stp_vertex_fetch(packing, i + 1u, lattice);
         if (stp_ribbon_wide(a, b))
-            stp_ribbon_emit(stp_ribbon_between(a, b, i, ends, lattice), i + to_name | STP_NAME_RIBBON);
+            stp_ribbon_emit(stp_ribbon_between(a, b, packing, i, ends, lattice), i + to_name | STP_NAME_RIBBON);
 #if STP_SPLAT
         else
             stp_rectangle_emit(a, b, i + to_name | STP_NAME_SEGMENT);

@@ -22,12 +22,13 @@ void main()
         return;
     uint begin = uint(gl_InvocationID * STP_TRIANGLE_SHARE);
     uint end = min(p.count[0] / 3u, begin + uint(STP_TRIANGLE_SHARE));
+    stp_packing packing = stp_packing_fetch(patch_index[0]);
     for (uint i = begin; i < end; i++) {
         uint first = p.first[0] + 3u * i;
-        if (stp_sample_left_out(stp_sample_words(first, false)))
+        if (stp_sample_left_out(stp_sample_words(packing, first)))
             continue;
         for (uint k = first; k < first + 3u; k++) {
-            stp_corner_set(stp_sample_position(stp_sample_words(k, false), p.origin, p.step),
+            stp_corner_set(stp_sample_position(stp_sample_words(packing, k), p.origin, p.step),
                            stp_name_of(patch_index[0], 0, 3u * i) | STP_NAME_TRIANGLE);
             EmitVertex();
         }

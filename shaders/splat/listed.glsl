@@ -1,35 +1,54 @@
 // The samples that a picture projects. They are in runs, or, if STP_LISTED, in a list of names of patch
-// vertices (STP_LISTED_VERTICES) or of whatever the CPU chose. A software driver runs both sides of a branch, so each
-// needs a program of its own (stp_each in runtime/draw/runs.h). An invocation goes through several
-// samples:
+// vertices (STP_LISTED_VERTICES) or of whatever the CPU chose, one a run. A software driver runs both sides of a
+// branch, so each needs a program of its own (stp_each in runtime/draw/runs.h). An invocation goes through the
+// samples of some runs:
 //
-//     for (uint place = stp_first_place(); place < stp_end_place(); place += STP_PLACE_STEP)
-//         if (stp_find(place, s)) ...
+//     for (uint run = stp_first_run(); run < stp_end_run(); run += STP_RUN_STEP) {
+//         stp_run r = stp_run_fetch(run);
+//         for (uint i = 0u; i < stp_run_count(r); i++)
+//             ... stp_run_sample(r, i)
+//     }
 //
 // Needs layout.glsl, patch.glsl, project.glsl, runs.glsl.
 
-#define STP_PLACE_STEP 64u // size of a group
-#define STP_GROUP_PLACES (STP_GROUP_RUNS * STP_RUN_SAMPLES)
+#define STP_RUN_STEP 64u // size of a group
 
-layout(local_size_x = STP_PLACE_STEP) in;
+layout(local_size_x = STP_RUN_STEP) in;
+
+// Some samples of a patch, one after the other.
+struct stp_run {
+    uint number, name; // of the first
+    uint count;        // stp_run_count
+    stp_packing packing;
+    vec4 lattice;      // of the patch: origin relative to the eye, step
+    uvec4 openings;    // for stp_culled
+};
 
 // A sample to project.
 struct stp_projected {
-    uint index;     // in the Object Texture
     uint name;
-    bool narrow;
-    vec4 lattice;   // of its patch: origin relative to the eye, step
-    uvec4 openings; // for stp_culled
+    uvec4 texel;
 };
 
-uint stp_group_place()
+stp_projected stp_run_sample(stp_run r, uint i)
 {
-    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * STP_GROUP_PLACES;
+    return stp_projected(r.name + i, stp_sample_words(r.packing, r.number + i));
 }
 
-uint stp_first_place()
+#if STP_LISTED
+#define STP_GROUP_LISTED (STP_GROUP_RUNS * STP_RUN_SAMPLES)
+#else
+#define STP_GROUP_LISTED STP_GROUP_RUNS
+#endif
+
+uint stp_group_run()
 {
-    return stp_group_place() + gl_LocalInvocationID.x;
+    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * STP_GROUP_LISTED;
+}
+
+uint stp_first_run()
+{
+    return stp_group_run() + gl_LocalInvocationID.x;
 }
 
 #if STP_LISTED
@@ -39,26 +58,37 @@ layout(std430, binding = 1) readonly buffer stp_listed_block {
 
 layout(location = 4) uniform uint listed_count;
 
-uint stp_end_place()
+uint stp_end_run()
 {
-    return min(stp_group_place() + STP_GROUP_PLACES, listed_count);
+    return min(stp_group_run() + STP_GROUP_LISTED, listed_count);
 }
 
-// The sample at a place; false if there is none.
-bool stp_find(uint place, out stp_projected s)
+uint stp_run_count(stp_run r)
 {
-    s.name = listed[place];
-    uint patch_index = stp_name_patch(s.name), slot = stp_patch_slot(patch_index);
-    stp_chunk chunk = stp_chunk_fetch(slot);
+    return 1u;
+}
+
+stp_run stp_run_fetch(uint run)
+{
+    stp_run r;
+    r.name = listed[run];
+    uint patch_index = stp_name_patch(r.name), slot = stp_patch_slot(patch_index);
 #ifdef STP_LISTED_VERTICES
-    s.index = chunk.first.w + patch_index;
+    r.number = 0u;
+    r.packing.vertex = stp_vertex_words(stp_patch_samples(patch_index));
 #else
-    s.index = stp_name_index(s.name, chunk);
+    r.number = stp_name_number(r.name, stp_patch_count(patch_index));
+    r.packing = stp_packing_fetch(patch_index);
 #endif
-    s.narrow = stp_narrow(chunk.colours);
-    s.lattice = stp_lattice_fetch(patch_index, chunk.offset);
-    s.openings = stp_chunk_openings(slot);
-    return true;
+    r.lattice = stp_lattice_fetch(patch_index, stp_chunk_fetch(slot).offset);
+    r.openings = stp_chunk_openings(slot);
+    return r;
+}
+
+// The place of a sample among those of all runs.
+uint stp_run_place(uint run, uint i)
+{
+    return run;
 }
 
 // No road checks listed samples one by one (runtime/draw/runs.h).
@@ -69,22 +99,35 @@ void stp_count_dropped(uint count)
 layout(rg32ui, binding = 2) readonly uniform uimageBuffer run_image;    // the buffer of runs
 layout(rgba32ui, binding = 3) readonly uniform uimageBuffer seen_image; // the buffer of patches in sight
 
-uint stp_end_place()
+uint stp_end_run()
 {
-    return min(stp_group_place() + STP_GROUP_PLACES, run_count * STP_RUN_SAMPLES);
+    return min(stp_group_run() + STP_GROUP_LISTED, run_count);
 }
 
-bool stp_find(uint place, out stp_projected s)
+uint stp_run_count(stp_run r)
 {
-    uvec2 run = imageLoad(run_image, int(place / STP_RUN_SAMPLES + STP_RUN_HEAD)).xy;
-    uint lane = place % STP_RUN_SAMPLES, patch_in_sight = run.y & 0x3fffffu;
-    s.index = (run.x & 0x1fffffffu) + lane;
-    uvec4 lattice = imageLoad(seen_image, int(2u * patch_in_sight));
-    s.narrow = (lattice.w & STP_SEEN_NARROW) != 0u;
-    s.name = ((lattice.w & STP_SEEN_NARROW - 1u) << STP_NAME_PATCH_SHIFT) + (run.y >> 22) + lane;
-    s.lattice = uintBitsToFloat(uvec4(lattice.xyz, lattice.w & 0xff800000u));
-    s.openings = imageLoad(seen_image, int(2u * patch_in_sight + 1u));
-    return lane <= run.x >> 29;
+    return r.count;
+}
+
+// Without what projection does not need of the packing.
+stp_run stp_run_fetch(uint run)
+{
+    uvec2 words = imageLoad(run_image, int(run + STP_RUN_HEAD)).xy;
+    int seen_at = int(STP_SEEN_SIZE * words.x);
+    uvec4 lattice = imageLoad(seen_image, seen_at), first = imageLoad(seen_image, seen_at + 2);
+    stp_run r;
+    r.number = words.y & 255u;
+    r.name = ((lattice.w & 0x7fffffu) << STP_NAME_PATCH_SHIFT) + (words.y >> 8 & 255u);
+    r.count = words.y >> 16;
+    r.packing = stp_packing_make(first.x, uvec4(first.w, imageLoad(seen_image, seen_at + 3).xy, 0u), first.yz, 0u, uvec2(0u));
+    r.lattice = uintBitsToFloat(uvec4(lattice.xyz, lattice.w & 0xff800000u));
+    r.openings = imageLoad(seen_image, seen_at + 1);
+    return r;
+}
+
+uint stp_run_place(uint run, uint i)
+{
+    return run * STP_RUN_SAMPLES + i;
 }
 
 // Counts dropped samples of the runs.

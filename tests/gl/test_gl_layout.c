@@ -1,35 +1,14 @@
 /* Tests the packed layouts of shaders/layout.glsl and patch.glsl against the C structs of
  * runtime/gl/gpu_layout.h. The uniform block is compared by the driver's own offsets; patches,
  * chunks and samples are decoded from the textures by a shader. */
-#include "runtime/gl/shader.h"
 #include "tests/fixtures/gl_fixture.h"
+#include "tests/fixtures/gl_program.h"
 #include "tests/fixtures/scan/scan_fixture.h"
 
 #include <stddef.h>
 #include <sys/stat.h>
 
-static const stp_variant variant = {.geometry_invocations = 1};
-
 #define FOLDER "layout-shaders"
-
-/* Compiles a text as a compute shader with the project's includes. */
-static GLuint compute_program(const char *text)
-{
-    char defines[STP_VARIANT_DEFINES_BYTES];
-    char *source = NULL, log[4096] = "";
-    GLint good = 0;
-    mkdir(FOLDER, 0777);
-    scan_fixture_text(FOLDER "/decode.comp", text);
-    stp_variant_defines(&variant, defines);
-    check_ok(stp_shader_text(&source, "decode.comp", defines, FOLDER, err));
-    GLuint program = glCreateShaderProgramv(GL_COMPUTE_SHADER, 1, (const char *const *)&source);
-    glGetProgramiv(program, GL_LINK_STATUS, &good);
-    glGetProgramInfoLog(program, sizeof log, NULL, log);
-    free(source);
-    if (!good)
-        fail_msg("%s", log);
-    return program;
-}
 
 static const char decode[] =
     "#include \"layout.glsl\"\n"
@@ -52,9 +31,8 @@ static const char decode[] =
     "    for (int i = 0; i < 8; i++) put(float(hidden[i >> 2][i & 3]));\n"
     "    put4(openings[0]); put4(openings[127]);\n"
     "    stp_chunk c = stp_chunk_fetch(1u);\n"
-    "    put3(c.offset); put(float(c.colours & 65535u)); put(float(c.colours >> 30)); "
-    "put(float(c.finest)); put(float(c.id));\n"
-    "    put(float(c.depth)); put(float(c.order)); put4(vec4(c.first));\n"
+    "    put3(c.offset); put(float(c.finest)); put(float(c.id));\n"
+    "    put(float(c.depth)); put(float(c.order));\n"
     "    put4(vec4(stp_chunk_openings(1u)));\n"
     "    vec4 lattice = stp_lattice_fetch(2u, c.offset);\n"
     "    put3(lattice.xyz - c.offset); put(lattice.w); put(float(stp_patch_slot(2u)));\n"
@@ -74,22 +52,22 @@ static const char decode[] =
     "        uint name = stp_name_of(2u, l, l < 3 ? 3u : 0u);\n"
     "        put(float(name)); put(float(stp_name_level(name)));\n"
     "        put(float(stp_name_patch(name | STP_NAME_RIBBON)));\n"
-    "        put(float(stp_name_index(name | STP_NAME_RIBBON, c)));\n"
+    "        put(float(stp_name_number(name | STP_NAME_RIBBON, stp_patch_count(2u))));\n"
     "    }\n"
     "    stp_square s = stp_square_fetch(1u);\n"
-    "    put4(s.lattice); put(float(s.mask.x)); put(float(s.mask.y)); put(float(s.first)); "
-    "put(float(s.patch_index));\n"
+    "    put4(s.lattice); put(float(s.mask.x)); put(float(s.mask.y)); put(float(s.patch_index));\n"
     "    stp_square_axes a = stp_square_axes_fetch(1u);\n"
     "    put3(a.column); put3(a.row); put3(a.up); put(float(stp_square_flags(1u)));\n"
     "    for (int i = 0; i < 9; i++)\n"
     "        if (i != 4) put(float(stp_square_beside(1u, ivec2(i % 3, i / 3) - 1)));\n"
-    "    mat2x3 g = stp_square_grid_fetch(1u); put3(g[0]); put3(g[1]); "
-    "put(float(stp_square_colours(1u)));\n"
+    "    mat2x3 g = stp_square_grid_fetch(1u); put3(g[0]); put3(g[1]);\n"
     "    stp_quarter_errors q = stp_quarter_errors_fetch(2u, p.step);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
-    "    for (uint i = 0u; i < 5u; i++) {\n"
-    "        uvec4 texel = i < 3u ? stp_sample_fetch(1u + i, c.colours)\n"
-    "                             : stp_sample_fetch(2u + i, 0xc0000000u);\n"
+    "    put(float(stp_patch_samples(2u)));\n"
+    "    uint numbers[7] = uint[](0u, 1u, 4u, 5u, 17u, 18u, 67u);\n"
+    "    stp_packing packing = stp_packing_fetch(2u);\n"
+    "    for (int i = 0; i < 7; i++) {\n"
+    "        uvec4 texel = stp_sample_words(packing, numbers[i]);\n"
     "        stp_disc d = stp_disc_decode(texel, vec3(0.0), 0.5);\n"
     "        put(float(texel.y >> 24)); put(d.intensity * 255.0); put(float(d.class_id));\n"
     "        put3(d.position); put3(d.normal); put(d.radius); put3(d.colour);\n"
@@ -98,8 +76,11 @@ static const char decode[] =
     "    put(float(at));\n"
     "}\n";
 
-/* Three wide samples from texel 1 on, their colours in texel 4, and two narrow ones. */
-enum { WIDE = 3, SAMPLES = 5, TEXELS = 7 };
+/* Samples of all levels, by their numbers in the patch, that the shader decodes. */
+enum { SAMPLES = 7 };
+static const uint32_t numbers[SAMPLES] = {0, 1, 4, 5, 17, 18, 67};
+/* Where they are in the Object Texture. */
+enum { FIRST = 5, TEXELS = FIRST + STP_TEXELS_OF_PATCH + STP_TEXELS_SPARE };
 
 /* The expected values, in the order in which the shader writes them. */
 typedef struct expectation {
@@ -159,31 +140,30 @@ static const stp_patch patch = {
 #define SLOT 0x345678u
 /* Its number in the Object Texture, one after the block's first patch. */
 #define NUMBER 2u
-static uint32_t begin[STP_LEVEL_COUNT][3] = {
-    {0, 40000, 40050}, {0, 10000, 10013}, {0, 300, 304}, {0, 1, 2}};
+static uint32_t begin[STP_LEVEL_COUNT][3] = {{0, 1, 51}, {0, 1, 14}, {0, 1, 5}, {0, 1, 2}};
 
-/* The first sample of one of its levels in the Object Texture. */
-static uint32_t first_of(const stp_gpu_chunk *record, int level)
-{
-    return record->first[level] + (level < 3 ? begin[level][1] : NUMBER);
-}
-
-/* Fills in the patch for the GPU and for the CPU. */
-static void make_patch(stp_gpu_patch *out, stp_mirror_patch *mirror, const stp_gpu_chunk *record)
+/* Fills in the patch for the GPU and for the CPU, and its samples. */
+static void make_patch(stp_gpu_patch *out, stp_mirror_patch *mirror, uint64_t *texels,
+                       const stp_sample *samples)
 {
     stp_patch patches[2] = {{.counts = {1, 1, 1, 1}}, patch};
+    stp_sample levels[STP_LEVEL_COUNT][51] = {{{.radius = 0}}};
     const stp_chunk chunk = {.patches = patches,
                              .patch_count = 2,
-                             .level_begin = {begin[0], begin[1], begin[2], begin[3]}};
-    stp_placement placement = {.patches = {NUMBER - 1, 2}};
+                             .level_begin = {begin[0], begin[1], begin[2], begin[3]},
+                             .samples = {levels[0], levels[1], levels[2], levels[3]}};
+    const stp_placement placement = {.patches = {NUMBER - 1, 2}};
     stp_mirror_patch both[2];
-    memcpy(placement.level_begin, record->first, sizeof placement.level_begin);
-    placement.level_begin[3] += NUMBER - 1;
+    for (int i = 0; i < SAMPLES; i++) {
+        const int level = 3 - (i + 1) / 2;
+        levels[level][1 + numbers[i] - stp_level_number(50, level)] = samples[i];
+    }
     stp_gpu_patches_fill(out + NUMBER - 1, &chunk, SLOT, STP_PATCH_STRIP);
     stp_mirror_patches_fill(both, &chunk, &placement, STP_PATCH_STRIP);
+    assert_in_range(stp_texels_write(texels + FIRST, &chunk, 1), 1, STP_TEXELS_OF_PATCH);
+    out[NUMBER].first = FIRST;
     *mirror = both[1];
     assert_int_equal(mirror->number, NUMBER);
-    assert_int_equal(mirror->first, first_of(record, 0));
     mirror->finest = out[NUMBER].finest = 2;
 }
 
@@ -211,7 +191,6 @@ static void want_sample(expectation *e, const stp_sample *sample)
 static const stp_gpu_square square = {.origin = {121, 122, 123},
                                       .step = 124,
                                       .samples = {125, 126},
-                                      .first = 127,
                                       .patch = 128,
                                       .column = {129, 130},
                                       .row = {131, 132},
@@ -220,7 +199,6 @@ static const stp_gpu_square square = {.origin = {121, 122, 123},
                                       .flags = STP_SQUARE_OVERLAPS | STP_SQUARE_OF_MAP,
                                       .beside = {141, 142, 143, 144, 145, 146, 147, 148},
                                       .to_column = {149, 150, 151},
-                                      .colours = 155,
                                       .to_row = {152, 153, 154}};
 
 /* Heights go along y, and the axes that follow it are z and x. */
@@ -237,7 +215,6 @@ static void want_square(expectation *e)
     want(e, (double)square.step);
     want(e, square.samples[0]);
     want(e, square.samples[1]);
-    want(e, square.first);
     want(e, square.patch);
     want_across(e, square.column, 0.0);
     want_across(e, square.row, 0.0);
@@ -247,7 +224,6 @@ static void want_square(expectation *e)
         want(e, square.beside[i]);
     want_floats(e, square.to_column, 3);
     want_floats(e, square.to_row, 3);
-    want(e, square.colours);
 }
 
 static void want_frame(expectation *e, const stp_gpu_frame *frame)
@@ -278,19 +254,15 @@ static void want_frame(expectation *e, const stp_gpu_frame *frame)
 static void want_chunk(expectation *e, const stp_gpu_chunk *chunk)
 {
     want_floats(e, chunk->offset, 3);
-    want(e, chunk->colours & 65535u);
-    want(e, chunk->colours >> 30);
     want(e, chunk->finest);
     want(e, chunk->id);
     want(e, chunk->depth);
     want(e, chunk->order);
     for (int i = 0; i < 4; i++)
-        want(e, chunk->first[i]);
-    for (int i = 0; i < 4; i++)
         want(e, chunk->openings[i]);
 }
 
-static void want_patch(expectation *e, const stp_mirror_patch *mirror, const stp_gpu_chunk *chunk)
+static void want_patch(expectation *e, const stp_mirror_patch *mirror)
 {
     want_floats(e, mirror->origin, 3); /* of the lattice */
     want(e, (double)mirror->step);
@@ -305,7 +277,7 @@ static void want_patch(expectation *e, const stp_mirror_patch *mirror, const stp
     want_floats(e, mirror->finest_error, 2);
     want_floats(e, mirror->radius, 4);
     for (int i = 0; i < 4; i++)
-        want(e, first_of(chunk, i));
+        want(e, stp_level_number(50, i));
     for (int i = 0; i < 4; i++)
         want(e, mirror->count[i]);
     for (int i = 0; i < 4; i++)
@@ -315,7 +287,7 @@ static void want_patch(expectation *e, const stp_mirror_patch *mirror, const stp
 }
 
 /* The fourth sample of levels 0 to 2, and that of level 3. */
-static void want_names(expectation *e, const stp_gpu_chunk *chunk)
+static void want_names(expectation *e)
 {
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         const uint32_t i = l < 3 ? 3 : 0, name = stp_name_of(NUMBER, l, i);
@@ -323,7 +295,7 @@ static void want_names(expectation *e, const stp_gpu_chunk *chunk)
         want(e, name);
         want(e, l);
         want(e, NUMBER);
-        want(e, first_of(chunk, l) + i);
+        want(e, stp_level_number(50, l) + i);
     }
 }
 
@@ -333,7 +305,7 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     expectation e = {.count = 0};
     want_frame(&e, frame);
     want_chunk(&e, chunk);
-    want_patch(&e, mirror, chunk);
+    want_patch(&e, mirror);
     want(&e, STP_PATCH_STRIP);
     want(&e, STP_PATCH_TRIANGLES);
     want(&e, STP_NAME_SEGMENT);
@@ -343,34 +315,22 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want(&e, STP_NAME_SAMPLE);
     want(&e, STP_NAME_SQUARE_SHIFT);
     want(&e, STP_NAME_PLACE_SHIFT);
-    want_names(&e, chunk);
+    want_names(&e);
     want_square(&e);
     want_floats(&e, mirror->quarter_error[0][0], 16);
+    want(&e, FIRST);
     for (int i = 0; i < SAMPLES; i++)
         want_sample(&e, &samples[i]);
     want(&e, e.count);
     return e;
 }
 
-static GLuint texture_of(const void *data, size_t bytes, GLuint unit, GLenum format)
-{
-    GLuint buffer = 0, texture = 0;
-    glCreateBuffers(1, &buffer);
-    glNamedBufferStorage(buffer, (GLsizeiptr)bytes, data, 0);
-    glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
-    glTextureBuffer(texture, format, buffer);
-    glBindTextureUnit(unit, texture);
-    return buffer;
-}
-
 static const stp_gpu_chunk chunks[2] = {{.finest = 9},
                                         {.offset = {51, 52, 53},
-                                         .colours = 2u << 30 | 3,
                                          .finest = 2,
                                          .id = 56,
                                          .depth = 57,
                                          .order = 58,
-                                         .first = {90000, 60000, 30000, 20000},
                                          .openings = {1, 2, 4, 8}}};
 
 static const stp_sample samples[SAMPLES] = {
@@ -409,7 +369,9 @@ static const stp_sample samples[SAMPLES] = {
      {0x5a, 0x3c, 0x21},
      0,
      {3, 254, 77},
-     0}};
+     0},
+    {{0, 0, 65535}, 0, 0xff, {255, 255, 255}, 255, {255, 255, 255}, 255},
+    {{32768, 32767, 1}, 1, 0, {0, 8, 128}, 128, {127, 128, 129}, 128}};
 
 static void shaders_read_what_c_writes(void **state)
 {
@@ -418,21 +380,18 @@ static void shaders_read_what_c_writes(void **state)
     stp_gpu_patch patches[3] = {{.step = 9}};
     stp_mirror_patch mirror;
     stp_gpu_code codes[STP_GPU_CODES];
-    make_patch(patches, &mirror, &chunks[1]);
+    uint64_t texels[TEXELS] = {0};
+    make_patch(patches, &mirror, texels, samples);
     stp_gpu_codes_fill(codes);
     const stp_gpu_square squares[2] = {{.step = 9}, square};
-    uint32_t texels[TEXELS][3];
-    assert_int_equal(stp_texels_colours(1, WIDE), chunks[1].colours);
-    stp_texels_write_wide(texels + 1, texels[1 + WIDE], samples, WIDE);
-    stp_texels_write_narrow(texels + 2 + WIDE, samples + WIDE, SAMPLES - WIDE);
     GLuint buffers[7];
     float found[512];
-    GLuint program = compute_program(decode);
-    buffers[0] = texture_of(texels, sizeof texels, STP_UNIT_OBJECT_TEXTURE, GL_RGB32UI);
-    buffers[1] = texture_of(patches, sizeof patches, STP_UNIT_PATCHES, GL_RGBA32UI);
-    buffers[2] = texture_of(chunks, sizeof chunks, STP_UNIT_CHUNKS, GL_RGBA32UI);
-    buffers[5] = texture_of(squares, sizeof squares, STP_UNIT_SQUARES, GL_RGBA32UI);
-    buffers[6] = texture_of(codes, sizeof codes, STP_UNIT_CODES, GL_RGBA32F);
+    GLuint program = gl_program_compute(decode, FOLDER);
+    buffers[0] = gl_program_texture(texels, sizeof texels, STP_UNIT_OBJECT_TEXTURE, GL_RG32UI);
+    buffers[1] = gl_program_texture(patches, sizeof patches, STP_UNIT_PATCHES, GL_RGBA32UI);
+    buffers[2] = gl_program_texture(chunks, sizeof chunks, STP_UNIT_CHUNKS, GL_RGBA32UI);
+    buffers[5] = gl_program_texture(squares, sizeof squares, STP_UNIT_SQUARES, GL_RGBA32UI);
+    buffers[6] = gl_program_texture(codes, sizeof codes, STP_UNIT_CODES, GL_RGBA32F);
     glCreateBuffers(2, buffers + 3);
     glNamedBufferStorage(buffers[3], sizeof frame, &frame, 0);
     glNamedBufferStorage(buffers[4], sizeof found, NULL, 0);

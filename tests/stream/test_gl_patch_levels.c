@@ -37,13 +37,12 @@ static held look_at_drawn(const gl_fixture *f)
         stp_gpu_chunk chunk;
         const stp_draw *draw = &look.cut->draws[i];
         const stp_resident *r = gl_fixture_resident(f, i, &chunk);
-        const uint32_t texels = r->placement.texels.count;
-        const bool narrow = r->placement.colours == STP_TEXELS_NARROW;
-        sum.samples += narrow ? texels : stp_texels_samples(texels);
         for (int l = r->finest; l < STP_LEVEL_COUNT; l++)
             sum.all += look.looked.scene->blocks[r->block].sample_count[l];
         for (uint32_t p = 0; p < r->placement.patches.count; p++) {
             const stp_mirror_patch *patch = &r->mirror.patches[p];
+            for (int l = patch->finest; l < STP_LEVEL_COUNT; l++)
+                sum.samples += patch->count[l];
             if (stp_patch_in_sight(look.sight, &look.looked, draw, r->mirror.briefs, p))
                 sum.lacking +=
                     stp_level_asked(look.frame, &chunk, patch, draw->finest) < patch->finest;

@@ -1,75 +1,192 @@
-/* Tests how samples become texels of the Object Texture: which blocks are narrow, that they lose
- * nothing, and where the colours of others are. */
-#include "runtime/stream/texels.h"
-#include "tests/fixtures/scan/scan_fixture.h"
+/* Tests how samples become texels of the Object Texture: C and shaders read back what was written,
+ * bit for bit, and it takes no more texels than its differences need. */
+#include "runtime/stream/object_texture.h"
+#include "tests/fixtures/any_chunk.h"
+#include "tests/fixtures/gl_fixture.h"
+#include "tests/fixtures/gl_program.h"
 
-static const stp_sample widest = {.position = {4095, 4095, 4095},
-                                  .radius = 255,
-                                  .normal = {255, 255, 255},
-                                  .rgb = {255, 255, 255}};
+enum { PATCHES = 200, NUMBERS = STP_TEXELS_PACKED_LIMIT + 1 };
 
-/* Whether a block of one patch with this sample is narrow; if so, it must come back. */
-static bool is_narrow(const stp_sample *sample)
+static uint64_t texels[PATCHES * STP_TEXELS_OF_PATCH + STP_TEXELS_SPARE];
+
+/* Random samples, of which each patch keeps other bits: from all to none. */
+static stp_chunk *make_chunk(int finest)
 {
-    uint32_t begin[STP_LEVEL_COUNT][2] = {{0, 1}, {0, 1}, {0, 1}, {0, 1}}, texel[1][3];
-    stp_sample plain[3] = {{.radius = 1}, {.radius = 2}, {.radius = 3}}, tested = *sample;
-    const stp_chunk chunk = {.patch_count = 1,
-                             .level_begin = {begin[0], begin[1], begin[2], begin[3]},
-                             .samples = {&plain[0], &tested, &plain[1], &plain[2]}};
-    if (!stp_texels_are_narrow(&chunk))
-        return false;
-    stp_texels_write_narrow(texel, &tested, 1);
-    const stp_sample back = stp_texel_widen(texel[0]);
-    assert_memory_equal(&back, &tested, sizeof back);
-    return true;
-}
-
-static void narrow_samples_lose_nothing(void **state)
-{
-    (void)state;
-    int narrow = 0;
-    assert_true(is_narrow(&widest));
-    for (int k = 0; k < 3; k++) {
-        stp_sample s = {.position = {0, 0, 0}};
-        assert_true(is_narrow(&s));
-        s.position[k] = 4096;
-        assert_false(is_narrow(&s));
-    }
-    for (int flags = 0; flags < 256; flags++) {
-        stp_sample s = widest;
-        s.flags = (uint8_t)flags;
-        narrow += is_narrow(&s);
-    }
-    assert_int_equal(narrow, 4 * 4); /* what is known of the normal, and how it was found */
-    stp_sample s = widest;
-    s.class_id = 1;
-    assert_false(is_narrow(&s));
-    s.class_id = 0;
-    s.intensity = 1;
-    assert_false(is_narrow(&s));
-}
-
-/* The colours of a block follow its samples word by word, wherever it begins. */
-static void colours_follow_samples(void **state)
-{
-    (void)state;
-    for (uint32_t begin = 0; begin < 7; begin++)
-        for (uint32_t count = 1; count < 9; count++) {
-            const uint32_t colours = stp_texels_colours(begin, count), shift = colours >> 30;
-            assert_true(shift < 3);
-            assert_int_equal(stp_texels_samples((uint32_t)stp_texels_most(count)), count);
-            for (uint32_t i = begin; i < begin + count; i++) {
-                const uint32_t texel = (colours & 0x3fffffffu) + (i + shift) / 3;
-                const uint32_t word = 3 * texel + (i + shift) % 3;
-                assert_int_equal(word, 3 * (begin + count) + i - begin);
-                assert_true(texel < begin + stp_texels_most(count));
-            }
+    stp_chunk *chunk = any_chunk(PATCHES, STP_PATCH_SAMPLES, 7, 0);
+    chunk->finest_level = finest;
+    for (uint32_t p = 0; p < PATCHES; p++) {
+        uint64_t keep[2];
+        for (int k = 0; k < 2; k++) {
+            const uint64_t r = stp_random_u64(23, 3 * p + (uint64_t)k);
+            keep[k] = p % 4 == 0 ? UINT64_MAX : r & (p % 4 == 1 ? r >> 7 : UINT64_MAX);
+            keep[k] &= p % 4 == 3 ? stp_random_u64(29, p) : UINT64_MAX;
         }
+        for (int l = 0; l < STP_LEVEL_COUNT; l++)
+            for (uint32_t i = chunk->level_begin[l][p]; i < chunk->level_begin[l][p + 1]; i++) {
+                uint64_t words[2];
+                memcpy(words, &chunk->samples[l][i], sizeof words);
+                words[0] &= keep[0];
+                words[1] &= keep[1];
+                memcpy(&chunk->samples[l][i], words, sizeof words);
+            }
+        memcpy(chunk->patches[p].radius, &keep[1], sizeof chunk->patches[p].radius);
+    }
+    return chunk;
+}
+
+/* Writes all patches and tells where each begins. Each takes no more than it may. */
+static void write_all(const stp_chunk *chunk, uint32_t first[PATCHES + 1])
+{
+    first[0] = 0;
+    for (uint32_t p = 0; p < PATCHES; p++) {
+        uint64_t samples = 0;
+        const uint32_t count = stp_texels_write(&texels[first[p]], chunk, p);
+        for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++)
+            samples += chunk->level_begin[l][p + 1] - chunk->level_begin[l][p];
+        assert_in_range(count, 2, stp_texels_most(samples, 1));
+        assert_in_range(count, 2, STP_TEXELS_OF_PATCH);
+        first[p + 1] = first[p] + count;
+    }
+}
+
+/* Compares words of samples, by number, with those of a patch that are there. */
+static void compare(const stp_chunk *chunk, uint32_t patch, const stp_sample found[NUMBERS])
+{
+    for (int l = chunk->finest_level; l < STP_LEVEL_COUNT; l++) {
+        const uint32_t begin = chunk->level_begin[l][patch];
+        const uint32_t number = stp_level_number(chunk->patches[patch].counts[0], l);
+        for (uint32_t i = begin; i < chunk->level_begin[l][patch + 1]; i++)
+            assert_memory_equal(&found[number + i - begin], &chunk->samples[l][i],
+                                sizeof(stp_sample));
+    }
+}
+
+static void c_reads_what_was_written(void **state)
+{
+    (void)state;
+    for (int finest = 0; finest < STP_LEVEL_COUNT; finest++) {
+        stp_chunk *chunk = make_chunk(finest);
+        uint32_t first[PATCHES + 1];
+        write_all(chunk, first);
+        for (uint32_t p = 0; p < PATCHES; p++) {
+            const stp_patch *patch = &chunk->patches[p];
+            stp_sample found[NUMBERS];
+            const uint32_t end = stp_level_number(patch->counts[0], finest) + patch->counts[finest];
+            for (uint32_t n = 0; n < end; n++)
+                assert_true(stp_texels_read(&texels[first[p]], patch->radius, patch->counts[0], n,
+                                            &found[n]));
+            compare(chunk, p, found);
+        }
+        stp_chunk_destroy(&chunk);
+    }
+}
+
+static const char decode[] =
+    "#include \"layout.glsl\"\n"
+    "#include \"patch.glsl\"\n"
+    "layout(local_size_x = 85) in;\n"
+    "layout(std430, binding = 0) buffer result { uvec4 found[]; };\n"
+    "void main()\n{\n"
+    "    uint number = gl_LocalInvocationID.x;\n"
+    "    stp_packing packing = stp_packing_fetch(gl_WorkGroupID.x);\n"
+    "    found[gl_GlobalInvocationID.x] = stp_sample_words(packing, number);\n"
+    "}\n";
+
+static void shaders_read_what_was_written(void **state)
+{
+    (void)state;
+    static stp_sample found[PATCHES][NUMBERS];
+    static stp_gpu_patch patches[PATCHES];
+    stp_chunk *chunk = make_chunk(0);
+    uint32_t first[PATCHES + 1];
+    GLuint buffers[3], program = gl_program_compute(decode, "texels-shaders");
+    write_all(chunk, first);
+    stp_gpu_patches_fill(patches, chunk, 0, 0);
+    for (uint32_t p = 0; p < PATCHES; p++)
+        patches[p].first = first[p];
+    buffers[0] = gl_program_texture(texels, sizeof texels, STP_UNIT_OBJECT_TEXTURE, GL_RG32UI);
+    buffers[1] = gl_program_texture(patches, sizeof patches, STP_UNIT_PATCHES, GL_RGBA32UI);
+    glCreateBuffers(1, &buffers[2]);
+    glNamedBufferStorage(buffers[2], sizeof found, NULL, 0);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, buffers[2]);
+    glUseProgram(program);
+    glDispatchCompute(PATCHES, 1, 1);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glGetNamedBufferSubData(buffers[2], 0, sizeof found, found);
+    check_ok(stp_gl_check("decoding", err));
+    for (uint32_t p = 0; p < PATCHES; p++)
+        compare(chunk, p, found[p]);
+    glDeleteBuffers(3, buffers);
+    glDeleteProgram(program);
+    stp_chunk_destroy(&chunk);
+}
+
+/* A patch of 64 samples like their vertex, each with one field that differs; returns the texels. */
+static uint32_t texels_of(const stp_sample *other)
+{
+    enum { COUNT = STP_PATCH_SAMPLES };
+    uint32_t begin[STP_LEVEL_COUNT][2] = {{0, COUNT}, {0, COUNT / 4}, {0, COUNT / 16}, {0, 1}};
+    stp_sample samples[COUNT] = {{.radius = 0}}, vertex = {.radius = 0};
+    stp_patch patch = {.counts = {COUNT, COUNT / 4, COUNT / 16, 1}};
+    const stp_chunk chunk = {.patch_count = 1,
+                             .patches = &patch,
+                             .level_begin = {begin[0], begin[1], begin[2], begin[3]},
+                             .samples = {samples, samples, samples, &vertex}};
+    samples[0] = *other;
+    return stp_texels_write(texels, &chunk, 0);
+}
+
+/* The texels of 84 samples of so many bits each, behind the head. */
+static uint32_t texels_of_bits(unsigned bits)
+{
+    return STP_TEXELS_HEAD + (84 * bits + 63) / 64;
+}
+
+static void samples_take_the_bits_that_they_need(void **state)
+{
+    (void)state;
+    assert_int_equal(texels_of(&(stp_sample){.radius = 0}), texels_of_bits(0));
+    for (int bits = 1; bits <= 16; bits++) {
+        const uint16_t least = (uint16_t) - (1 << (bits - 1)), most = (uint16_t)~least;
+        assert_int_equal(texels_of(&(stp_sample){.position = {0, least, 0}}),
+                         texels_of_bits((unsigned)bits));
+        if (bits > 1)
+            assert_int_equal(texels_of(&(stp_sample){.position = {most, 0, 0}}),
+                             texels_of_bits((unsigned)bits));
+    }
+    /* steps of normals are shifted; flags and classes are compared bit by bit */
+    assert_int_equal(texels_of(&(stp_sample){.normal = {0, 4, 0}}), texels_of_bits(2));
+    assert_int_equal(texels_of(&(stp_sample){.normal = {192, 0, 0}}), texels_of_bits(3));
+    assert_int_equal(texels_of(&(stp_sample){.flags = STP_SAMPLE_FIT_MASK}), texels_of_bits(2));
+    assert_int_equal(texels_of(&(stp_sample){.class_id = 6}), texels_of_bits(3));
+    assert_int_equal(texels_of(&(stp_sample){.radius = 255}), texels_of_bits(1));
+    assert_int_equal(texels_of(&(stp_sample){.rgb = {0, 255, 0}}), texels_of_bits(1));
+}
+
+/* What is left of a patch after another took its place may be any bits. */
+static void other_bits_are_refused_or_read(void **state)
+{
+    (void)state;
+    static const uint8_t radius[STP_LEVEL_COUNT] = {1, 2, 3, 4};
+    uint64_t bits[STP_TEXELS_OF_PATCH + STP_TEXELS_SPARE];
+    int refused = 0;
+    for (uint64_t i = 0; i < 2000; i++) {
+        stp_sample s;
+        for (size_t k = 0; k < sizeof bits / sizeof *bits; k++)
+            bits[k] = stp_random_u64(i, k);
+        refused += !stp_texels_read(bits, radius, (uint32_t)i % 256, (uint32_t)i % 150, &s);
+    }
+    assert_in_range(refused, 1900, 1999);
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(narrow_samples_lose_nothing),
-                                       cmocka_unit_test(colours_follow_samples)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    stp_gl_context *context = gl_fixture_context();
+    const struct CMUnitTest tests[] = {cmocka_unit_test(c_reads_what_was_written),
+                                       cmocka_unit_test(shaders_read_what_was_written),
+                                       cmocka_unit_test(samples_take_the_bits_that_they_need),
+                                       cmocka_unit_test(other_bits_are_refused_or_read)};
+    int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+    stp_gl_context_destroy(&context);
+    return failed;
 }
