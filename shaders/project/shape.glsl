@@ -213,8 +213,9 @@ stp_disc stp_square_disc(uint name, vec2 window)
     bool is_whole = (name & STP_SQUARE_WHOLE) != 0u, second = (name & STP_SQUARE_SECOND) != 0u;
     ivec2 at = stp_square_at(name >> STP_NAME_PLACE_SHIFT & 63u);
     stp_square_cell cell = stp_square_cell_fetch(listed, at);
-    vec3 a = stp_to_eye(cell.samples[second ? 3 : 0].place);
-    vec3 b = stp_to_eye(cell.samples[second ? 2 : 1].place), c = stp_to_eye(cell.samples[second ? 1 : 2].place);
+    vec3 a = stp_to_eye(second ? cell.samples[3].place : cell.samples[0].place);
+    vec3 b = stp_to_eye(second ? cell.samples[2].place : cell.samples[1].place);
+    vec3 c = stp_to_eye(second ? cell.samples[1].place : cell.samples[2].place);
     vec2 parts = stp_triangle_hold(stp_triangle_meet(a, b, c, window));
     vec2 share = is_whole ? (second ? 1.0 - parts : parts) : vec2(0.0), nearer = step(0.5, share);
     vec4 weights = vec4(1.0 - share.x, share.x, 1.0 - share.x, share.x) * vec2(1.0 - share.y, share.y).xxyy;

@@ -155,8 +155,11 @@ struct stp_square_cell {
 // first: column and row of a square, -1 to 7.
 stp_square_cell stp_square_cell_fetch(uint listed, ivec2 first)
 {
+    // No loop: a software driver would keep it, and the array in memory.
     stp_square_cell c;
-    for (int i = 0; i < 4; i++)
-        c.samples[i] = stp_square_sample_at(listed, first + ivec2(i & 1, i >> 1));
+    c.samples[0] = stp_square_sample_at(listed, first);
+    c.samples[1] = stp_square_sample_at(listed, first + ivec2(1, 0));
+    c.samples[2] = stp_square_sample_at(listed, first + ivec2(0, 1));
+    c.samples[3] = stp_square_sample_at(listed, first + 1);
     return c;
 }

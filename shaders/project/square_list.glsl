@@ -92,9 +92,9 @@ vec3 stp_place_window(vec3 from_eye)
 }
 
 // Rasterisers round corners to 1/16 pixel or finer.
-#define STP_CORNER_SLACK 0.05
+#define STP_CORNER_SLACK 0.032
 
-// Whether a rasteriser may find a pixel's centre in a triangle. Most triangles of a whole model hold none.
+// Whether a rasteriser may find a pixel's centre in a triangle. Many triangles of a whole model hold none.
 // a, b, c: stp_place_window.
 bool stp_triangle_seen(vec3 a, vec3 b, vec3 c)
 {
@@ -105,7 +105,7 @@ bool stp_triangle_seen(vec3 a, vec3 b, vec3 c)
     vec2 p = first + 0.5, ab = b.xy - a.xy, bc = c.xy - b.xy, ca = a.xy - c.xy;
     vec3 side = vec3(ab.x * (p.y - a.y) - ab.y * (p.x - a.x), bc.x * (p.y - b.y) - bc.y * (p.x - b.x),
                      ca.x * (p.y - c.y) - ca.y * (p.x - c.x));
-    float slack = 2.0 * STP_CORNER_SLACK * (high.x - low.x + high.y - low.y);
+    float slack = 1.42 * STP_CORNER_SLACK * (high.x - low.x + high.y - low.y);
     bool within = all(greaterThanEqual(side, vec3(-slack))) || all(lessThanEqual(side, vec3(slack)));
     bool holds = all(lessThanEqual(first, last)) && (first != last || within);
     return high.z > viewport.w && (low.z <= viewport.w || holds);
