@@ -1,6 +1,7 @@
 /* Makes a tile of a grid of heights a leaf. */
 #include "base/memory.h"
 #include "base/wide.h"
+#include "formats/chunk/codec/inline.h"
 #include "formats/chunk/codec/plane_fit.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/grid/height_grid.h"
@@ -50,7 +51,7 @@ static stp_raster_frame frame_at(const stp_height_grid *grid, uint32_t column, u
     return stp_raster_frame_at(&grid->raster, grid->nodes, column, row);
 }
 
-static double *height_at(const tile *t, uint32_t column, uint32_t row)
+STP_INLINE double *height_at(const tile *t, uint32_t column, uint32_t row)
 {
     return t->z + (size_t)(row + STP_GRID_REACH) * SIDE_WITH_REACH + column + STP_GRID_REACH;
 }
@@ -119,7 +120,7 @@ static void sum_windows(const double *middle, int reach, windows *w)
 }
 
 /* Whether all samples of a window are there and on the same surface. */
-static bool is_whole(const windows *w, unsigned lane)
+STP_INLINE bool is_whole(const windows *w, unsigned lane)
 {
     return w->beyond[lane] <= 0.0 && !isnan(w->z[lane]);
 }
@@ -132,8 +133,8 @@ static bool is_turned(const stp_height_grid *grid, const stp_raster_frame *frame
 }
 
 /* Of the window around a sample of the row, less what is behind a cliff. */
-static stp_plane_sums sum_window(const tile *t, const double *middle, const windows *w,
-                                 unsigned lane)
+STP_INLINE stp_plane_sums sum_window(const tile *t, const double *middle, const windows *w,
+                                     unsigned lane)
 {
     const int reach = (int)t->grid->reach, side = 2 * reach + 1;
     const int squares = reach * (reach + 1) * side / 3; /* of a row's columns, summed up */
@@ -158,7 +159,7 @@ static stp_plane_sums sum_window(const tile *t, const double *middle, const wind
 
 /* The normal of the plane that fits best through the samples around; upwards where they tell
  * nothing. */
-static stp_dvec3 normal_of(const tile *t, const double *middle, const windows *w, unsigned lane)
+STP_INLINE stp_dvec3 normal_of(const tile *t, const double *middle, const windows *w, unsigned lane)
 {
     const stp_plane_sums s = sum_window(t, middle, w, lane);
     const double *c = t->frame.by_column, *r = t->frame.by_row;
@@ -171,7 +172,7 @@ static stp_dvec3 normal_of(const tile *t, const double *middle, const windows *w
 }
 
 /* The nearest code, coordinate by coordinate: that is how a payload expects it. */
-static void encode_normal(stp_dvec3 n, unsigned bits, uint8_t out[3])
+STP_INLINE void encode_normal(stp_dvec3 n, unsigned bits, uint8_t out[3])
 {
     const unsigned shift = STP_NORMAL_BITS - bits;
     const double all = fabs(n.x) + fabs(n.y) + n.z, step = (double)(1u << shift);
@@ -209,7 +210,7 @@ static bool is_border(const double *middle)
 
 /* At the border of a wide hole a disc is just large enough to meet its neighbours, so that the hole
  * stays as wide as it is. Single samples that are missing are closed. */
-static double spacing_of(const tile *t, const double *middle, bool whole, double upwards)
+STP_INLINE double spacing_of(const tile *t, const double *middle, bool whole, double upwards)
 {
     const double wide = sqrt(stp_min(1.0 / stp_max(upwards, 1e-3), WIDEST_CELL));
     const double steps = wide > LEVEL_STRETCH ? nearbyint(STRETCH_STEPS * log2(wide)) : 0.0;
@@ -234,7 +235,7 @@ static stp_dvec3 bent_place(const tile *t, uint64_t place, uint32_t column, uint
     return (stp_dvec3){xy[0], xy[1], z};
 }
 
-static void add_sample(tile *t, uint32_t column, uint32_t row, const windows *sums)
+STP_INLINE void add_sample(tile *t, uint32_t column, uint32_t row, const windows *sums)
 {
     const stp_height_grid *grid = t->grid;
     const stp_scan_raster *r = &grid->raster;
@@ -265,6 +266,7 @@ static void add_sample(tile *t, uint32_t column, uint32_t row, const windows *su
 }
 
 /* Samples stand in Morton order, so that those that a level merges are next to each other. */
+STP_WIDE
 static void add_square(tile *t, uint32_t column, uint32_t row)
 {
     const uint32_t before = t->count;

@@ -1,6 +1,8 @@
 /* Finds the scan's own scale in positions. */
 #include "formats/chunk/codec/scale.h"
 
+#include "base/wide.h"
+#include "formats/chunk/codec/inline.h"
 #include "formats/chunk/layout.h"
 
 /* Steps that are tried: 1, 0.1, 0.01 and so on. */
@@ -13,7 +15,7 @@ typedef struct window {
 } window;
 
 /* Narrows the window to what rounds to a position. half: of a step of the lattice. */
-static bool window_take(window *w, double position, double half)
+STP_INLINE bool window_take(window *w, double position, double half)
 {
     double off = position - w->first;
     off -= floor(off + 0.5);
@@ -22,6 +24,7 @@ static bool window_take(window *w, double position, double half)
     return w->low < w->high;
 }
 
+STP_WIDE
 static bool find_phase(const stp_chunk *chunk, double step, int axis, uint16_t *out)
 {
     window w = {.low = -0.5, .high = 0.5};
@@ -42,6 +45,7 @@ static bool find_phase(const stp_chunk *chunk, double step, int axis, uint16_t *
 }
 
 /* Whether every position comes back from its place. */
+STP_WIDE
 static bool holds(const stp_chunk *chunk, const stp_scale *scale)
 {
     bool used = false;

@@ -2,6 +2,8 @@
 #include "formats/chunk/codec/square/square.h"
 
 #include "base/memory.h"
+#include "base/wide.h"
+#include "formats/chunk/codec/inline.h"
 #include "formats/chunk/layout.h"
 
 #include <float.h>
@@ -56,8 +58,8 @@ static const uint8_t square_first[TILTED_COLUMNS] = {8, 8, [RASTER_COLUMN] = 5};
 /* ---- finding ---- */
 
 /* The column and row nearest to a position. *off: how far it is off at most, if it was less. */
-static bool find_place(const stp_raster *raster, const double position[3], uint32_t out[2],
-                       double *off)
+STP_INLINE bool find_place(const stp_raster *raster, const double position[3], uint32_t out[2],
+                           double *off)
 {
     const double(*a)[6] = raster->across;
     const double off_most = raster->level                ? DBL_MAX
@@ -86,6 +88,7 @@ static bool find_place(const stp_raster *raster, const double position[3], uint3
     return true;
 }
 
+STP_WIDE
 static bool find_square(const stp_raster *raster, const stp_patch *patch, const stp_sample *samples,
                         stp_square *out, double *off)
 {

@@ -1,6 +1,7 @@
 /* Codes the levels of a block of squares. */
 #include "formats/chunk/codec/square/square_level.h"
 
+#include "base/wide.h"
 #include "formats/chunk/codec/predict_normal.h"
 #include "formats/chunk/codec/square/square_normal.h"
 #include "formats/chunk/codec/square/square_slope.h"
@@ -36,15 +37,15 @@ typedef struct table_row {
     size_t stride;
 } table_row;
 
-static table_row next_row(const coder *c, rows *r, bool youngest)
+STP_INLINE table_row next_row(const coder *c, rows *r, bool youngest)
 {
     const stp_table *table = youngest ? &c->tables->last : &c->tables->elder;
     return (table_row){table->values + (youngest ? r->last++ : r->elder++), table->stride};
 }
 
 /* Codes a value modulo mask + 1, with the cell of least magnitude. Returns the value. */
-static int32_t code(const coder *c, const table_row *r, unsigned column, int32_t predicted,
-                    int32_t value, int32_t mask)
+STP_INLINE int32_t code(const coder *c, const table_row *r, unsigned column, int32_t predicted,
+                        int32_t value, int32_t mask)
 {
     int16_t *cell = r->cell + column * r->stride;
     if (c->decode)
@@ -61,7 +62,7 @@ typedef struct field {
     double column, row;
 } field;
 
-static field field_at(const coder *c, int32_t parent)
+STP_INLINE field field_at(const coder *c, int32_t parent)
 {
     const int level = c->level + 1;
     const stp_square_level *on = &c->grid->level[level];
@@ -97,7 +98,7 @@ typedef struct family {
 } family;
 
 /* Sets what is expected of child k. */
-static void expect(const coder *c, const family *f, unsigned k, double out[VALUE_COUNT])
+STP_INLINE void expect(const coder *c, const family *f, unsigned k, double out[VALUE_COUNT])
 {
     const stp_square_level *on = &c->grid->level[c->level];
     const double side = (double)(1 << (c->level + 1));
@@ -139,8 +140,8 @@ static int32_t code_step(const coder *c, const family *f, const table_row *r, do
     return (first + (coded << shift)) & 0xffff;
 }
 
-static void code_height(const coder *c, const family *f, const table_row *r, uint32_t child,
-                        double expected, stp_sample *s)
+STP_INLINE void code_height(const coder *c, const family *f, const table_row *r, uint32_t child,
+                            double expected, stp_sample *s)
 {
     const unsigned axis = c->grid->raster->axis;
     const int32_t origin = f->patch->origin[axis];
@@ -165,8 +166,8 @@ static void code_height(const coder *c, const family *f, const table_row *r, uin
 }
 
 /* Codes the position along the other axes: where the grid's place is at this height. */
-static void code_across(const coder *c, const family *f, const table_row *r, uint32_t child,
-                        stp_sample *s)
+STP_INLINE void code_across(const coder *c, const family *f, const table_row *r, uint32_t child,
+                            stp_sample *s)
 {
     const unsigned along = c->grid->raster->axis;
     for (int k = 0; k < 2; k++) {
@@ -179,8 +180,8 @@ static void code_across(const coder *c, const family *f, const table_row *r, uin
 }
 
 /* Codes the colours of a child. share: of what is left of the parent's. */
-static void code_colours(const coder *c, family *f, const table_row *r,
-                         const double expected[VALUE_COUNT], double share, stp_sample *s)
+STP_INLINE void code_colours(const coder *c, family *f, const table_row *r,
+                             const double expected[VALUE_COUNT], double share, stp_sample *s)
 {
     static const uint8_t column[VALUE_COUNT] = {
         [GREEN] = STP_COLUMN_GREEN, [RED] = STP_COLUMN_RED, [BLUE] = STP_COLUMN_BLUE};
@@ -196,7 +197,7 @@ static void code_colours(const coder *c, family *f, const table_row *r,
 }
 
 /* Codes what a child has besides normal and radius. */
-static void code_child(const coder *c, family *f, unsigned k, const table_row *r)
+STP_INLINE void code_child(const coder *c, family *f, unsigned k, const table_row *r)
 {
     const uint32_t child = f->first + k;
     const stp_sample *parent = &c->block->samples[c->level + 1][f->parent];
@@ -255,6 +256,7 @@ static bool next_family(coder *c, walk *w)
 }
 
 /* Returns whether colours take less if they are loose. */
+STP_WIDE
 static bool code_families(coder *c)
 {
     walk w = {0};
@@ -274,8 +276,8 @@ static bool code_families(coder *c)
 
 /* ---- normals and radii, when all heights of the level are known ---- */
 
-static void code_normal(const coder *c, const table_row *r, const double direction[2],
-                        stp_sample *s)
+STP_INLINE void code_normal(const coder *c, const table_row *r, const double direction[2],
+                            stp_sample *s)
 {
     const unsigned shift = c->tables->last.normal_shift;
     int32_t uv[2];
@@ -321,7 +323,7 @@ static void code_folded(const coder *c, const table_row *r, const double directi
 #define STEEPNESS_COUNT 5u
 #define KIND_COUNT (2u * STEEPNESS_COUNT)
 
-static unsigned kind_of(const coder *c, uint32_t sample)
+STP_INLINE unsigned kind_of(const coder *c, uint32_t sample)
 {
     const stp_raster *raster = c->grid->raster;
     const stp_sample *s = &c->block->samples[c->level][sample];
@@ -344,8 +346,8 @@ static unsigned kind_of(const coder *c, uint32_t sample)
 }
 
 /* The last radius of each kind, in codes on the finest lattice. */
-static void code_radius(const coder *c, const table_row *r, const stp_patch *patch, uint32_t sample,
-                        int32_t last[KIND_COUNT])
+STP_INLINE void code_radius(const coder *c, const table_row *r, const stp_patch *patch,
+                            uint32_t sample, int32_t last[KIND_COUNT])
 {
     stp_sample *s = &c->block->samples[c->level][sample];
     const int32_t lattice = STP_RADIUS_CODES_PER_OCTAVE * (patch->exponent - c->map->exponent);
@@ -355,8 +357,8 @@ static void code_radius(const coder *c, const table_row *r, const stp_patch *pat
 }
 
 /* The slopes at a sample, by column and by row: of the window, or those of heights alone. */
-static void find_slopes(const coder *c, const stp_square_normals *normals, uint32_t sample,
-                        double out[2])
+STP_INLINE void find_slopes(const coder *c, const stp_square_normals *normals, uint32_t sample,
+                            double out[2])
 {
     if (normals->reach > 0) {
         stp_square_slopes_at(normals, c->grid, sample, out);
@@ -404,8 +406,8 @@ static void code_turned(const coder *c, family *f, unsigned k, const table_row *
         f->left[GREEN + i] += expected[GREEN + i] - own.v[i];
 }
 
-static void code_by_slopes(const coder *c, const stp_square_normals *normals, uint32_t sample,
-                           const table_row *r)
+STP_INLINE void code_by_slopes(const coder *c, const stp_square_normals *normals, uint32_t sample,
+                               const table_row *r)
 {
     stp_sample *s = &c->block->samples[c->level][sample];
     double slopes[2], direction[2];
@@ -420,6 +422,7 @@ static void code_by_slopes(const coder *c, const stp_square_normals *normals, ui
         code_normal(c, r, direction, s);
 }
 
+STP_WIDE
 static void code_normals(coder *c, unsigned reach)
 {
     walk w = {0};
@@ -442,6 +445,7 @@ static void code_normals(coder *c, unsigned reach)
 }
 
 /* When all normals are known. */
+STP_WIDE
 static void code_radii(coder *c)
 {
     walk w = {0};
