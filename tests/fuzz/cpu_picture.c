@@ -73,9 +73,6 @@ static void read_block(picture *p, uint32_t id)
     stp_resident *r = &p->cache.residents[id];
     p->cache.chunks[id] = chunk;
     r->placement.patches.count = chunk->patch_count;
-    for (int l = 1; l < STP_LEVEL_COUNT; l++)
-        r->placement.level_begin[l] =
-            r->placement.level_begin[l - 1] + chunk->level_begin[l - 1][chunk->patch_count];
     r->mirror.patches = allocate(chunk->patch_count, sizeof *r->mirror.patches);
     r->mirror.briefs = allocate(chunk->patch_count, sizeof *r->mirror.briefs);
     stp_mirror_patches_fill(r->mirror.patches, chunk, &r->placement, stp_scene_shapes(&p->scene));

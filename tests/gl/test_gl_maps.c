@@ -429,8 +429,10 @@ static void order_changes_nothing(void **state)
         "squares.x + gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;\n"
         "    listed = listed < squares.y ? squares.y - 1u - (listed - squares.x) : squares.y;");
     write_changed("map_front.frag", "s.splat < p.front", "s.splat > p.front");
-    write_changed("square.comp", "draws[gl_WorkGroupID.x] =",
-                  "draws[gl_NumWorkGroups.x - 1u - gl_WorkGroupID.x] =");
+    write_changed("square.comp", "draws[square] =", "draws[squares.y - 1u - square] =");
+    write_changed(
+        "square_quarters.comp", "draws[square].count, 6u) + draws[square].first",
+        "draws[squares.y - 1u - square].count, 6u) + draws[squares.y - 1u - square].first");
     gl_fixture_open(&f, MAPS_FILE, NULL);
     gl_fixture_open(&reversed, MAPS_FILE, SHADER_FOLDER);
     const stp_view view = look(&f, near_eye, 40.0);
