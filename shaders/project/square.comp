@@ -47,10 +47,10 @@ void main()
         return;
     stp_square_axes axes = stp_square_axes_fetch(listed);
     bool of_map = (stp_square_flags(listed) & STP_SQUARE_OF_MAP) != 0u;
-    uint begin = square * STP_SQUARE_TRIANGLES, end = begin + STP_CELL_TRIANGLES, next = end;
+    uint end = square * STP_SQUARE_TRIANGLES + STP_CELL_TRIANGLES, next = end; // listed backwards from there
     uvec4 quartered_cells = uvec4(0u);
     for (int row = -1; row < 8; row++) {
-        stp_square_pair before;
+        stp_square_pair before; // no cell ends in the first column, where it is not set
         for (int side = -1; side < 2; side++) {
             stp_square_read low = stp_square_read_beside(listed, ivec2(side, row >> 3));
             stp_square_read high = stp_square_read_beside(listed, ivec2(side, row + 1 >> 3));

@@ -94,7 +94,7 @@ vec3 stp_place_window(vec3 from_eye)
 // Rasterisers round corners to 1/16 pixel or finer.
 #define STP_CORNER_SLACK 0.032
 
-// Whether a rasteriser may find a pixel's centre in a triangle. Most triangles of a whole model hold none.
+// Whether a rasteriser may find a pixel's centre in a triangle. Many triangles of a whole model hold none.
 // a, b, c: stp_place_window.
 bool stp_triangle_seen(vec3 a, vec3 b, vec3 c)
 {
