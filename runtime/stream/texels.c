@@ -12,18 +12,18 @@ static const struct {
 } fields[FIELDS] = {{0, 5, true},  {5, 5, true},   {10, 5, true},  {15, 4, true},
                     {19, 4, true}, {23, 4, false}, {32, 4, false}, {36, 4, true},
                     {40, 4, true}, {44, 4, true},  {48, 4, false}, {52, 4, true}};
-#define SHIFT_AT 27
-#define TOTAL_AT 56
+enum { NORMAL_SHIFT_AT = 27, PLACE_SHIFT_AT = 56 };
 
 static uint32_t normal_of(const stp_sample *s)
 {
     return s->normal[0] | (uint32_t)s->normal[1] << 8 | (uint32_t)s->normal[2] << 16;
 }
 
-/* A difference modulo 4096, from -2048 to 2047. */
-static int32_t wrap_12(uint32_t difference)
+/* The difference of two numbers of so many bits, half of all negative. */
+static int32_t wrap(uint32_t number, uint32_t from, unsigned bits)
 {
-    return (int32_t)((difference & 4095u) ^ 2048u) - 2048;
+    const uint32_t half = 1u << (bits - 1), difference = (number - from) & (2 * half - 1);
+    return (int32_t)(difference ^ half) - (int32_t)half;
 }
 
 /* What is stored of a sample, before signed fields become unsigned. radius: of its level. */
@@ -33,15 +33,15 @@ static void differences(const stp_sample *s, const stp_sample *vertex, uint8_t r
     const uint32_t normal = normal_of(s), mean = normal_of(vertex);
     const unsigned flags = s->flags ^ vertex->flags;
     for (int k = 0; k < 3; k++) {
-        out[X + k] = (int16_t)(s->position[k] - vertex->position[k]);
-        out[RED + k] = (int8_t)(s->rgb[k] - vertex->rgb[k]);
+        out[X + k] = wrap(s->position[k], vertex->position[k], 16);
+        out[RED + k] = wrap(s->rgb[k], vertex->rgb[k], 8);
     }
-    out[U] = wrap_12(normal - mean);
-    out[V] = wrap_12((normal >> 12) - (mean >> 12));
+    out[U] = wrap(normal, mean, 12);
+    out[V] = wrap(normal >> 12, mean >> 12, 12);
     out[FLAGS] = (uint8_t)(flags << 2 | flags >> 6);
     out[RADIUS] = (uint8_t)(radius - s->radius);
     out[CLASS] = s->class_id ^ vertex->class_id;
-    out[INTENSITY] = (int8_t)(s->intensity - vertex->intensity);
+    out[INTENSITY] = wrap(s->intensity, vertex->intensity, 8);
 }
 
 static unsigned bits_of(uint32_t number)
@@ -49,27 +49,32 @@ static unsigned bits_of(uint32_t number)
     return number == 0 ? 0 : 32 - (unsigned)__builtin_clz(number);
 }
 
-/* The bits of a patch's fields. */
+/* The bits of a patch's fields, and by how many bits their steps are shifted. */
 typedef struct widths {
-    unsigned of[FIELDS], shift, total;
+    unsigned of[FIELDS], shift[FIELDS], total;
 } widths;
+
+/* How many bits are zero in all of these numbers. */
+static unsigned shift_of(int32_t a, int32_t b)
+{
+    return (a | b) != 0 ? (unsigned)__builtin_ctz((uint32_t)(a | b)) : 0;
+}
 
 /* rows: differences() of count samples. */
 static widths measure(int32_t (*rows)[FIELDS], unsigned count)
 {
     int32_t any[FIELDS] = {0}, most[FIELDS] = {0};
-    widths w = {.shift = 0};
+    widths w = {.total = 0};
     for (unsigned i = 0; i < count; i++)
         for (int f = 0; f < FIELDS; f++) {
             any[f] |= rows[i][f];
             most[f] |= rows[i][f] ^ (rows[i][f] >> 31);
         }
-    if ((any[U] | any[V]) != 0)
-        w.shift = (unsigned)__builtin_ctz((uint32_t)(any[U] | any[V]));
+    w.shift[X] = w.shift[Y] = shift_of(any[X], any[Y]);
+    w.shift[U] = w.shift[V] = shift_of(any[U], any[V]);
     for (int f = 0; f < FIELDS; f++) {
-        const unsigned shift = f == U || f == V ? w.shift : 0;
         const unsigned sign = fields[f].is_signed && any[f] != 0;
-        w.of[f] = bits_of((uint32_t)most[f] >> shift) + sign;
+        w.of[f] = bits_of((uint32_t)most[f] >> w.shift[f]) + sign;
         w.total += w.of[f];
     }
     return w;
@@ -77,7 +82,8 @@ static widths measure(int32_t (*rows)[FIELDS], unsigned count)
 
 static uint64_t widths_pack(const widths *w)
 {
-    uint64_t texel = (uint64_t)w->shift << SHIFT_AT | (uint64_t)w->total << TOTAL_AT;
+    uint64_t texel = (uint64_t)w->shift[U] << NORMAL_SHIFT_AT | (uint64_t)w->shift[X]
+                                                                    << PLACE_SHIFT_AT;
     for (int f = 0; f < FIELDS; f++)
         texel |= (uint64_t)w->of[f] << fields[f].at;
     return texel;
@@ -85,9 +91,13 @@ static uint64_t widths_pack(const widths *w)
 
 static widths widths_unpack(uint64_t texel)
 {
-    widths w = {.shift = texel >> SHIFT_AT & 15u, .total = (unsigned)(texel >> TOTAL_AT)};
-    for (int f = 0; f < FIELDS; f++)
+    widths w = {.total = 0};
+    w.shift[U] = w.shift[V] = texel >> NORMAL_SHIFT_AT & 15u;
+    w.shift[X] = w.shift[Y] = texel >> PLACE_SHIFT_AT & 15u;
+    for (int f = 0; f < FIELDS; f++) {
         w.of[f] = (unsigned)(texel >> fields[f].at) & ((1u << fields[f].bits) - 1);
+        w.total += w.of[f];
+    }
     return w;
 }
 
@@ -115,7 +125,7 @@ static void put_fields(bit_writer *b, const int32_t row[FIELDS], const widths *w
     uint64_t bits = 0;
     unsigned width = 0;
     for (int f = first; f < end; f++) {
-        const int32_t d = f == U || f == V ? row[f] >> w->shift : row[f];
+        const int32_t d = row[f] >> w->shift[f];
         const uint32_t bias = fields[f].is_signed ? 1u << w->of[f] >> 1 : 0;
         bits |= (uint64_t)((uint32_t)d + bias) << width;
         width += w->of[f];
@@ -148,7 +158,7 @@ uint32_t stp_texels_write(uint64_t *out, const stp_chunk *chunk, uint32_t patch)
     return (uint32_t)(b.out - out);
 }
 
-/* Field f of a sample whose bits begin at `at`, as differences() has it. */
+/* Field f of a sample whose bits begin at `at`, as differences() has it, modulo 2^32. */
 static uint32_t take(const uint64_t *texels, uint32_t *at, const widths *w, int f)
 {
     const unsigned width = w->of[f], low = *at & 63u;
@@ -156,15 +166,15 @@ static uint32_t take(const uint64_t *texels, uint32_t *at, const widths *w, int 
     const uint64_t bits = from[0] >> low | from[1] << 1 << (63 - low);
     const uint32_t bias = fields[f].is_signed ? 1u << width >> 1 : 0;
     *at += width;
-    return ((uint32_t)bits & ((1u << width) - 1)) - bias;
+    return (((uint32_t)bits & ((1u << width) - 1)) - bias) << w->shift[f];
 }
 
 /* Adds differences to the vertex. radius: of the sample's level. */
-static void add(stp_sample *vertex, const uint32_t d[FIELDS], unsigned shift, uint8_t radius)
+static void add(stp_sample *vertex, const uint32_t d[FIELDS], uint8_t radius)
 {
     stp_sample s = *vertex;
     const uint32_t mean = normal_of(&s);
-    const uint32_t u = mean + (d[U] << shift), v = (mean >> 12) + (d[V] << shift);
+    const uint32_t u = mean + d[U], v = (mean >> 12) + d[V];
     for (int k = 0; k < 3; k++) {
         s.position[k] = (uint16_t)(s.position[k] + d[X + k]);
         s.rgb[k] = (uint8_t)(s.rgb[k] + d[RED + k]);
@@ -184,19 +194,16 @@ bool stp_texels_read(const uint64_t *texels, const uint8_t radius[STP_LEVEL_COUN
 {
     const widths w = widths_unpack(texels[STP_TEXELS_HEAD - 1]);
     uint32_t d[FIELDS], at = (number - 1) * w.total;
-    unsigned sum = 0;
     int level = 2;
     memcpy(out, texels, sizeof *out);
     if (number == 0)
         return true;
-    for (int f = 0; f < FIELDS; f++)
-        sum += w.of[f];
-    if (number > STP_TEXELS_PACKED_LIMIT || sum != w.total || sum > 8 * sizeof *out)
+    if (number > STP_TEXELS_PACKED_LIMIT || w.total > 8 * sizeof *out)
         return false;
     for (int f = 0; f < FIELDS; f++)
         d[f] = take(texels, &at, &w, f);
     while (level > 0 && number >= stp_level_number(count, level - 1))
         level--;
-    add(out, d, w.shift, radius[level]);
+    add(out, d, radius[level]);
     return true;
 }

@@ -7,8 +7,9 @@
  *
  * The first word of the widths: bits of x, y, z, five bits each; of both parts of the normal and of
  * the flags, four bits each; by how many bits the steps of normals are shifted, four bits. The
- * second word: bits of radius, red, green, blue, class and intensity, four bits each; bits of a
- * sample, eight bits. The fields of a sample have this order, the lowest bits first.
+ * second word: bits of radius, red, green, blue, class and intensity, and by how many bits the
+ * steps of x and y are shifted, four bits each. The fields of a sample have this order, the lowest
+ * bits first. Columns and rows of surveys are whole numbers of steps apart, hence the shift.
  *
  * Let d be value - vertex's, and n its bits. Positions, normals, colours and intensity are stored
  * as d + 2^(n - 1), and d wraps around at the greatest value; class as vertex's ^ value, flags

@@ -38,6 +38,7 @@ struct stp_packing {
     uint bits;             // of a sample
     uvec3 place;           // bits of x, y, z
     uvec3 place_mask;
+    uvec3 place_shift;
     uvec3 place_base;      // of the vertex, less what makes differences positive
     uint place_bits;
     uvec3 normal;          // bits of both parts of a normal, and of flags
@@ -141,16 +142,18 @@ stp_packing stp_packing_make(uint first, uvec4 vertex, uvec2 widths, uint radius
     p.first = first;
     p.vertex = vertex;
     p.widths = widths;
-    p.bits = widths.y >> 24;
     p.place = place;
     p.place_mask = (uvec3(1u) << place) - 1u;
-    p.place_base = uvec3(vertex.x, vertex.x >> 16, vertex.y) - (uvec3(1u) << place >> 1u);
+    p.place_shift = uvec3(widths.yy >> 24, 0u);
+    p.place_base = uvec3(vertex.x, vertex.x >> 16, vertex.y) - (uvec3(1u) << place >> 1u << p.place_shift);
     p.place_bits = place.x + place.y + place.z;
     p.normal = normal;
     p.normal_mask = (uvec3(1u) << normal) - 1u;
     p.normal_base = uvec2(vertex.z, vertex.z >> 12) - (uvec2(1u) << normal.xy >> 1u << (widths.x >> 27));
     p.radius = radius;
     p.finer = finer;
+    uvec3 look = uvec3(widths.y) >> uvec3(0u, 8u, 16u) & 15u, after = uvec3(widths.y) >> uvec3(4u, 12u, 20u) & 15u;
+    p.bits = p.place_bits + normal.x + normal.y + normal.z + look.x + look.y + look.z + after.x + after.y + after.z;
     return p;
 }
 
@@ -197,7 +200,7 @@ uvec4 stp_sample_words(stp_packing p, uint number)
     bool second = (at & 32u) != 0u;
     uvec4 w = stp_bits_shift(second ? uvec4(a.y, b, c.x) : uvec4(a, b), second ? c.y : c.x, at & 31u);
     uvec4 after_x = stp_bits_shift(w, 0u, p.place.x), after_y = stp_bits_shift(after_x, 0u, p.place.y);
-    uvec3 place = p.place_base + (uvec3(w.x, after_x.x, after_y.x) & p.place_mask) & 65535u;
+    uvec3 place = p.place_base + ((uvec3(w.x, after_x.x, after_y.x) & p.place_mask) << p.place_shift) & 65535u;
     w = stp_bits_skip(w, p.place_bits);
     uvec3 normal = uvec3(w.x, w.x >> p.normal.x, w.x >> p.normal.x + p.normal.y) & p.normal_mask;
     uvec2 direction = p.normal_base + (normal.xy << shift) & 4095u;
