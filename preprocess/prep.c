@@ -8,6 +8,7 @@
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/cloud_parts.h"
+#include "preprocess/cloud/scan_lines.h"
 #include "preprocess/maps/maps_make.h"
 #include "preprocess/orient/pixel_sheets.h"
 #include "preprocess/prep_job.h"
@@ -154,8 +155,9 @@ static stp_status write_tree(stp_prep_job *job, stp_error *err)
 static uint32_t unit_points(const stp_prep_job *job)
 {
     const unsigned threads = stp_pool_thread_count(job->pool);
+    const uint64_t lists = job->k > STP_PREP_NEIGHBOURS ? job->k / STP_PREP_NEIGHBOURS : 1;
     const uint64_t points = job->plan.memory_bytes / (UNIT_ROOM * UNIT_POINT_BYTES * threads);
-    return points < UNIT_POINTS_MAX ? (uint32_t)points : UNIT_POINTS_MAX;
+    return (uint32_t)((points < UNIT_POINTS_MAX ? points : UNIT_POINTS_MAX) / lists);
 }
 
 stp_surface_params stp_prep_surface_params(const stp_prep_job *job)
@@ -385,6 +387,10 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     if (stats->outliers != STP_OUTLIERS_KEEP) {
         STP_TRY(stp_prep_treat_outliers(job, err));
         STP_TRY(stp_prep_end_stage(job, STP_STAGE_OUTLIERS, err));
+    }
+    if (job->params->neighbour_count == 0) {
+        STP_TRY(stp_scan_lines_choose(&job->k, STP_PREP_NEIGHBOURS, &job->cloud, err));
+        stats->line_neighbours = job->k > STP_PREP_NEIGHBOURS ? job->k : 0;
     }
     STP_TRY(check_given(job, err));
     stp_prep_choose_stations(job);

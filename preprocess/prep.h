@@ -106,7 +106,7 @@ typedef struct stp_prep_plan {
 } stp_prep_plan;
 
 typedef struct stp_prep_params {
-    unsigned neighbour_count;    /* 0: STP_PREP_NEIGHBOURS */
+    unsigned neighbour_count;    /* 0: STP_PREP_NEIGHBOURS, or more if points lie in scan lines */
     double lambda;               /* 0: 1.7 */
     double precision;            /* 0: half the source's scale, if it has one */
     bool exact;                  /* stored positions round to the numbers that were read */
@@ -149,6 +149,7 @@ typedef struct stp_prep_stats {
     uint32_t station_count;      /* scanner positions that normals were turned to */
     uint32_t stations_off;       /* stations that cannot have seen their points: removed */
     uint32_t stations_refused;   /* those of them that a file claims */
+    unsigned line_neighbours;    /* chosen for points in scan lines (scan_lines.h); else 0 */
     stp_first_camera first;      /* the camera that first shows the model */
     uint64_t points_unstationed; /* stored points of unknown stations, if normals need stations */
     uint64_t temporary_bytes;    /* greatest size of temporary files at a time */

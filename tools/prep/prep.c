@@ -298,7 +298,7 @@ static int check_options(const prep_options *o)
 {
     if (!o->output)
         return cli_usage(&cli_prep, "no output: give -o M.stipple");
-    if (o->neighbours < 3 || o->neighbours > STP_NEIGHBOURS_LIMIT)
+    if (o->neighbours != 0 && (o->neighbours < 3 || o->neighbours > STP_NEIGHBOURS_LIMIT))
         return cli_usage(&cli_prep, "--neighbours: give 3 to %d", STP_NEIGHBOURS_LIMIT);
     if (o->lines == 1 && (o->hybrid || o->sample))
         return cli_usage(&cli_prep, "--lines auto leaves no faces for --hybrid or --sample: give "
@@ -362,7 +362,7 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
     const cli_option own[] = {
         {"--output", 'o', CLI_STRING, &o->output, "M.stipple", "the chunk file to write", NULL},
         {"--neighbours", 0, CLI_UINT, &o->neighbours, "K",
-         "neighbours examined for each point, 3 to 64 (16)", NULL},
+         "neighbours examined for each point, 3 to 64 (16; 64 if points lie in scan lines)", NULL},
         {"--orient", 0, CLI_STRING, &o->orient, "HOW",
          "auto, file, propagate, none or a scanner position x,y,z (auto)", NULL},
         {"--recompute-normals", 0, CLI_FLAG, &o->recompute_normals, NULL, "ignore given normals",
@@ -423,8 +423,7 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
 static int prep_main(int argc, char **argv)
 {
     static const char *paths[PREP_PATHS_LIMIT];
-    prep_options o = {
-        .orient = "auto", .neighbours = STP_PREP_NEIGHBOURS, .format = DEFAULT_FORMAT};
+    prep_options o = {.orient = "auto", .format = DEFAULT_FORMAT};
     size_t count = 0;
     stp_error error = {0};
     if (prep_ranks_begin(&o.ranks, &error) != STP_OK)

@@ -159,6 +159,9 @@ static void print_orientation(const stp_prep_stats *s)
         fprintf(stderr, "; %" PRIu64 " points name no scanner whose position is known",
                 s->points_unstationed);
     fprintf(stderr, "\n");
+    if (s->line_neighbours > 0)
+        fprintf(stderr, "points lie in scan lines: %u neighbours each tell of the surface\n",
+                s->line_neighbours);
     if (s->stations_refused > 0)
         fprintf(stderr,
                 "scanner positions of %" PRIu32 " file%s are not used: the points cannot have "

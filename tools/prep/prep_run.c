@@ -18,8 +18,7 @@ static const cli_progress_stage stage_weights[STP_PREP_STAGE_COUNT] = {
 
 stp_prep_params prep_run_defaults(bool quiet)
 {
-    return (stp_prep_params){.neighbour_count = STP_PREP_NEIGHBOURS,
-                             .codec = STP_CODEC_DRACO,
+    return (stp_prep_params){.codec = STP_CODEC_DRACO,
                              .format = STP_CHUNK_FILE_MAJOR,
                              .planned = quiet ? NULL : prep_report_plan};
 }
