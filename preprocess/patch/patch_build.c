@@ -357,7 +357,8 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
         if (full >= reach && fabs(log2(radius / full)) < FULL_OCTAVES) /* false if radius is 0 */
             radius = full;
     }
-    if (!b->ground->even && !alone)
+    const bool noisy = !b->ground->even || (b->ground->grid && b->ground->grid->spreads);
+    if (noisy && !alone)
         radius = stp_radius_on_grid(radius, reach);
     return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
 }
