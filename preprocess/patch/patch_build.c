@@ -564,6 +564,7 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
     b.patch = patch;
     b.samples = samples;
     b.radius = -1.0;
+    b.radius_code = 0;
     int vertex_lattice = choose_vertex_lattice(&b);
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD};
     if (!place(&b, vertex_lattice) || !store_items(&b))
