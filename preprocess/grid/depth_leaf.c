@@ -231,13 +231,11 @@ static void add_square(making *m, uint32_t index, const pixel_noise *noise)
     }
     m->ends[index] = m->count;
     const stp_depth_rays *rays = &m->images->pieces.rays[square->rays];
-    const unsigned merged = noise->normal_bits + 1;
-    m->grids[index] = (stp_patch_grid){
-        .along = {rays->axis == 0, rays->axis == 1, rays->axis == 2},
-        .merged_bits = merged < STP_MERGED_SQUARE_BITS ? merged : STP_MERGED_SQUARE_BITS,
-        .noise = noise->depth,
-        .spreads = true,
-        .station = rays->station};
+    m->grids[index] = (stp_patch_grid){.along = {rays->axis == 0, rays->axis == 1, rays->axis == 2},
+                                       .merged_bits = stp_merged_bits(noise->normal_bits),
+                                       .noise = noise->depth,
+                                       .spreads = true,
+                                       .station = rays->station};
     for (unsigned k = 0, i = first; k < STP_SQUARE_SAMPLES; k++)
         if (square->samples >> k & 1u)
             move_to_ray(m, square, k, finest, &m->items[i++]);

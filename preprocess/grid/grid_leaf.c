@@ -295,7 +295,7 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
     if (t->count == before)
         return;
     t->grids[t->squares] = (stp_patch_grid){.along = {0.0, 0.0, 1.0},
-                                            .merged_bits = STP_MERGED_SQUARE_BITS,
+                                            .merged_bits = stp_merged_bits(t->params->normal_bits),
                                             .noise = t->grid->noise,
                                             .level = t->grid->nodes == NULL};
     t->ends[t->squares++] = t->count;

@@ -362,7 +362,8 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
     radius = stp_max(radius, reach);
     if (b->ground->grid && b->ground->grid->spacing > 0.0 && !alone && radius > 0.0)
         radius = radius_on_map(radius, full_radius(b, merged, level), reach);
-    if (!b->ground->even && !alone)
+    const bool noisy = !b->ground->even || (b->ground->grid && b->ground->grid->spreads);
+    if (noisy && !alone)
         radius = stp_radius_on_grid(radius, reach);
     return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
 }
@@ -568,6 +569,7 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
     b.patch = patch;
     b.samples = samples;
     b.radius = -1.0;
+    b.radius_code = 0;
     int vertex_lattice = choose_vertex_lattice(&b);
     *patch = (stp_patch){.child = STP_PATCH_NO_CHILD};
     if (!place(&b, vertex_lattice) || !store_items(&b))

@@ -33,6 +33,11 @@ static inline double stp_nearest_whole(double x)
 
 /* Bits of the grid of merged normals of squares. */
 #define STP_MERGED_SQUARE_BITS 9u
+/* Those that squares of noisy normals of so many bits need. */
+static inline unsigned stp_merged_bits(unsigned normal_bits)
+{
+    return normal_bits < STP_MERGED_SQUARE_BITS ? normal_bits + 1 : STP_MERGED_SQUARE_BITS;
+}
 
 typedef struct stp_patch_samples {
     stp_sample level[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];

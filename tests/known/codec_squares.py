@@ -265,7 +265,7 @@ def decode_level(block, level, how, more, parents, tables, ladder):
     """The samples of a level. tables: of elder and of last children. ladder: heights; empty: there is none."""
     require(how & 7 <= 5, "a level of squares begins wrong")
     multiple = more & 15
-    require(more < 32 and not (level == 0 and multiple), "a level of squares goes on wrong")
+    require(not (level == 0 and multiple), "a level of squares goes on wrong")
     on, samples, cells = block.levels[level], [], []
     rows = [iter(t.rows) for t in tables]
     block.set_heights(level + 1, parents)
@@ -303,7 +303,7 @@ def decode_level(block, level, how, more, parents, tables, ladder):
                 cells.append((patch, row))
             parent += 1
     block.set_heights(level, samples)
-    add_normals(block, level, how & 7, samples, cells, tables[1].shift, parents, bool(more & 16))
+    add_normals(block, level, how & 7, samples, cells, tables[1].shift, parents, more)
     return samples
 
 
@@ -346,8 +346,8 @@ def code_of(direction, cells, shift, folded, sides=False):
     return (min(p << shift, 4095) for p in places)
 
 
-def add_normals(block, level, reach, samples, cells, shift, parents, sides):
-    on, last = block.levels[level], {}
+def add_normals(block, level, reach, samples, cells, shift, parents, more):
+    on, last, coarse = block.levels[level], {}, more >> 5
     families = None
     if reach == 5:
         units = [unit_normal(s.u, s.v) for s in parents]
@@ -362,11 +362,12 @@ def add_normals(block, level, reach, samples, cells, shift, parents, sides):
             direction = normal_of(block, level, i, block.fitted(level, i, reach) if reach else
                                   block.slopes(level, i, on.z))
         folded = reach == 5 or block.rasters[on.rasters[i]].spreads
-        s.u, s.v = code_of(direction, row[3:5], shift, folded, sides)
+        s.u, s.v = code_of(direction, row[3:5], shift, folded, bool(more & 16))
         if families:
             left = [t + (e - n) for t, e, n in zip(left, expected, unit_normal(s.u, s.v))]
         kind, octaves = block.kind(level, i, s), 16 * (patch.exponent - block.exponent)
-        s.radius = (last.get(kind, block.patches[0].radius[level]) - octaves + row[0]) & 255
+        place = last.get(kind, block.patches[0].radius[level]) - octaves - 1 + (1 << coarse >> 1) >> coarse
+        s.radius = 1 + ((place + row[0] & 255 >> coarse) << coarse) & 255
         last[kind] = s.radius + octaves
 
 

@@ -103,8 +103,7 @@ stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squar
     return status;
 }
 
-/* The greatest shift of a grid that has all radii of a level. */
-static unsigned radius_shift(const stp_chunk *chunk, int level)
+unsigned stp_radius_shift(const stp_chunk *chunk, int level)
 {
     uint32_t bits = UINT32_C(1) << RADIUS_SHIFT_MOST;
     for (uint32_t i = 0; i < chunk->level_begin[level][chunk->patch_count]; i++)
@@ -127,7 +126,7 @@ void stp_level_coarsen(const stp_chunk *chunk, int level, stp_level_tables *tabl
 {
     if (!tables->elder.may_coarsen)
         return;
-    tables->elder.radius_shift = tables->last.radius_shift = radius_shift(chunk, level);
+    tables->elder.radius_shift = tables->last.radius_shift = stp_radius_shift(chunk, level);
     unsigned before = 0;
     for (uint32_t i = 0; tables->elder.sublattices && i < chunk->patch_count; i++) {
         before = sublattice_after(before, &chunk->patches[i],

@@ -1,6 +1,7 @@
 /* Reads and writes what the writer of a level of squares chooses. */
 #include "formats/chunk/codec/square/square_choice.h"
 
+#include "formats/chunk/codec/part_tables.h"
 #include "formats/chunk/codec/predict_normal.h"
 #include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/layout.h"
@@ -19,6 +20,7 @@
 /* The other byte. */
 #define STEPS 15u
 #define SIDES 16u
+#define RADII_SHIFT 5
 
 /* The greatest shift of which all heights of a level are multiples, on the finest lattice. */
 static unsigned height_steps(const stp_chunk *block, int level, const stp_square_map *map)
@@ -61,18 +63,21 @@ void stp_square_choice_find(const stp_chunk *block, int level, const stp_square_
         return;
     choice->steps = level > 0 ? height_steps(block, level, map) : 0;
     choice->sides = has_sides(block, level, normal_shift);
+    choice->radii = stp_radius_shift(block, level);
 }
 
 stp_status stp_square_choice_write(const stp_square_choice *choice, stp_bytes *out, stp_error *err)
 {
-    const bool ladder = choice->rungs > 0, more = choice->steps > 0 || choice->sides;
+    const bool ladder = choice->rungs > 0,
+               more = choice->steps > 0 || choice->sides || choice->radii > 0;
     uint8_t bytes[BYTES + MORE_BYTES + LADDER_BYTES];
     size_t size = 0;
     bytes[size++] =
         (uint8_t)(choice->reach | (choice->follow ? FOLLOW : 0) | (ladder ? LADDER : 0) |
                   (choice->loose ? LOOSE : 0) | (more ? MORE : 0) | (choice->tight ? TIGHT : 0));
     if (more)
-        bytes[size++] = (uint8_t)(choice->steps | (choice->sides ? SIDES : 0));
+        bytes[size++] =
+            (uint8_t)(choice->steps | (choice->sides ? SIDES : 0) | choice->radii << RADII_SHIFT);
     stp_put_u16(bytes + size, (uint16_t)(choice->rungs - 1u));
     return stp_bytes_append(out, bytes, size + (ladder ? LADDER_BYTES : 0), err);
 }
@@ -90,7 +95,8 @@ static stp_status read_more(stp_cursor *c, int level, stp_square_choice *out, st
     const uint8_t byte = *c->bytes;
     out->steps = byte & STEPS;
     out->sides = byte & SIDES;
-    if (byte & ~(STEPS | SIDES) || (level == 0 && out->steps > 0) || !out->tight)
+    out->radii = byte >> RADII_SHIFT;
+    if ((level == 0 && out->steps > 0) || !out->tight)
         return stp_error_set(err, STP_CORRUPT, "a level of squares goes on with byte %u", byte);
     stp_cursor_skip(c, MORE_BYTES);
     return STP_OK;

@@ -12,10 +12,11 @@ typedef struct stp_square_choice {
     bool tight;     /* the tables that follow are one run (tight.h) */
     bool sides;     /* of normals that two codes tell, the lesser one is meant (square_normal.h) */
     unsigned steps; /* of levels 1 and 2: heights are multiples of 2^steps */
+    unsigned radii; /* codes of radii are 1 + multiples of 2^radii */
     uint32_t rungs; /* of the ladder, whose table comes first (ladder.h); 0: there is none */
 } stp_square_choice;
 
-/* Sets `steps` and `sides` of a tight level. normal_shift: of its normals' grid. */
+/* Sets `steps`, `sides` and `radii` of a tight level. normal_shift: of its normals' grid. */
 void stp_square_choice_find(const stp_chunk *block, int level, const stp_square_map *map,
                             unsigned normal_shift, stp_square_choice *choice);
 /* Appends the bytes. Errors: OUT_OF_MEMORY. */

@@ -21,9 +21,9 @@ typedef struct coder {
     const stp_level_tables *tables;
     const double *values[VALUE_COUNT]; /* of the samples of the next coarser level */
     const stp_square_grid *grid;       /* of the patch at hand */
+    const stp_square_choice *choice;
     int level;
-    unsigned steps; /* stp_square_choice */
-    bool sides, decode, loose;
+    bool decode;
 } coder;
 
 /* The next rows of a level's two tables. */
@@ -130,11 +130,10 @@ static int32_t code_step(const coder *c, const family *f, const table_row *r, do
                          int32_t position)
 {
     const int32_t origin = f->patch->origin[c->grid->raster->axis];
-    const int coarser = (int)c->steps - (f->patch->exponent - c->map->exponent);
-    const int shift = coarser > 0 ? coarser : 0;
+    const int own_steps = f->patch->exponent - c->map->exponent, steps = (int)c->choice->steps;
+    const int shift = steps > own_steps ? steps - own_steps : 0;
     const int32_t first = (int32_t)(-(uint32_t)origin & ((UINT32_C(1) << shift) - 1));
-    const int32_t predicted = stp_square_whole(expected);
-    const int32_t place = (predicted - first + (1 << shift >> 1)) >> shift;
+    const int32_t place = (stp_square_whole(expected) - first + (1 << shift >> 1)) >> shift;
     const int32_t own = c->decode ? 0 : (position - first) >> shift;
     const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place, own, 0xffff >> shift);
     return (first + (coded << shift)) & 0xffff;
@@ -156,7 +155,7 @@ STP_INLINE void code_height(const coder *c, const family *f, const table_row *r,
         const int32_t own = c->decode ? 0 : stp_scale_place(&f->scale, (int)axis, position);
         const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place & 0xffff, own, 0xffff);
         position = c->decode ? stp_scale_position(&f->scale, (int)axis, coded) : position;
-    } else if (c->steps > 0) {
+    } else if (c->choice->steps > 0) {
         position = code_step(c, f, r, steps, position);
     } else {
         position = code(c, r, STP_COLUMN_POSITION_C, stp_square_whole(steps), position, 0xffff);
@@ -188,8 +187,8 @@ STP_INLINE void code_colours(const coder *c, family *f, const table_row *r,
     for (int v = GREEN; v <= BLUE; v++) {
         const double tied = expected[v] + share * f->left[v];
         uint8_t *value = &s->rgb[channel[v]];
-        *value = (uint8_t)code(c, r, column[v], stp_square_whole(c->loose ? expected[v] : tied),
-                               *value, 0xff);
+        *value = (uint8_t)code(
+            c, r, column[v], stp_square_whole(c->choice->loose ? expected[v] : tied), *value, 0xff);
         f->left[v] += expected[v] - *value;
         f->tied += c->decode ? 0 : (uint64_t)abs(*value - stp_square_whole(tied));
         f->loose += c->decode ? 0 : (uint64_t)abs(*value - stp_square_whole(expected[v]));
@@ -304,7 +303,7 @@ static void code_folded(const coder *c, const table_row *r, const double directi
         own[i] = stp_normal_grid_place(uv[i], shift);
     }
     if (!c->decode)
-        stp_square_unfold(own, expected, top, c->sides);
+        stp_square_unfold(own, expected, top, c->choice->sides);
     for (unsigned i = 0; i < 2; i++)
         own[i] = (int16_t)code(c, r, STP_COLUMN_NORMAL_U + i, expected[i], own[i], 0xffff);
     if (!c->decode)
@@ -312,10 +311,10 @@ static void code_folded(const coder *c, const table_row *r, const double directi
     stp_square_fold(own, top);
     for (int i = 0; i < 2; i++)
         own[i] = own[i] < 0 ? 0 : own[i] > top ? top : own[i];
-    if (c->sides)
+    if (c->choice->sides)
         stp_normal_side(own, top);
-    for (int i = 0; i < 2; i++)
-        uv[i] = stp_normal_grid_code(own[i], shift);
+    uv[0] = stp_normal_grid_code(own[0], shift);
+    uv[1] = stp_normal_grid_code(own[1], shift);
     stp_normal_codes_put(uv, s->normal);
 }
 
@@ -352,7 +351,10 @@ STP_INLINE void code_radius(const coder *c, const table_row *r, const stp_patch 
     stp_sample *s = &c->block->samples[c->level][sample];
     const int32_t lattice = STP_RADIUS_CODES_PER_OCTAVE * (patch->exponent - c->map->exponent);
     int32_t *of_kind = &last[kind_of(c, sample)];
-    s->radius = (uint8_t)code(c, r, STP_COLUMN_RADIUS, *of_kind - lattice, s->radius, 0xff);
+    const int shift = (int)c->choice->radii, half = 1 << shift >> 1;
+    const int32_t place = (*of_kind - lattice - 1 + half) >> shift;
+    const int32_t own = (s->radius - 1) >> shift;
+    s->radius = (uint8_t)((code(c, r, STP_COLUMN_RADIUS, place, own, 0xff >> shift) << shift) + 1);
     *of_kind = s->radius + lattice;
 }
 
@@ -552,16 +554,7 @@ static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
     double *colours = map->sums;
     /* All grids have the same heights. */
     const double *heights = stp_square_grid_of(map, 0)->level[level + 1].height;
-    coder c = {.block = block,
-               .map = map,
-               .ladder = ladder,
-               .tables = tables,
-               .values = {[HEIGHT] = heights},
-               .level = level,
-               .steps = choice->steps,
-               .sides = choice->sides,
-               .decode = decode,
-               .loose = choice->loose};
+    coder c = {block, map, ladder, tables, {[HEIGHT] = heights}, NULL, choice, level, decode};
     set_heights(block, level + 1, map);
     for (int v = GREEN; v <= BLUE; v++, colours += count) {
         for (uint32_t i = 0; i < count; i++)
@@ -577,8 +570,8 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
 {
     stp_square_choice_find(block, level, map, tables->last.normal_shift, choice);
     coder c = coder_begin(block, level, map, ladder, choice, tables, false);
-    c.loose = choice->loose = code_families(&c);
-    if (c.loose)
+    choice->loose = code_families(&c);
+    if (choice->loose)
         code_families(&c);
     choose_reach(&c, choice);
     code_radii(&c);
