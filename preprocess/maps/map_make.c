@@ -221,43 +221,45 @@ static void round_heights(making *m)
                 (int32_t)nearbyint((double)m->heights[i] * HEIGHT_STEPS - base);
 }
 
-/* Counts the squares that have samples, if the first row is the row `down` of a square, and the
- * first column its column 0 to 7. any: by column. */
-static void count_squares(const stp_map *map, uint32_t down, bool *any,
-                          uint32_t counts[STP_SQUARE_SIDE])
+/* What the squares cost that have samples, if the first row is the row `down` of a square, and the
+ * first column its column 0 to 7: a full one 1, another one 2, since its samples are merged across
+ * rows and columns. band: by column. */
+static void weigh_squares(const stp_map *map, uint32_t down, uint8_t *band,
+                          uint32_t costs[STP_SQUARE_SIDE])
 {
-    memset(counts, 0, STP_SQUARE_SIDE * sizeof *counts);
+    memset(costs, 0, STP_SQUARE_SIDE * sizeof *costs);
     for (uint32_t row = 0; row < map->rows;) {
-        memset(any, 0, map->columns * sizeof *any);
+        memset(band, 0, map->columns * sizeof *band);
         do
             for (uint32_t c = 0; c < map->columns; c++)
-                any[c] = any[c] || stp_map_at(map, c, row)->flags & STP_MAP_SUPPORTED;
+                band[c] += (uint8_t)(stp_map_at(map, c, row)->flags & STP_MAP_SUPPORTED);
         while (++row < map->rows && (row + down) % STP_SQUARE_SIDE != 0);
-        for (uint32_t right = 0; right < STP_SQUARE_SIDE; right++) {
-            uint32_t next = 0; /* the first column behind the last square that has samples */
-            for (uint32_t c = 0; c < map->columns; c++)
-                if (any[c] && c >= next) {
-                    next = c + STP_SQUARE_SIDE - (c + right) % STP_SQUARE_SIDE;
-                    counts[right]++;
-                }
-        }
+        for (uint32_t right = 0; right < STP_SQUARE_SIDE; right++)
+            for (uint32_t c = 0; c < map->columns;) {
+                uint32_t samples = 0;
+                do
+                    samples += band[c];
+                while (++c < map->columns && (c + right) % STP_SQUARE_SIDE != 0);
+                if (samples > 0)
+                    costs[right] += samples < STP_SQUARE_SAMPLES ? 2u : 1u;
+            }
     }
 }
 
-/* Puts empty rows and columns before the first ones so that the fewest squares have samples: each
- * is a patch. */
+/* Puts empty rows and columns before the first ones so that the squares cost least: each is a
+ * patch. */
 static stp_status fit_squares(stp_map *map, stp_error *err)
 {
     stp_status status = STP_OK;
-    bool *any = NULL;
+    uint8_t *band = NULL;
     stp_map_sample *samples = NULL;
-    uint32_t least = UINT32_MAX, right = 0, down = 0, counts[STP_SQUARE_SIDE];
-    STP_TRY(stp_alloc(&any, map->columns, sizeof *any, "maps", err));
+    uint32_t least = UINT32_MAX, right = 0, down = 0, costs[STP_SQUARE_SIDE];
+    STP_TRY(stp_alloc(&band, map->columns, sizeof *band, "maps", err));
     for (uint32_t r = 0; r < STP_SQUARE_SIDE; r++) {
-        count_squares(map, r, any, counts);
+        weigh_squares(map, r, band, costs);
         for (uint32_t c = 0; c < STP_SQUARE_SIDE; c++)
-            if (counts[c] < least) {
-                least = counts[c];
+            if (costs[c] < least) {
+                least = costs[c];
                 right = c;
                 down = r;
             }
@@ -274,7 +276,7 @@ static stp_status fit_squares(stp_map *map, stp_error *err)
     free(map->samples);
     map->samples = samples;
 done:
-    free(any);
+    free(band);
     return status;
 }
 

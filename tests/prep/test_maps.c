@@ -213,24 +213,25 @@ static void test_plane(void **state)
     surface_clear(&s);
 }
 
-/* How many squares have samples if the grid of squares is moved. */
+/* How many squares have samples if the grid of squares is moved; those that are not full count
+ * twice. */
 static unsigned squares_of(const stp_map *map, uint32_t right, uint32_t down)
 {
     unsigned count = 0;
     for (uint32_t r = 0; r < map->rows + down; r += 8)
         for (uint32_t c = 0; c < map->columns + right; c += 8) {
-            bool any = false;
+            unsigned samples = 0;
             for (uint32_t k = 0; k < 64; k++) {
                 const uint32_t column = c + k % 8 - right, row = r + k / 8 - down; /* or great */
-                any = any || (column < map->columns && row < map->rows &&
-                              stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED);
+                if (column < map->columns && row < map->rows)
+                    samples += stp_map_at(map, column, row)->flags & STP_MAP_SUPPORTED;
             }
-            count += any;
+            count += samples == 0 ? 0u : samples < 64 ? 2u : 1u;
         }
     return count;
 }
 
-/* No other place of the grid gives fewer squares. */
+/* No other place of the grid gives fewer. */
 static void test_squares(void **state)
 {
     surface_cloud s = oriented(GEN_BUMPY, 20000, 0.0);
