@@ -28,6 +28,7 @@ typedef struct builder {
     double areas[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
     stp_dvec3 places[STP_LEVEL_COUNT][STP_PATCH_SAMPLES]; /* centres before they are quantised */
     stp_merge_error total;                                /* of the patch vertex */
+    double noise;  /* of a grid's heights: merged samples are moved by less */
     double radius; /* of the last disc that was stored; less than 0: none */
     uint8_t radius_code;
 } builder;
@@ -100,8 +101,11 @@ static bool place(builder *b, int vertex_exponent)
     double step = ldexp(1.0, exponent);
     b->sublattice = b->ground->copied ? 0 : stp_sublattice_within(loose / step);
     double margin = ldexp(1.0, vertex_exponent);
-    if (b->ground->grid) /* merged samples are moved along the heights, by less */
-        margin = stp_max(margin, b->ground->grid->noise);
+    /* Merged samples are moved along the heights if the lattice reaches as far. */
+    b->noise = b->ground->grid ? b->ground->grid->noise : 0.0;
+    if (stp_dbox_side(&box) + 2.0 * (b->noise + margin) > STP_POSITION_STEPS * step)
+        b->noise = 0.0;
+    margin = stp_max(margin, b->noise);
     if (b->sublattice > 0) /* samples may go farther off */
         margin += stp_sublattice_reach(b->sublattice) * step;
     double low[3] = {box.min.x - margin, box.min.y - margin, box.min.z - margin};
@@ -293,7 +297,7 @@ static stp_disc merge(const builder *b, int level, unsigned begin, unsigned end,
  * finer ones, hides it. */
 static double height_step(const builder *b, int level, int lattice)
 {
-    const double noise = ldexp(b->ground->grid->noise, -level);
+    const double noise = ldexp(b->noise, -level);
     const bool fine = level == STP_LEVEL_COUNT - 1 || !(noise > 0.0);
     return ldexp(1.0, fine || stp_floor_log2(noise) < lattice ? lattice : stp_floor_log2(noise));
 }
