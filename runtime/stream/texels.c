@@ -68,7 +68,7 @@ static widths measure(int32_t (*rows)[FIELDS], unsigned count)
     for (unsigned i = 0; i < count; i++)
         for (int f = 0; f < FIELDS; f++) {
             any[f] |= rows[i][f];
-            most[f] |= rows[i][f] ^ (rows[i][f] >> 31);
+            most[f] |= rows[i][f] < 0 ? ~rows[i][f] : rows[i][f];
         }
     w.shift[X] = w.shift[Y] = shift_of(any[X], any[Y]);
     w.shift[U] = w.shift[V] = shift_of(any[U], any[V]);
