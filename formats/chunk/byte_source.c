@@ -187,6 +187,7 @@ static size_t read_run(stp_byte_source *s, stp_byte_range *ranges, size_t count)
     uint64_t end = ranges[0].offset;
     for (; run < count && ranges[run].offset - end <= GAP_ON_DISK; run++) {
         if (ranges[run].offset > end)
+            /* cppcheck-suppress legacyUninitvar ; it is written to */
             pieces[piece_count++] = (struct iovec){unused, (size_t)(ranges[run].offset - end)};
         pieces[piece_count++] = (struct iovec){ranges[run].data, ranges[run].size};
         end = ranges[run].offset + ranges[run].size;

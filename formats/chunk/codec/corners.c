@@ -164,7 +164,7 @@ done:
 stp_status stp_corners_put(const stp_chunk *block, const stp_corners *corners, unsigned lane,
                            stp_symbol_writer *w, stp_error *err)
 {
-    corner_odds odds;
+    corner_odds odds = {0};
     odds_begin(&odds);
     const uint32_t count = block->level_begin[0][block->patch_count];
     const stp_status status = stp_symbols_reserve(w, (size_t)2 * count, err);
@@ -198,7 +198,7 @@ stp_status stp_corners_get(stp_symbol_reader *symbols, unsigned lane, const stp_
                            stp_corners *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    corner_odds odds;
+    corner_odds odds = {0};
     recent r = {0};
     odds_begin(&odds);
     STP_TRY(corners_create(block, out, &r, err));
