@@ -215,13 +215,13 @@ static void add_square(making *m, uint32_t index, const pixel_noise *noise)
     const stp_depth_square *square = &m->squares[m->order[index]];
     const uint32_t first = m->count;
     int finest = INT_MAX;
+    params.normal_bits = noise->normal_bits;
     for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
         const uint32_t point = stp_depth_square_point(m->images, square, k);
         stp_item *item = &m->items[m->count];
         m->points[m->count++] = point;
-        params.normal_bits = noise->normal_bits;
         *item = stp_point_item_of(m->images->cloud, point,
                                   stp_depth_spacing(m->images, square->rays, point), &params);
         stp_normal_code_side(item->normal, m->images->cloud->points[point].given == STP_GIVEN_INPUT

@@ -307,29 +307,40 @@ static double height_of(stp_dvec3 along, stp_dvec3 p)
     return along.x == 1.0 ? p.x : along.y == 1.0 ? p.y : p.z;
 }
 
+/* The place at the mean depth on the mean of the finer samples' rays. *ray: that, by a unit of
+ * depth. */
+static stp_dvec3 amid_rays(const builder *b, int level, unsigned begin, unsigned end,
+                           stp_dvec3 *ray)
+{
+    const stp_patch_grid *grid = b->ground->grid;
+    const stp_dvec3 from = stp_dvec3_sub(grid->station, b->ground->origin);
+    const double share = 1.0 / (end - begin);
+    double depth = 0.0;
+    *ray = (stp_dvec3){0.0, 0.0, 0.0};
+    for (unsigned i = begin; i < end; i++) {
+        const stp_dvec3 seen = stp_dvec3_sub(b->places[level - 1][i], from);
+        const double own = height_of(grid->along, seen);
+        depth += share * own;
+        *ray = stp_dvec3_add(*ray, stp_dvec3_scale(seen, share / own));
+    }
+    return stp_dvec3_add(from, stp_dvec3_scale(*ray, depth));
+}
+
 /* Where the codec expects a merged sample of a grid: amid the finer samples' places, along whose
  * ray or axis its height is moved to a multiple of the step. centre: amid the finer samples. */
 static stp_dvec3 place_on_grid(const builder *b, int level, unsigned begin, unsigned end,
                                stp_dvec3 centre, double step)
 {
     const stp_patch_grid *grid = b->ground->grid;
-    const double share = 1.0 / (end - begin);
-    stp_dvec3 from = {0.0, 0.0, 0.0}, mean = from, along = grid->along;
-    double depth = 0.0;
-    if (grid->spreads)
-        from = stp_dvec3_sub(grid->station, b->ground->origin);
-    for (unsigned i = begin; i < end && !grid->level; i++) {
-        const stp_dvec3 seen = stp_dvec3_sub(b->places[level - 1][i], from);
-        const double own = height_of(grid->along, seen);
-        depth += share * own;
-        mean = stp_dvec3_add(mean, stp_dvec3_scale(seen, grid->spreads ? share / own : share));
-    }
-    if (grid->spreads) { /* the mean of the tangents, by a unit of depth */
-        along = mean;
-        mean = stp_dvec3_add(from, stp_dvec3_scale(along, depth));
-    }
+    stp_dvec3 mean = {0.0, 0.0, 0.0}, along = grid->along;
     if (grid->level)
         mean = centre;
+    else if (grid->spreads)
+        mean = amid_rays(b, level, begin, end, &along);
+    else
+        for (unsigned i = begin; i < end; i++)
+            mean =
+                stp_dvec3_add(mean, stp_dvec3_scale(b->places[level - 1][i], 1.0 / (end - begin)));
     const double height = height_of(grid->along, mean);
     const double rounded = stp_nearest_whole(height / step) * step;
     return stp_dvec3_add(mean, stp_dvec3_scale(along, rounded - height));
