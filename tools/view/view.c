@@ -81,7 +81,8 @@ static stp_status reload_side(viewer *v, stp_error *err)
     return stp_renderer_reload_shaders(v->renderer, err);
 }
 
-/* Reloads saved shaders. If they do not compile, shows the error and keeps the old ones. */
+/* Reloads saved shaders. If they do not compile, shows the error and keeps the old ones; but what
+ * changed while it was read is read again first. */
 static void reload_shaders(viewer *v)
 {
     stp_error err = {0};
@@ -93,6 +94,8 @@ static void reload_shaders(viewer *v)
         v->control.changed = true;
         return;
     }
+    if (view_watch_state(v->options->shader_folder) != state)
+        return;
     fprintf(stderr, "stipple view: %s\n", err.message);
     view_note(v, "%s", err.message);
 }
