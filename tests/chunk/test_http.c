@@ -2,46 +2,18 @@
  * its time-outs. */
 #include "base/clock.h"
 #include "base/pool.h"
-#include "base/random.h"
-#include "formats/chunk/byte_source.h"
 #include "formats/chunk/remote/http.h"
 #include "formats/chunk/remote/http_address.h"
 #include "formats/chunk/remote/http_answer.h"
-#include "tests/support/check.h"
-#include "tests/support/fault_server.h"
+
+#define FILE_BYTES 300000u
+#include "tests/fixtures/http_fixture.h"
 
 #include <stdatomic.h>
 #include <time.h>
 
-#define FILE_BYTES 300000u
-#define STALL_MS 300u
-#define TRIES 3u
 /* The time for all tries, their pauses and a busy machine: nothing may hang longer. */
 #define LATEST_S 30.0
-
-static uint8_t file_bytes[FILE_BYTES];
-static fault_server server;
-
-static const stp_byte_source_params quick = {
-    .connect_ms = 2000, .stall_ms = STALL_MS, .tries = TRIES, .pause_ms = 2};
-/* For servers that answer: a busy machine must not look like one that stalls. */
-static const stp_byte_source_params unhurried = {
-    .connect_ms = 20000, .stall_ms = 20000, .tries = TRIES, .pause_ms = 2};
-
-static int set_up(void **state)
-{
-    (void)state;
-    for (size_t i = 0; i < FILE_BYTES; i++)
-        file_bytes[i] = (uint8_t)stp_random_u64(1, i);
-    return fault_server_create(&server, file_bytes, sizeof file_bytes) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    fault_server_destroy(&server);
-    return 0;
-}
 
 static stp_byte_source *open_well(const stp_byte_source_params *params)
 {

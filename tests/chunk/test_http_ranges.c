@@ -1,42 +1,16 @@
 /* Tests reads of several ranges at once, from servers that take such requests, that do not, and
  * that answer wrongly: the bytes are right in the end, and few requests are sent. */
 #include "base/pool.h"
-#include "base/random.h"
-#include "formats/chunk/byte_source.h"
 #include "formats/chunk/remote/http_parts.h"
-#include "tests/support/check.h"
-#include "tests/support/fault_server.h"
 
 #define FILE_BYTES 4000000u
+#include "tests/fixtures/http_fixture.h"
+
 #define RANGES 40u
 /* Gaps are so wide that each range is a request, if they are not read at once. */
 #define STEP 90000u
 #define SIZE 3000u
 #define ALWAYS 1000u
-
-static uint8_t file_bytes[FILE_BYTES];
-static fault_server server;
-
-static const stp_byte_source_params quick = {
-    .connect_ms = 2000, .stall_ms = 300, .tries = 3, .pause_ms = 2};
-/* For servers that answer: a busy machine must not look like one that stalls. */
-static const stp_byte_source_params unhurried = {
-    .connect_ms = 20000, .stall_ms = 20000, .tries = 3, .pause_ms = 2};
-
-static int set_up(void **state)
-{
-    (void)state;
-    for (size_t i = 0; i < FILE_BYTES; i++)
-        file_bytes[i] = (uint8_t)stp_random_u64(1, i);
-    return fault_server_create(&server, file_bytes, sizeof file_bytes) ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    fault_server_destroy(&server);
-    return 0;
-}
 
 static void order(const fault_orders *orders)
 {

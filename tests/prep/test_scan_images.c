@@ -99,9 +99,7 @@ static void write_e57(const char *path, record *all, size_t counts[SCANS])
         add_scan(&file, scan, all, counts[scan]);
     }
     e57_end(&file, "");
-    byte_row sealed = e57_seal(file.logical.data, file.logical.size);
-    scan_fixture_bytes(path, sealed.data, sealed.size);
-    bytes_free(&sealed);
+    e57_write(path, &file);
     e57_free(&file);
 }
 

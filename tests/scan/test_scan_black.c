@@ -90,9 +90,7 @@ static void e57_files(void **state)
         e57_vector(&file, s, 6, false);
         e57_scan(&file, "", COUNT, prototype);
         e57_end(&file, "");
-        byte_row sealed = e57_seal(file.logical.data, file.logical.size);
-        scan_fixture_bytes("black.e57", sealed.data, sealed.size);
-        bytes_free(&sealed);
+        e57_write("black.e57", &file);
         e57_free(&file);
         for (int k = 0; k < 6; k++)
             bytes_free(&s[k].bytes);

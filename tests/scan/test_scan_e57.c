@@ -24,13 +24,6 @@ static void free_streams(e57_stream *streams, size_t count)
         bytes_free(&streams[i].bytes);
 }
 
-static void write_file(e57_file *file, const char *path)
-{
-    byte_row sealed = e57_seal(file->logical.data, file->logical.size);
-    scan_fixture_bytes(path, sealed.data, sealed.size);
-    bytes_free(&sealed);
-}
-
 /* Writes one scan of these bytestreams. */
 static void write_scan(const char *path, e57_stream *streams, size_t stream_count,
                        const char *before, uint64_t records, const char *prototype,
@@ -41,7 +34,7 @@ static void write_scan(const char *path, e57_stream *streams, size_t stream_coun
     e57_vector(&file, streams, stream_count, false);
     e57_scan(&file, before, records, prototype);
     e57_end(&file, after);
-    write_file(&file, path);
+    e57_write(path, &file);
     e57_free(&file);
 }
 
@@ -110,7 +103,7 @@ static void every_width(void **state)
         e57_vector(&file, s, 4, true);
         e57_scan(&file, "", POINTS, prototype);
         e57_end(&file, "");
-        write_file(&file, "bits.e57");
+        e57_write("bits.e57", &file);
         e57_free(&file);
         free_streams(s, 4);
         stp_scan_info info;
@@ -223,7 +216,7 @@ static void write_four_scans(const char *path)
                  "x", "7") "</translation></pose>",
              3, XYZ);
     e57_end(&file, "");
-    write_file(&file, path);
+    e57_write(path, &file);
     e57_free(&file);
     free_streams(s, 6);
     free_streams(spherical, 4);
@@ -438,7 +431,7 @@ static void limits_of_several_scans(void **state)
              XYZ E57_FLOAT("intensity", "single") E57_INTEGER("colorRed", "0", "1023")
                  E57_INTEGER("colorGreen", "0", "1023") E57_INTEGER("colorBlue", "0", "1023"));
     e57_end(&file, "");
-    write_file(&file, "two.e57");
+    e57_write("two.e57", &file);
     e57_free(&file);
     free_streams(s, 5);
     stp_scan_info info;
@@ -500,7 +493,7 @@ static void no_points(void **state)
     stp_scan_info info;
     e57_begin(&file);
     e57_end(&file, "");
-    write_file(&file, "none.e57");
+    e57_write("none.e57", &file);
     e57_free(&file);
     stp_point *p = scan_fixture_read("none.e57", NULL, &info);
     assert_int_equal(info.point_count, 0);
@@ -513,7 +506,7 @@ static void no_points(void **state)
     e57_vector(&file, s, 3, false);
     e57_scan(&file, TURNED, 2, XYZ);
     e57_end(&file, "");
-    write_file(&file, "some.e57");
+    e57_write("some.e57", &file);
     e57_free(&file);
     free_streams(s, 3);
     p = scan_fixture_read("some.e57", NULL, &info);

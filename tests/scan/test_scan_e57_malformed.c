@@ -31,19 +31,12 @@ static e57_file sound_file(void)
     return file;
 }
 
-static void write_sealed(const e57_file *file)
-{
-    byte_row sealed = e57_seal(file->logical.data, file->logical.size);
-    scan_fixture_bytes("bad.e57", sealed.data, sealed.size);
-    bytes_free(&sealed);
-}
-
 static void the_file_is_sound(void **state)
 {
     (void)state;
     e57_file file = sound_file();
     stp_scan_info info;
-    write_sealed(&file);
+    e57_write("bad.e57", &file);
     stp_point *p = scan_fixture_read("bad.e57", NULL, &info);
     assert_int_equal(info.point_count, POINTS);
     for (unsigned i = 0; i < POINTS; i++) {
@@ -104,7 +97,7 @@ static void check_lies(const lie *lies, size_t count, size_t from_section, size_
         e57_file file = sound_file();
         const size_t base = from_section ? file.section : (from_packet ? file.packet : 0);
         bytes_set(&file.logical, base + lies[i].at, lies[i].value, lies[i].size);
-        write_sealed(&file);
+        e57_write("bad.e57", &file);
         scan_fixture_fails("bad.e57", NULL, lies[i].status, lies[i].text);
         e57_free(&file);
     }
@@ -186,7 +179,7 @@ static void cut_sections(void **state)
     for (uint64_t cut = 0; cut < size; cut += cut < 200 || cut > size - 50 ? 1 : 13) {
         e57_file file = sound_file();
         bytes_set(&file.logical, file.section + 8, cut, 8);
-        write_sealed(&file);
+        e57_write("bad.e57", &file);
         scan_fixture_fails("bad.e57", NULL, STP_CORRUPT, "the file is damaged");
         e57_free(&file);
     }
@@ -265,7 +258,7 @@ static void xml_lies(void **state)
     for (size_t i = 0; i < sizeof lies / sizeof *lies; i++) {
         e57_file file = sound_file();
         replace_xml(&file, lies[i].from, lies[i].to);
-        write_sealed(&file);
+        e57_write("bad.e57", &file);
         scan_fixture_fails("bad.e57", NULL, lies[i].status, lies[i].text);
         e57_free(&file);
     }
@@ -282,10 +275,10 @@ static void endless_points(void **state)
              E57_INTEGER("cartesianX", "1", "1") E57_INTEGER("cartesianY", "1", "1")
                  E57_INTEGER("cartesianZ", "1", "1"));
     e57_end(&file, "");
-    write_sealed(&file);
+    e57_write("bad.e57", &file);
     scan_fixture_fails("bad.e57", NULL, STP_LIMIT, "1000000000000 points that are all the same");
     replace_xml(&file, "recordCount=\"1000000000000\"", "recordCount=\"1\"");
-    write_sealed(&file);
+    e57_write("bad.e57", &file);
     stp_scan_info info;
     stp_point *p = scan_fixture_read("bad.e57", NULL, &info);
     scan_fixture_position(p, 1, 1, 1);
@@ -309,7 +302,7 @@ static void shared_points(void **state)
                  E57_FLOAT("cartesianX", "double") E57_FLOAT("cartesianY", "double")
                      E57_FLOAT("cartesianZ", "double"));
     e57_end(&file, "");
-    write_sealed(&file);
+    e57_write("bad.e57", &file);
     scan_fixture_fails("bad.e57", NULL, STP_CORRUPT, "more points than the file holds");
     e57_free(&file);
     for (int axis = 0; axis < 3; axis++)
@@ -326,7 +319,7 @@ static void bad_second_scan(void **state)
     replace_xml(&file, "</data3D>",
                 "<vectorChild type=\"Structure\"><points fileOffset=\"80\" recordCount=\"1\">"
                 "<prototype>" XYZ "</prototype></points></vectorChild></data3D>");
-    write_sealed(&file);
+    e57_write("bad.e57", &file);
     assert_int_equal(stp_scan_open(&scan, "bad.e57", NULL, &err), STP_CORRUPT);
     assert_non_null(strstr(err.message, "byte 80: a section of"));
     assert_null(scan);
@@ -341,7 +334,7 @@ static void cut_xml(void **state)
     const uint64_t end = whole.xml.size - strlen("\n");
     for (uint64_t size = 0; size < end; size++) {
         bytes_set(&whole.logical, 32, size, 8);
-        write_sealed(&whole);
+        e57_write("bad.e57", &whole);
         scan_fixture_fails("bad.e57", NULL, STP_CORRUPT, "XML section, line");
     }
     e57_free(&whole);
@@ -364,7 +357,7 @@ static void check_hostile(const char *from, byte_row to, stp_status status, cons
 {
     e57_file file = sound_file();
     replace_xml(&file, from, (const char *)to.data);
-    write_sealed(&file);
+    e57_write("bad.e57", &file);
     scan_fixture_fails("bad.e57", NULL, status, text);
     bytes_free(&to);
     e57_free(&file);

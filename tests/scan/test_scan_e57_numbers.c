@@ -29,9 +29,7 @@ static void add_scan(e57_file *file, e57_stream *streams, size_t count, uint64_t
 static void write_file(e57_file *file, const char *path)
 {
     e57_end(file, "");
-    byte_row sealed = e57_seal(file->logical.data, file->logical.size);
-    scan_fixture_bytes(path, sealed.data, sealed.size);
-    bytes_free(&sealed);
+    e57_write(path, file);
     e57_free(file);
 }
 
