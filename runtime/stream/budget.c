@@ -140,16 +140,14 @@ stp_status stp_budget_plan(stp_budget *out, const stp_scene *scene, const stp_bu
     uint64_t tables = scene->chunk_count * (uint64_t)sizeof(stp_chunk_entry) +
                       scene->block_count * (uint64_t)(sizeof(stp_block) + TABLE_BYTES);
     uint64_t decoded = b.decoder_count * decoding + tables;
-    /* While a block is read further, what it had is held, too. */
-    const uint64_t all_payloads = d.payloads + d.most_payload;
-    uint64_t least_payloads = smaller(PAYLOADS_LEAST * d.most_payload, all_payloads);
+    uint64_t least_payloads = smaller(PAYLOADS_LEAST * d.most_payload, d.payloads);
     const uint64_t fixed[2] = {b.ring_bytes + slots_of(scene) * (uint64_t)sizeof(stp_gpu_chunk),
                                decoded + least_payloads};
     stp_status status = plan_texture(&b, scene, &d, given, fixed, limits->texels, err);
     if (status != STP_OK)
         return status;
     uint64_t mirror = b.patch_capacity * (uint64_t)PATCH_MIRROR_BYTES;
-    b.payload_bytes = smaller(given[1] - decoded - mirror, all_payloads);
+    b.payload_bytes = smaller(given[1] - decoded - mirror, d.payloads);
     b.cpu_bytes = decoded + mirror + b.payload_bytes;
     *out = b;
     return STP_OK;

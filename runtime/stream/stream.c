@@ -41,6 +41,7 @@ struct stp_stream {
     uint32_t *load_of;                            /* by block: its load's place, plus 1; else 0 */
     atomic_bool unwanted[STP_STREAM_LOADS_LIMIT]; /* by load; the reader looks without the mutex */
     uint64_t bytes_read, news_count;
+    bool stuck; /* the next want has no room, and only what was read ahead of it can make some */
 };
 
 uint64_t stp_load_patches_offset(const stp_placement *placement)
@@ -53,6 +54,14 @@ static bool state_has_news(stp_load_state state)
     return state == STP_LOAD_FETCHED || state == STP_LOAD_DONE || state == STP_LOAD_FAILED;
 }
 
+static void tell_news(stp_stream *s)
+{
+    s->news_count++;
+    pthread_cond_signal(&s->news);
+    if (s->wake != NULL)
+        s->wake(s->wake_context);
+}
+
 static void set_state(stp_stream *s, stp_load *load, stp_load_state state)
 {
     s->count_of[load->state]--;
@@ -60,12 +69,8 @@ static void set_state(stp_stream *s, stp_load *load, stp_load_state state)
     load->state = state;
     if (state == STP_LOAD_PLACED || state == STP_LOAD_FREE)
         pthread_cond_broadcast(&s->work);
-    if (!state_has_news(state))
-        return;
-    s->news_count++;
-    pthread_cond_signal(&s->news);
-    if (s->wake != NULL)
-        s->wake(s->wake_context);
+    if (state_has_news(state))
+        tell_news(s);
 }
 
 /* ---- reading ---- */
@@ -194,6 +199,18 @@ static bool takes_more(const stp_stream *s, const group *g)
                g->model;
 }
 
+/* The next want has no room in one piece. If all loads are FETCHED, none makes room by itself: the
+ * render thread may place them after that want. Then it is told, and lets go of them as it wants
+ * blocks again. */
+static void note_stuck(stp_stream *s)
+{
+    const size_t idle = s->count_of[STP_LOAD_FREE] + s->count_of[STP_LOAD_FETCHED];
+    if (s->stuck || idle < STP_STREAM_LOADS_LIMIT || s->count_of[STP_LOAD_FETCHED] == 0)
+        return;
+    s->stuck = true;
+    tell_news(s);
+}
+
 /* Begins the next wants until some must be read: one and its neighbours, and more if one request
  * can bring them. The group is empty if there is nothing to read. */
 static void begin_next(stp_stream *s, group *g)
@@ -205,8 +222,10 @@ static void begin_next(stp_stream *s, group *g)
         begun state = NOTHING_TO_READ;
         if (s->want_of[s->wants[index].block] == index + 1)
             state = begin_want(s, index, &g->of[first]);
-        if (state == NO_ROOM)
+        if (state == NO_ROOM) {
+            note_stuck(s);
             return;
+        }
         s->want_next++;
         if (state != MUST_READ)
             continue;
@@ -500,9 +519,10 @@ void stp_stream_want(stp_stream *s, const stp_want *wants, size_t count)
         load->rank = asked ? want - 1 : STP_STREAM_WANTS_LIMIT;
         load->dropped = load->dropped || !asked;
         atomic_store(&s->unwanted[i], !asked);
-        if (!asked && load->state == STP_LOAD_FETCHED)
+        if ((!asked || s->stuck) && load->state == STP_LOAD_FETCHED)
             end_load(s, load);
     }
+    s->stuck = false;
     pthread_cond_broadcast(&s->work);
     pthread_mutex_unlock(&s->mutex);
 }

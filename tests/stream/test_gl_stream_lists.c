@@ -3,6 +3,7 @@
 #include "base/random.h"
 #include "runtime/stream/gather.h"
 #include "runtime/stream/payload_store.h"
+#include "runtime/stream/stream.h"
 #include "runtime/stream/victims.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan/scan_fixture.h"
@@ -225,11 +226,71 @@ static void failed_request(void **state)
     stp_chunk_file_close(&file);
 }
 
+/* ---- order ---- */
+
+static uint32_t units_of(const stp_scene *scene, uint32_t block)
+{
+    return stp_block_payload_bytes(&scene->blocks[block], 0) / STP_PAYLOAD_UNIT_BYTES + 1;
+}
+
+/* Wants blocks and takes them in this order, as a picture that waits does. Returns how many came.
+ */
+static size_t take_in_order(stp_stream *stream, const stp_want *wants, size_t count)
+{
+    uint64_t seen = UINT64_MAX;
+    size_t next = 0;
+    for (int i = 0; next < count && i < 5000; i++) {
+        const uint64_t news = stp_stream_news_count(stream);
+        stp_load *load = stp_stream_find(stream, wants[next].block);
+        if (load == NULL && news != seen)
+            stp_stream_want(stream, wants + next, count - next);
+        seen = news;
+        if (load == NULL) {
+            usleep(1000);
+            continue;
+        }
+        assert_int_equal(load->state, STP_LOAD_FETCHED);
+        stp_stream_release(stream, load);
+        seen = UINT64_MAX;
+        next++;
+    }
+    return next;
+}
+
+/* The last want lies beside the first one and is read with it. In memory it lies where the one
+ * between them, the largest, has no room in one piece. */
+static void what_is_read_ahead_makes_room(void **state)
+{
+    (void)state;
+    stp_model *model = NULL;
+    stp_scene scene;
+    stp_stream *stream = NULL;
+    uint32_t large = 0, small = 0;
+    check_ok(stp_model_open(&model, "lists.stipple", err));
+    check_ok(stp_scene_create(&scene, (const stp_model *const[]){model}, 1, err));
+    for (uint32_t b = 1; b < scene.block_count; b++)
+        large = units_of(&scene, b) > units_of(&scene, large) ? b : large;
+    while (units_of(&scene, small) >= units_of(&scene, large) || small == large ||
+           small + 1 == large)
+        small++;
+    const stp_want wants[3] = {{small, 0}, {large, 0}, {small + 1, 0}};
+    const uint32_t units =
+        units_of(&scene, small) + units_of(&scene, small + 1) + units_of(&scene, large) - 1;
+    const stp_stream_params params = {
+        .scene = &scene, .payload_bytes = units * STP_PAYLOAD_UNIT_BYTES, .decoder_count = 1};
+    check_ok(stp_stream_create(&stream, &params, err));
+    assert_int_equal(take_in_order(stream, wants, 3), 3);
+    stp_stream_destroy(&stream);
+    stp_scene_destroy(&scene);
+    stp_model_close(&model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(ranges),   cmocka_unit_test(victims),        cmocka_unit_test(payloads),
-        cmocka_unit_test(requests), cmocka_unit_test(failed_request),
+        cmocka_unit_test(ranges),         cmocka_unit_test(victims),
+        cmocka_unit_test(payloads),       cmocka_unit_test(requests),
+        cmocka_unit_test(failed_request), cmocka_unit_test(what_is_read_ahead_makes_room),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }
