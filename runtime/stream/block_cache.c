@@ -249,7 +249,7 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
 {
     stp_load_place *p = &load->place;
     stp_placement *at = &p->placement;
-    uint64_t begin = stp_upload_ring_offset(p->piece), patches = stp_load_patches_offset(at);
+    uint64_t begin = stp_upload_ring_offset(p->piece), patches = stp_placement_patches(at);
     stp_object_texture_trim(&c->texture, at, p->texels);
     stp_upload_ring_copy(&c->ring, &c->texture.samples, begin,
                          at->texels.begin * (uint64_t)STP_TEXEL_BYTES,

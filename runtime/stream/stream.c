@@ -44,11 +44,6 @@ struct stp_stream {
     bool stuck; /* the next want has no room, and only what was read ahead of it can make some */
 };
 
-uint64_t stp_load_patches_offset(const stp_placement *placement)
-{
-    return (uint64_t)placement->texels.count * STP_TEXEL_BYTES;
-}
-
 static bool state_has_news(stp_load_state state)
 {
     return state == STP_LOAD_FETCHED || state == STP_LOAD_DONE || state == STP_LOAD_FAILED;
@@ -274,21 +269,6 @@ static void *run_reader(void *context)
 
 /* ---- decoding ---- */
 
-static void write_piece(stp_load *load, const stp_chunk *chunk, unsigned shapes)
-{
-    const stp_placement *p = &load->place.placement;
-    uint8_t *memory = load->place.memory;
-    uint64_t *texels = (uint64_t *)(void *)memory;
-    stp_gpu_patch *patches = (stp_gpu_patch *)(void *)(memory + stp_load_patches_offset(p));
-    uint32_t at = 0;
-    stp_gpu_patches_fill(patches, chunk, load->place.slot, shapes);
-    for (uint32_t i = 0; i < chunk->patch_count; i++) {
-        patches[i].first = p->texels.begin + at;
-        at += stp_texels_write(texels + at, chunk, i);
-    }
-    load->place.texels = at;
-}
-
 /* Fills the CPU's copies of the patches, and takes the squares of level 0 from the chunk. */
 static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk *chunk,
                                  stp_error *err)
@@ -333,7 +313,8 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch 
     if (load->place.finest != NULL)
         stp_patch_levels_keep(chunk, load->place.finest);
     STP_TRY(mirror_patches(s, load, chunk, err));
-    write_piece(load, chunk, stp_scene_shapes(s->scene));
+    load->place.texels = stp_placement_write(&load->place.placement, load->place.memory, chunk,
+                                             load->place.slot, stp_scene_shapes(s->scene));
 done:
     stp_chunk_recycle(&chunk, scratch);
     return status;

@@ -58,9 +58,6 @@ typedef struct stp_load_place {
     uint32_t look; /* the view that the list was made for */
 } stp_load_place;
 
-/* Offset of the patches in a piece, bytes. */
-uint64_t stp_load_patches_offset(const stp_placement *placement);
-
 /* What the CPU keeps of a block on the GPU: arrays by patch. */
 typedef struct stp_mirror {
     stp_mirror_patch *patches;
