@@ -73,7 +73,8 @@ static vec3s normal_at(const storing *s, uint32_t column, uint32_t row)
         const stp_dvec3 at = stp_map_leaf_place(s->map, &s->raster, c, r, s->params, &own);
         heights[k] = (const double[3]){at.x, at.y, at.z}[s->raster.axis];
     }
-    return stp_map_normal(&s->raster, heights, surface, s->params->normal_bits);
+    return stp_map_normal(&s->raster, s->map->rough ? NULL : heights, surface,
+                          s->params->normal_bits);
 }
 
 static stp_line_vertex store(const storing *s, const stp_map_vertex *v, int lattice)

@@ -42,6 +42,7 @@ typedef struct stp_map {
     stp_map_sample *samples; /* row by row; owned, in a spill or plain memory */
     uint32_t count;          /* of supported samples */
     uint32_t sheet;          /* of its first point (preprocess/orient/sheets.h) */
+    bool rough;              /* heights are too rough for normals (map_make.h) */
 } stp_map;
 
 static inline const stp_map_sample *stp_map_at(const stp_map *map, uint32_t column, uint32_t row)

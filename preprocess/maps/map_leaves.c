@@ -197,8 +197,8 @@ static stp_item make_item(making *m, const stp_map_square *square, const window 
     double heights[STP_MAP_WINDOW * STP_MAP_WINDOW];
     for (uint32_t k = 0; k < STP_MAP_WINDOW * STP_MAP_WINDOW; k++)
         heights[k] = w->height[j + k / STP_MAP_WINDOW][i + k % STP_MAP_WINDOW];
-    const vec3s normal = stp_map_normal(&m->raster, heights, stp_normal_decode(sample->normal),
-                                        m->params->normal_bits);
+    const vec3s normal = stp_map_normal(&m->raster, m->map->rough ? NULL : heights,
+                                        stp_normal_decode(sample->normal), m->params->normal_bits);
     stp_point_facts facts = {
         .position = w->at[j + STP_MAP_NORMAL_REACH][i + STP_MAP_NORMAL_REACH],
         .spacing = spacing_of(m->map, column, row, normal, m->params->lambda),

@@ -18,6 +18,10 @@
  * Heights are those of the surface through the points (map_points.h), or of a mesh's triangles
  * (map_faces.h).
  *
+ * Rough: noise, or the steps of a depth camera, may be wider than the surface is averaged. Planes
+ * through heights then say nothing. If the points' normals are fitted more widely and are far from
+ * those planes, the map is rough: its samples have the mean of the points' normals.
+ *
  * Threads: any, a map each. */
 #ifndef STP_PREPROCESS_MAPS_MAP_MAKE_H
 #define STP_PREPROCESS_MAPS_MAP_MAKE_H

@@ -52,10 +52,10 @@ stp_dvec3 stp_map_snapped(const stp_map *map, const stp_raster *raster, uint32_t
     return (stp_dvec3){at[0], at[1], at[2]};
 }
 
-vec3s stp_map_normal(const stp_raster *raster,
-                     const double heights[STP_MAP_WINDOW * STP_MAP_WINDOW], vec3s surface,
-                     unsigned bits)
+vec3s stp_map_normal(const stp_raster *raster, const double *heights, vec3s surface, unsigned bits)
 {
+    if (heights == NULL)
+        return surface;
     const stp_square_normals world = {.reach = STP_MAP_NORMAL_REACH, .length = 1.0};
     const stp_square_place at = {.tilt = {raster->across[0][3], raster->across[1][3]}};
     const unsigned shift = STP_NORMAL_BITS - bits;

@@ -23,9 +23,8 @@ stp_dvec3 stp_map_snapped(const stp_map *map, const stp_raster *raster, uint32_t
                           uint32_t row, double step);
 /* The normal that a sample is stored with, on the grid of `bits` (normal_grid.h): of the plane
  * through the samples around; `surface` if they are all on one line, or too near for floats.
- * heights: of the window, row by row, along the raster's axis; NaN: no sample. */
-vec3s stp_map_normal(const stp_raster *raster,
-                     const double heights[STP_MAP_WINDOW * STP_MAP_WINDOW], vec3s surface,
-                     unsigned bits);
+ * heights: of the window, row by row, along the raster's axis; NaN: no sample. NULL: the map is
+ * rough (map_make.h), so the normal is `surface`. */
+vec3s stp_map_normal(const stp_raster *raster, const double *heights, vec3s surface, unsigned bits);
 
 #endif

@@ -126,6 +126,29 @@ mean() { grep -o '"mean":[^,}]*' "$FOLDER/$1.json" | tail -1 | cut -d: -f2; }
 awk -v faces="$(mean folds)" -v vertices="$(mean vertices)" 'BEGIN { exit !(faces < 0.9 * vertices) }' ||
     fail "the faces of a mesh do not count: $(mean folds) and $(mean vertices)"
 
+# A slanted wall, Z = 3 m + 0.8 X, by a camera whose depths come in steps of 60 mm: wider than maps average. Samples keep
+# the normals that the whole image tells.
+python3 - "$FOLDER/wall.pgm" <<'END'
+import struct, sys
+with open(sys.argv[1], 'wb') as out:
+    out.write(b'P5\n320 240\n65535\n')
+    for pixel in range(320 * 240):
+        depth = 3000.0 / (1.0 - 0.8 * (pixel % 320 - 160) / 300.0)
+        out.write(struct.pack('>H', int(depth / 60.0 + 0.5) * 60))
+END
+run "$STIPPLE" prep "$FOLDER/wall.pgm" --pinhole 300,300,160,120 --height-scale 0.001 --maps -o "$FOLDER/wall.stipple"
+expect_code 0
+run "$STIPPLE" export "$FOLDER/wall.stipple" -o "$FOLDER/wall.ply"
+expect_code 0
+python3 - "$FOLDER/wall.ply" <<'END' || fail "normals of a wall in steps"
+import math, struct, sys
+data = open(sys.argv[1], 'rb').read()
+normals = [s[3:] for s in struct.iter_unpack('<6f', data[data.index(b'end_header\n') + 11:])]
+wall = (0.8, 0.0, -1.0)
+off = sum(math.acos(sum(a * b for a, b in zip(n, wall)) / math.sqrt(1.64)) for n in normals) / len(normals)
+sys.exit(math.degrees(off) > 1.5)
+END
+
 # The same picture as of points, but for what resampling changes.
 if "$STIPPLE" --help | found '^  render '; then
     for name in m points; do
