@@ -26,6 +26,19 @@ stp_status stp_alloc(void *out, size_t count, size_t size, const char *what, stp
     return STP_OK;
 }
 
+stp_status stp_alloc_unset(void *out, size_t count, size_t size, const char *what, stp_error *err)
+{
+    void *memory = NULL;
+    size_t bytes = 0;
+    if (count > 0) {
+        memory = stp_mul_size(count, size, &bytes) ? malloc(bytes) : NULL;
+        if (!memory)
+            return out_of_memory(count, size, what, err);
+    }
+    memcpy(out, &memory, sizeof memory);
+    return STP_OK;
+}
+
 stp_status stp_text_copy(char **out, const char *text, const char *what, stp_error *err)
 {
     size_t bytes = strlen(text) + 1;

@@ -11,6 +11,9 @@
  * free(). */
 stp_status stp_alloc(void *out, size_t count, size_t size, const char *what, stp_error *err);
 
+/* The same without zeroing: for large arrays that are written before they are read. */
+stp_status stp_alloc_unset(void *out, size_t count, size_t size, const char *what, stp_error *err);
+
 /* Sets *out to a copy of a text. `what` names it in the message. Errors: OUT_OF_MEMORY. Free with
  * free(). */
 stp_status stp_text_copy(char **out, const char *text, const char *what, stp_error *err);

@@ -15,9 +15,7 @@
 /* A sample's disc is at most as wide as that of a cell this many times as large. */
 #define WIDEST_CELL 4.0
 /* Discs have sizes of so many steps an octave, lest noise makes each a size of its own. */
-#define STRETCH_STEPS 4.0
-/* Less than half a step. */
-#define LEVEL_STRETCH 1.09
+#define STRETCH_STEPS 4
 /* Half the diagonal of a cell over the disc's spacing, at most: discs of the default size meet. */
 #define DIAGONAL_SHARE 0.6
 
@@ -208,13 +206,26 @@ static bool is_border(const double *middle)
     return false;
 }
 
+/* How much wider a disc is than a level one: the root of how much larger its cell is, in steps. */
+static double stretch_of(double upwards)
+{
+    static const double stretch[STRETCH_STEPS + 1] = {
+        1.0, 0x1.306fe0a31b715p+0, 0x1.6a09e667f3bcdp+0, 0x1.ae89f995ad3adp+0, 2.0};
+    /* squares of what lies amid two steps */
+    static const double from[STRETCH_STEPS] = {0x1.306fe0a31b715p+0, 0x1.ae89f995ad3adp+0,
+                                               0x1.306fe0a31b715p+1, 0x1.ae89f995ad3adp+1};
+    const double cell = stp_min(1.0 / stp_max(upwards, 1e-3), WIDEST_CELL);
+    unsigned step = 0;
+    for (unsigned k = 0; k < STRETCH_STEPS; k++)
+        step += cell > from[k];
+    return stretch[step];
+}
+
 /* At the border of a wide hole a disc is just large enough to meet its neighbours, so that the hole
  * stays as wide as it is. Single samples that are missing are closed. */
 STP_INLINE double spacing_of(const tile *t, const double *middle, bool whole, double upwards)
 {
-    const double wide = sqrt(stp_min(1.0 / stp_max(upwards, 1e-3), WIDEST_CELL));
-    const double steps = wide > LEVEL_STRETCH ? nearbyint(STRETCH_STEPS * log2(wide)) : 0.0;
-    const double stretch = steps > 0.0 ? exp2(steps / STRETCH_STEPS) : 1.0;
+    const double stretch = stretch_of(upwards);
     if (!whole && is_border(middle))
         return 0.5 * BORDER_SHARE * stretch * t->diagonal / t->params->lambda;
     return stp_max(stretch * sqrt(fabs(t->frame.area)), DIAGONAL_SHARE * t->diagonal);
@@ -395,11 +406,11 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
               .row = index / grid->tile_columns * STP_TILE_SIDE};
     t.columns = least(grid->raster.columns - t.column, STP_TILE_SIDE);
     t.rows = least(grid->raster.rows - t.row, STP_TILE_SIDE);
-    STP_TRY(
-        stp_alloc(&t.z, (size_t)SIDE_WITH_REACH * SIDE_WITH_REACH, sizeof *t.z, "heights", err));
-    STP_TRY(stp_alloc(&t.items, grid->tile_samples[index], sizeof *t.items, "samples", err));
-    STP_TRY(stp_alloc(&t.ends, grid->tile_samples[index], sizeof *t.ends, "patches", err));
-    STP_TRY(stp_alloc(&t.together, grid->tile_samples[index], sizeof *t.together, "patches", err));
+    STP_TRY(stp_alloc_unset(&t.z, (size_t)SIDE_WITH_REACH * SIDE_WITH_REACH, sizeof *t.z, "heights",
+                            err));
+    STP_TRY(stp_alloc_unset(&t.items, grid->tile_samples[index], sizeof *t.items, "samples", err));
+    STP_TRY(stp_alloc(&t.ends, TILE_SQUARES, sizeof *t.ends, "patches", err));
+    STP_TRY(stp_alloc(&t.together, TILE_SQUARES, sizeof *t.together, "patches", err));
     STP_TRY(stp_alloc(&t.grids, TILE_SQUARES, sizeof *t.grids, "patches", err));
     load(&t);
     add_squares(&t);

@@ -83,6 +83,13 @@ static void test_alloc(void **state)
     free(numbers);
     assert_int_equal(stp_alloc(&numbers, 0, 8, "none", &err), STP_OK);
     assert_null(numbers);
+    assert_int_equal(stp_alloc_unset(&numbers, SIZE_MAX / 2, 8, "numbers", &err),
+                     STP_OUT_OF_MEMORY);
+    assert_int_equal(stp_alloc_unset(&numbers, 4, sizeof *numbers, "numbers", &err), STP_OK);
+    assert_non_null(numbers);
+    free(numbers);
+    assert_int_equal(stp_alloc_unset(&numbers, 0, 8, "none", &err), STP_OK);
+    assert_null(numbers);
     char *text = NULL;
     assert_int_equal(stp_text_copy(&text, "kept", "a text", &err), STP_OK);
     assert_string_equal(text, "kept");

@@ -264,7 +264,8 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, stp_
     stp_status status = STP_OK;
     static const unsigned none = BESIDE_NONE;
     const unsigned *size[STP_TABLE_COLUMNS_LIMIT];
-    STP_TRY(stp_alloc(&out->memory, table->column_count + 1u, sizeof *out->of, "columns", err));
+    STP_TRY(
+        stp_alloc_unset(&out->memory, table->column_count + 1u, sizeof *out->of, "columns", err));
     out->of = (column *)(((uintptr_t)out->memory + _Alignof(column) - 1) & ~(_Alignof(column) - 1));
     out->first = table->tight ? table->tight_first : table->middles ? table->first : NULL;
     for (unsigned k = 0; k < table->column_count; k++) {
@@ -273,6 +274,8 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, stp_
         size[k] = &none;
         if (constant >> k & 1u)
             continue;
+        c->mean = c->size = c->before = 0;
+        c->bytes = 0;
         c->number = k;
         c->lane = out->count++ % STP_SYMBOL_LANES;
         c->cells = stp_table_column(table, k);

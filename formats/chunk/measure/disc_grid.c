@@ -199,9 +199,9 @@ stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, cons
                        .carry = carry,
                        .carry_around = around ? around->carry : NULL};
     g.count = g.own_count + (around ? around->count : 0);
-    stp_status status = stp_alloc(&g.numbers, g.count, sizeof *g.numbers, "discs", err);
+    stp_status status = stp_alloc_unset(&g.numbers, g.count, sizeof *g.numbers, "discs", err);
     if (status == STP_OK)
-        status = stp_alloc(&g.patch_of, g.own_count, sizeof *g.patch_of, "discs", err);
+        status = stp_alloc_unset(&g.patch_of, g.own_count, sizeof *g.patch_of, "discs", err);
     if (status == STP_OK) {
         choose_scale(&g);
         take_discs(&g);

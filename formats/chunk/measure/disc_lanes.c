@@ -1,5 +1,4 @@
-/* Costs and distances of points in lanes over one disc after the other, and of discs over one
- * point. */
+/* Costs and distances of one point over many discs, and of pairs of point and disc. */
 #include "formats/chunk/measure/disc_lanes.h"
 
 #include "base/memory.h"
@@ -23,56 +22,6 @@ static const double around[2][STP_DISC_LANES] = {
      SIN_1, COS_2, COS_1},
     {0.0, 0.0, SIN_1, COS_2, COS_1, 1.0, COS_1, COS_2, SIN_1, 0.0, -SIN_1, -COS_2, -COS_1, -1.0,
      -COS_1, -COS_2, -SIN_1}};
-
-STP_WIDE
-void stp_disc_lanes_begin(stp_disc_lanes *out, stp_dvec3 centre, const stp_dvec3 axes[2],
-                          double radius)
-{
-    const double middle[3] = {centre.x, centre.y, centre.z};
-    const double u[3] = {axes[0].x, axes[0].y, axes[0].z};
-    const double v[3] = {axes[1].x, axes[1].y, axes[1].z};
-    float *const to[3] = {out->x, out->y, out->z};
-    const double scale = radius > 0.0 ? 1.0 / radius : 1.0;
-    out->origin = centre;
-    out->scale = scale;
-    for (int a = 0; a < 3; a++)
-        for (unsigned i = 0; i < STP_DISC_LANES; i++) {
-            const double rim = u[a] * (radius * around[0][i]) + v[a] * (radius * around[1][i]);
-            out->at[a][i] = middle[a] + rim;
-            to[a][i] = (float)((out->at[a][i] - middle[a]) * scale);
-        }
-    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
-        out->squared[i] = FAR;
-        out->height[i] = FAR;
-        out->nearest[i] = 0;
-    }
-}
-
-STP_WIDE
-void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 normal, double radius,
-                        uint32_t index)
-{
-    stp_dvec3 c = stp_dvec3_scale(stp_dvec3_sub(centre, lanes->origin), lanes->scale);
-    const float cx = (float)c.x, cy = (float)c.y, cz = (float)c.z;
-    const float nx = (float)normal.x, ny = (float)normal.y, nz = (float)normal.z;
-    const float r = (float)(radius * lanes->scale);
-    float squared[STP_DISC_LANES], heights[STP_DISC_LANES];
-    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
-        float x = lanes->x[i] - cx, y = lanes->y[i] - cy, z = lanes->z[i] - cz;
-        float height = x * nx + y * ny + z * nz;
-        float across = x * x + y * y + z * z - height * height;
-        float overhang = sqrtf(fmaxf(across, 0.0f)) - r;
-        overhang = fmaxf(overhang, 0.0f);
-        squared[i] = height * height + overhang * overhang;
-        heights[i] = fabsf(height);
-    }
-    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
-        bool nearer = squared[i] < lanes->squared[i];
-        lanes->nearest[i] = nearer ? index : lanes->nearest[i];
-        lanes->height[i] = nearer ? heights[i] : lanes->height[i];
-        lanes->squared[i] = nearer ? squared[i] : lanes->squared[i];
-    }
-}
 
 stp_status stp_disc_columns_fill(stp_disc_columns *out, const stp_lane_disc *discs, uint32_t count,
                                  bool carried, stp_error *err)

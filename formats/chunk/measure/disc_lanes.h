@@ -1,5 +1,5 @@
-/* Costs and distances of points over discs, several at a time: many points over one disc, one point
- * over many discs, or pairs of point and disc.
+/* Costs and distances of points over discs, several at a time: one point over many discs, or pairs
+ * of point and disc.
  *
  * Points, or discs, lie in lanes of floats, so the compiler takes four or more in one step: ten
  * times faster than one by one. Results are as exact as floats. If you need an exact number,
@@ -17,28 +17,6 @@
 #define STP_DISC_LANES 20
 /* Discs that are tried at a time. */
 #define STP_LANE_STEP 8u
-
-/* The points of a disc, as stp_disc_points gives them, then its centre in the lanes that are left.
- */
-typedef struct stp_disc_lanes {
-    double at[3][STP_DISC_LANES]; /* by axis */
-    float x[STP_DISC_LANES], y[STP_DISC_LANES], z[STP_DISC_LANES];
-    float squared[STP_DISC_LANES]; /* distance from the nearest disc so far */
-    float height[STP_DISC_LANES];  /* over its plane, without sign */
-    uint32_t nearest[STP_DISC_LANES];
-    stp_dvec3 origin;
-    double scale; /* lane units a unit of length */
-} stp_disc_lanes;
-
-/* Takes the points of a disc. axes: the two that span its plane, zero if it has no normal. Before a
- * disc is tried, disc 0 is the nearest of every point. */
-void stp_disc_lanes_begin(stp_disc_lanes *out, stp_dvec3 centre, const stp_dvec3 axes[2],
-                          double radius);
-
-/* Tries a disc: keeps it for each point to which it is nearer than the nearest so far. A zero
- * normal makes it a ball. */
-void stp_disc_lanes_try(stp_disc_lanes *lanes, stp_dvec3 centre, stp_dvec3 normal, double radius,
-                        uint32_t index);
 
 /* What is asked of a point over a disc: its cost (overhang.h), or what it needs if the disc may not
  * be the nearest, max(cost, distance - forgiven). */

@@ -80,8 +80,8 @@ static uint8_t *hollow_at(const stp_disc_rows *r, int column, int row)
 static bool put_discs(stp_disc_rows *r, const stp_disc_grid *g)
 {
     const size_t columns = (size_t)r->columns;
-    for (int row = 0; row < r->rows; row++) /* no disc: a ball far away */
-        for (size_t i = 0; i < STP_LANE_NORMAL * columns; i++)
+    for (int row = 0; row < r->rows; row++)
+        for (size_t i = 0; i < columns; i++)
             numbers_at(r, 0, row)[i] = FAR;
     for (uint32_t d = 0; d < g->count; d++) {
         const float *from = g->numbers[d].numbers;
@@ -98,6 +98,18 @@ static bool put_discs(stp_disc_rows *r, const stp_disc_grid *g)
         r->disc[(size_t)at[1] * columns + (size_t)at[0]] = d;
     }
     return true;
+}
+
+/* Where there is no disc is a ball far away. */
+static void fill_gaps(stp_disc_rows *r)
+{
+    const size_t columns = (size_t)r->columns;
+    for (int row = 0; row < r->rows; row++)
+        for (int column = 0; column < r->columns; column++) {
+            float *to = numbers_at(r, column, row);
+            for (size_t c = 1; c < STP_LANE_CARRIED && to[0] == FAR; c++)
+                to[c * columns] = c < STP_LANE_NORMAL ? FAR : 0.0f;
+        }
 }
 
 /* Whether all places of the chunk, and beside it, have discs. */
@@ -183,9 +195,11 @@ stp_status stp_disc_rows_create(stp_disc_rows *out, const stp_disc_grid *grid, s
     if (!find_extent(&r, grid))
         return STP_OK;
     const size_t places = (size_t)r.columns * (size_t)r.rows;
-    STP_TRY(stp_alloc(&r.numbers, places * STP_LANE_CARRIED, sizeof *r.numbers, "discs", err));
+    STP_TRY(
+        stp_alloc_unset(&r.numbers, places * STP_LANE_CARRIED, sizeof *r.numbers, "discs", err));
     STP_TRY(stp_alloc(&r.disc, places, sizeof *r.disc, "discs", err));
     if (put_discs(&r, grid)) {
+        fill_gaps(&r);
         STP_TRY(find_holes(&r, err));
         *out = r;
         r = (stp_disc_rows){0};

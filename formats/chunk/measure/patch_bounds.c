@@ -1,7 +1,9 @@
 /* Errors of merged samples over the discs they replace. */
 #include "formats/chunk/measure/patch_bounds.h"
 
-#include "formats/chunk/measure/disc_lanes.h"
+#include "formats/chunk/measure/merge_lanes.h"
+
+#include <assert.h>
 
 void stp_disc_axes(stp_dvec3 n, stp_dvec3 *u, stp_dvec3 *v)
 {
@@ -40,30 +42,55 @@ static void measure_cone(double cosine, double own, stp_merge_error *out)
     out->cone = stp_max(out->cone, acos(stp_max(-1.0, stp_min(1.0, cosine))) + own);
 }
 
-/* Widens extents along and across the merged normal, the bound and the cone by one disc. If the
- * disc stands for itself alone, only notes its cosine in *least_cosine. */
-static void measure_disc(const stp_disc *merged, const stp_disc *disc, stp_merge_error *out,
-                         double *least_cosine)
+static void fill_lane(const stp_disc *merged, const stp_disc *disc, unsigned i,
+                      stp_merge_lanes *lanes)
 {
-    stp_dvec3 d = stp_dvec3_sub(disc->centre, merged->centre);
-    bool known = has_normal(merged) && has_normal(disc);
-    double cosine = known ? stp_dvec3_dot(disc->normal, merged->normal) : 0.0;
-    double sine = sqrt(stp_max(0.0, 1.0 - cosine * cosine));
-    double height = stp_dvec3_dot(d, merged->normal);
-    double across = sqrt(stp_max(0.0, stp_dvec3_dot(d, d) - height * height));
-    double thick = stp_max(fabs(disc->low), fabs(disc->high));
-    double tilt = disc->reach * sine;
-    double up = cosine >= 0.0 ? disc->high * cosine : disc->low * cosine;
-    double down = cosine >= 0.0 ? disc->low * cosine : disc->high * cosine;
-    out->high = stp_max(out->high, height + up + tilt);
-    out->low = stp_min(out->low, height + down - tilt);
-    out->reach = stp_max(out->reach, across + disc->reach + thick * sine);
-    out->bound = stp_max(out->bound, stp_dvec3_length(d) + disc->bound);
-    if (disc->cone > 0.0)
-        measure_cone(known ? cosine : 1.0, disc->cone, out);
-    else
-        *least_cosine = stp_min(*least_cosine, known ? cosine : 1.0);
-    out->error = stp_max(out->error, disc->error);
+    const stp_dvec3 d = stp_dvec3_sub(disc->centre, merged->centre);
+    lanes->centre[0][i] = d.x;
+    lanes->centre[1][i] = d.y;
+    lanes->centre[2][i] = d.z;
+    lanes->normal[0][i] = disc->normal.x;
+    lanes->normal[1][i] = disc->normal.y;
+    lanes->normal[2][i] = disc->normal.z;
+    lanes->radius[i] = disc->radius;
+    lanes->low[i] = disc->low;
+    lanes->high[i] = disc->high;
+    lanes->reach[i] = disc->reach;
+    lanes->bound[i] = disc->bound;
+}
+
+/* The discs in lanes. */
+static void fill_lanes(const stp_disc *merged, const stp_disc *discs, unsigned count,
+                       stp_merge_lanes *lanes)
+{
+    lanes->count = count;
+    for (unsigned i = 0; i < count; i++)
+        fill_lane(merged, &discs[i], i, lanes);
+    for (unsigned i = count; i % STP_MERGED_STEP > 0; i++)
+        fill_lane(merged, &discs[0], i, lanes);
+}
+
+/* The error and the cone of what the discs stand for themselves. cosine: stp_merge_extent's. */
+static void measure_carried(const stp_disc *merged, const stp_disc *discs, unsigned count,
+                            double cosine, stp_merge_error *out)
+{
+    const bool known = has_normal(merged);
+    double least = known ? cosine : 1.0, cone = 0.0;
+    for (unsigned i = 0; i < count; i++) {
+        out->error = stp_max(out->error, discs[i].error);
+        cone = stp_max(cone, discs[i].cone);
+    }
+    if (cone > 0.0)
+        least = 1.0;
+    for (unsigned i = 0; cone > 0.0 && i < count; i++) {
+        const double own =
+            known && has_normal(&discs[i]) ? stp_dvec3_dot(discs[i].normal, merged->normal) : 1.0;
+        if (discs[i].cone > 0.0)
+            measure_cone(own, discs[i].cone, out);
+        else
+            least = stp_min(least, own);
+    }
+    measure_cone(least, 0.0, out);
 }
 
 #define COS_1 0.92387953251128674 /* of an eighth of pi */
@@ -95,23 +122,22 @@ unsigned stp_disc_points(const stp_disc *disc, stp_dvec3 out[STP_DISC_POINTS])
 #define HEIGHT_SLACK 0x1p-16
 
 /* The greatest height of the merged disc's points over their nearest discs, with the errors of
- * these. Heights in lanes tell which of them it may be. */
-static double measure_heights(const stp_disc *merged, const stp_disc *discs, unsigned count)
+ * these; `least`, if that is more. Heights in lanes tell which of them it may be. */
+static double measure_heights(const stp_disc *merged, const stp_disc *discs,
+                              const stp_merge_lanes *lanes, double least)
 {
     const bool round = has_normal(merged) && merged->radius > 0.0;
     const double unit = merged->radius > 0.0 ? merged->radius : 1.0;
-    stp_dvec3 axes[2] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
-    stp_disc_lanes lanes;
-    double greatest = 0.0;
+    stp_dvec3 axes[2];
+    stp_merged_points points;
+    double greatest = least;
     if (round)
         stp_disc_axes(merged->normal, &axes[0], &axes[1]);
-    stp_disc_lanes_begin(&lanes, merged->centre, axes, merged->radius);
-    for (unsigned i = 0; i < count; i++)
-        stp_disc_lanes_try(&lanes, discs[i].centre, discs[i].normal, discs[i].radius, i);
+    stp_merge_lanes_nearest(lanes, merged->centre, round ? axes : NULL, merged->radius, &points);
     for (unsigned i = 0; i < (round ? STP_DISC_POINTS : 1); i++) {
-        const stp_disc *disc = &discs[lanes.nearest[i]];
-        const stp_dvec3 point = {lanes.at[0][i], lanes.at[1][i], lanes.at[2][i]};
-        const double told = (double)lanes.height[i] * (1.0 + HEIGHT_SLACK) + HEIGHT_SLACK;
+        const stp_disc *disc = &discs[points.nearest[i]];
+        const stp_dvec3 point = {points.at[0][i], points.at[1][i], points.at[2][i]};
+        const double told = (double)points.height[i] * (1.0 + HEIGHT_SLACK) + HEIGHT_SLACK;
         if (told * unit + disc->error <= greatest)
             continue;
         double height = fabs(stp_dvec3_dot(stp_dvec3_sub(point, disc->centre), disc->normal));
@@ -122,15 +148,20 @@ static double measure_heights(const stp_disc *merged, const stp_disc *discs, uns
 
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count)
 {
-    stp_merge_error out = {.low = INFINITY, .high = -INFINITY};
-    double least_cosine = 1.0;
-    for (unsigned i = 0; i < count; i++)
-        measure_disc(merged, &discs[i], &out, &least_cosine);
-    measure_cone(least_cosine, 0.0, &out);
-    out.error = stp_max(out.error, measure_heights(merged, discs, count));
-    const double side = stp_max(out.high, -out.low);
-    out.least_error = stp_max(out.error, stp_min(side, out.high - out.low));
-    out.error = stp_max(out.error, side);
+    stp_merge_error out = {0};
+    stp_merge_lanes lanes;
+    assert(count > 0 && count <= STP_MERGED_MOST);
+    fill_lanes(merged, discs, count, &lanes);
+    const stp_merge_extent extent = stp_merge_lanes_extent(&lanes, merged->normal);
+    measure_carried(merged, discs, count, extent.cosine, &out);
+    const double side = stp_max(extent.high, -extent.low);
+    const double least = stp_max(out.error, stp_min(side, extent.high - extent.low));
+    out.low = extent.low;
+    out.high = extent.high;
+    out.reach = extent.reach;
+    out.bound = extent.bound;
+    out.least_error = measure_heights(merged, discs, &lanes, least);
+    out.error = stp_max(out.least_error, side);
     return out;
 }
 
