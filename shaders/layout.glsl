@@ -97,7 +97,7 @@ void stp_frame_hold()
 
 // The Object Texture: the samples of patches, packed (patch.glsl).
 layout(binding = 0) uniform usamplerBuffer object_texture;
-// Four texels a patch, STP_PATCH_TEXELS: see patch.glsl.
+// Two texels a patch, STP_PATCH_TEXELS: see patch.glsl.
 layout(binding = 1) uniform usamplerBuffer patch_texture;
 // Three texels a resident block, by slot: see patch.glsl.
 layout(binding = 2) uniform usamplerBuffer chunk_texture;
@@ -107,7 +107,7 @@ layout(binding = 12) uniform usamplerBuffer square_texture;
 // What each code of the file stands for: error, radius, both in steps; cosine of a cone's angle.
 layout(binding = 13) uniform samplerBuffer code_texture;
 
-#define STP_PATCH_TEXELS 4
+#define STP_PATCH_TEXELS 2
 #define STP_CHUNK_TEXELS 3
 #define STP_SQUARE_TEXELS 8
 #define STP_LEVELS 4
@@ -143,6 +143,7 @@ layout(binding = 13) uniform samplerBuffer code_texture;
 
 // Flags of a patch (formats/chunk/sample.h).
 #define STP_PATCH_STRIP 2u
+#define STP_PATCH_APART 64u // the centre of its bound is not where its vertex is
 #define STP_PATCH_TRIANGLES 4u
 
 // The level of the pyramid that the pass draws.

@@ -195,7 +195,7 @@ static double step_of(const stp_gpu_patch *patch)
 static uint32_t number_of(GLuint name, const stp_gpu_patch *patch)
 {
     const int level = stp_name_level(name);
-    return stp_level_number(patch->count, level) + name -
+    return stp_level_number(stp_gpu_patch_count(patch), level) + name -
            stp_name_of(name >> STP_NAME_PATCH_SHIFT, level, 0);
 }
 
@@ -210,7 +210,7 @@ static bool read_packed(const stp_object_texture *texture, uint32_t number, stor
         return false;
     stp_lazy_buffer_read(&texture->samples, first * sizeof *packed,
                          (end - first < most ? end - first : most) * sizeof *packed, packed);
-    return stp_texels_read(packed, out->patch.radius, out->patch.count, number, &out->sample);
+    return stp_texels_read(packed, &out->patch, number, &out->sample);
 }
 
 static bool read_sample(const stp_object_texture *texture, GLuint name, stored_sample *out)

@@ -113,22 +113,31 @@ typedef struct stp_gpu_frame {
 typedef struct stp_gpu_patch {
     int32_t origin[3]; /* steps from the chunk's origin */
     uint8_t slot[3];
-    uint8_t step;             /* exponent of the float: its bits 23 to 30 */
-    uint16_t bound_centre[3]; /* steps from the origin */
-    uint16_t unused;
-    uint32_t first; /* of its texels in the Object Texture (runtime/stream/texels.h) */
+    uint8_t step;   /* exponent of the float: its bits 23 to 30 */
+    uint32_t first; /* of its texels in the Object Texture (runtime/stream/texels.h): the rest */
     uint8_t cone_axis[3], cone_angle;
-    uint8_t radius[STP_LEVEL_COUNT];
-    uint8_t colour_error[STP_LEVEL_COUNT];
     uint8_t vertex_error[2]; /* of level 3: perpendicular, tangential */
-    uint8_t finest_error[2]; /* of level 0: perpendicular, tangential */
     uint8_t bound_radius;
-    uint8_t flags;  /* STP_PATCH_* */
-    uint8_t count;  /* of level 0, which tells the others */
-    uint8_t finest; /* resident level */
-    /* Levels 2, then 1: perpendicular, tangential; by quarter. */
-    uint8_t quarter_error[2][2][STP_PATCH_QUARTERS];
+    uint8_t flags;        /* STP_PATCH_*, STP_GPU_PATCH_APART */
+    uint8_t radius[2];    /* of levels 3 and 2 */
+    uint8_t colour_error; /* of level 3 */
+    uint8_t count;        /* of level 0, which tells the others, less 1; the finest resident level
+                             << STP_GPU_PATCH_FINEST_SHIFT */
 } stp_gpu_patch;
+
+/* A further flag of a patch: the centre of its bound is not where its vertex is. */
+#define STP_GPU_PATCH_APART 64u
+#define STP_GPU_PATCH_FINEST_SHIFT 6
+
+static inline uint32_t stp_gpu_patch_count(const stp_gpu_patch *patch)
+{
+    return 1 + (patch->count & ((1u << STP_GPU_PATCH_FINEST_SHIFT) - 1));
+}
+
+static inline int stp_gpu_patch_finest(const stp_gpu_patch *patch)
+{
+    return patch->count >> STP_GPU_PATCH_FINEST_SHIFT;
+}
 
 /* What a code of the file stands for: errors and radii in steps. */
 typedef struct stp_gpu_code {
@@ -168,7 +177,7 @@ typedef struct stp_gpu_square {
 
 _Static_assert(sizeof(stp_gpu_frame) == 352 + 16 * STP_OPENINGS_LIMIT,
                "std140 block of layout.glsl");
-_Static_assert(sizeof(stp_gpu_patch) == 64, "STP_PATCH_TEXELS texels");
+_Static_assert(sizeof(stp_gpu_patch) == 32, "STP_PATCH_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_chunk) == 48, "STP_CHUNK_TEXELS texels");
 _Static_assert(sizeof(stp_gpu_square) == 128, "STP_SQUARE_TEXELS texels");
 

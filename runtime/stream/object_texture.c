@@ -161,16 +161,8 @@ static stp_mirror_patch mirror_patch(const stp_patch *patch)
 
 static uint8_t flags_of(const stp_patch *patch, unsigned shapes)
 {
-    return (uint8_t)(patch->flags & (shapes | ~(unsigned)STP_PATCH_SHAPES));
-}
-
-/* The finest level of which a chunk has a patch's samples (stp_patch_levels_keep). */
-static uint8_t finest_of(const stp_chunk *chunk, uint32_t patch)
-{
-    int level = chunk->finest_level;
-    while (chunk->level_begin[level][patch] == chunk->level_begin[level][patch + 1])
-        level++;
-    return (uint8_t)level;
+    const unsigned others = STP_GPU_PATCH_APART - 1 - STP_PATCH_SHAPES;
+    return (uint8_t)(patch->flags & (shapes | others));
 }
 
 void stp_mirror_patches_fill(stp_mirror_patch *out, const stp_chunk *chunk,
@@ -179,7 +171,7 @@ void stp_mirror_patches_fill(stp_mirror_patch *out, const stp_chunk *chunk,
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         out[i] = mirror_patch(&chunk->patches[i]);
         out[i].flags = flags_of(&chunk->patches[i], shapes);
-        out[i].finest = finest_of(chunk, i);
+        out[i].finest = (uint8_t)stp_texels_finest(chunk, i);
         out[i].number = placement->patches.begin + i;
         memcpy(out[i].count, chunk->patches[i].counts, sizeof out[i].count);
     }
@@ -194,20 +186,13 @@ static stp_gpu_patch gpu_patch(const stp_patch *patch)
         .step = (uint8_t)(bits >> 23),
         .cone_angle = patch->cone_angle,
         .vertex_error = {patch->error[3], patch->tangential_error[3]},
-        .finest_error = {patch->error[0], patch->tangential_error[0]},
         .bound_radius = patch->bound_radius,
-        .count = patch->counts[0],
+        .radius = {patch->radius[3], patch->radius[2]},
+        .colour_error = patch->colour_error[3],
+        .count = (uint8_t)(patch->counts[0] - 1),
     };
     memcpy(out.origin, patch->origin, sizeof out.origin);
-    memcpy(out.bound_centre, patch->bound_centre, sizeof out.bound_centre);
     memcpy(out.cone_axis, patch->cone_axis, sizeof out.cone_axis);
-    memcpy(out.radius, patch->radius, sizeof out.radius);
-    memcpy(out.colour_error, patch->colour_error, sizeof out.colour_error);
-    for (int level = 1; level <= 2; level++) {
-        uint8_t(*errors)[STP_PATCH_QUARTERS] = out.quarter_error[2 - level];
-        memcpy(errors[0], patch->quarter_error[level - 1], sizeof errors[0]);
-        memcpy(errors[1], patch->quarter_tangential_error[level - 1], sizeof errors[1]);
-    }
     return out;
 }
 
@@ -217,7 +202,9 @@ void stp_gpu_patches_fill(stp_gpu_patch *out, const stp_chunk *chunk, uint32_t s
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         out[i] = gpu_patch(&chunk->patches[i]);
         out[i].flags = flags_of(&chunk->patches[i], shapes);
-        out[i].finest = finest_of(chunk, i);
+        if (stp_texels_apart(chunk, i))
+            out[i].flags |= STP_GPU_PATCH_APART;
+        out[i].count |= (uint8_t)(stp_texels_finest(chunk, i) << STP_GPU_PATCH_FINEST_SHIFT);
         for (int k = 0; k < 3; k++)
             out[i].slot[k] = (uint8_t)(slot >> 8 * k);
     }

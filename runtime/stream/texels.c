@@ -13,6 +13,8 @@ static const struct {
                     {19, 4, true}, {23, 4, false}, {32, 4, false}, {36, 4, true},
                     {40, 4, true}, {44, 4, true},  {48, 4, false}, {52, 4, true}};
 enum { NORMAL_SHIFT_AT = 27, PLACE_SHIFT_AT = 56 };
+/* Texels behind those that every patch has. */
+enum { WIDTHS, ERRORS_2, LEVELS, ERRORS_1 };
 
 static uint32_t normal_of(const stp_sample *s)
 {
@@ -133,21 +135,73 @@ static void put_fields(bit_writer *b, const int32_t row[FIELDS], const widths *w
     put(b, bits, width);
 }
 
+int stp_texels_finest(const stp_chunk *chunk, uint32_t patch)
+{
+    int level = chunk->finest_level;
+    while (chunk->level_begin[level][patch] == chunk->level_begin[level][patch + 1])
+        level++;
+    return level;
+}
+
+bool stp_texels_apart(const stp_chunk *chunk, uint32_t patch)
+{
+    const stp_sample *vertex = &chunk->samples[3][chunk->level_begin[3][patch]];
+    return memcmp(vertex->position, chunk->patches[patch].bound_centre, sizeof vertex->position) !=
+           0;
+}
+
+/* Texels before the samples that are packed. */
+static uint32_t head_of(bool apart, int finest)
+{
+    return 2 + (uint32_t)apart + (finest == 3 ? 0 : finest == 2 ? LEVELS : ERRORS_1 + 1);
+}
+
+static uint64_t errors_of(const stp_patch *patch, int level)
+{
+    uint64_t texel = 0;
+    memcpy(&texel, patch->quarter_error[level - 1], STP_PATCH_QUARTERS);
+    memcpy((uint8_t *)&texel + STP_PATCH_QUARTERS, patch->quarter_tangential_error[level - 1],
+           STP_PATCH_QUARTERS);
+    return texel;
+}
+
+static uint64_t levels_of(const stp_patch *p)
+{
+    const uint8_t bytes[STP_TEXEL_BYTES] = {
+        p->radius[0],       p->radius[1], p->colour_error[2],    p->colour_error[1],
+        p->colour_error[0], p->error[0],  p->tangential_error[0]};
+    uint64_t texel;
+    memcpy(&texel, bytes, sizeof texel);
+    return texel;
+}
+
 uint32_t stp_texels_write(uint64_t *out, const stp_chunk *chunk, uint32_t patch)
 {
     int32_t rows[STP_TEXELS_PACKED_LIMIT][FIELDS];
     unsigned count = 0;
+    const stp_patch *p = &chunk->patches[patch];
     const stp_sample *vertex = &chunk->samples[3][chunk->level_begin[3][patch]];
+    const int finest = stp_texels_finest(chunk, patch);
+    const bool apart = stp_texels_apart(chunk, patch);
+    uint64_t *head = out + 2 + apart;
     memcpy(out, vertex, sizeof *vertex);
-    for (int l = 2; l >= chunk->finest_level; l--)
+    if (apart) {
+        out[2] = 0;
+        memcpy(&out[2], p->bound_centre, sizeof p->bound_centre);
+    }
+    for (int l = 2; l >= finest; l--)
         for (uint32_t i = chunk->level_begin[l][patch]; i < chunk->level_begin[l][patch + 1]; i++)
-            differences(&chunk->samples[l][i], vertex, chunk->patches[patch].radius[l],
-                        rows[count++]);
+            differences(&chunk->samples[l][i], vertex, p->radius[l], rows[count++]);
+    bit_writer b = {.out = out + head_of(apart, finest)};
     if (count == 0)
-        return STP_TEXELS_HEAD - 1;
+        return (uint32_t)(b.out - out);
     const widths w = measure(rows, count);
-    out[STP_TEXELS_HEAD - 1] = widths_pack(&w);
-    bit_writer b = {.out = out + STP_TEXELS_HEAD};
+    head[WIDTHS] = widths_pack(&w);
+    head[ERRORS_2] = errors_of(p, 2);
+    if (finest < 2) {
+        head[LEVELS] = levels_of(p);
+        head[ERRORS_1] = errors_of(p, 1);
+    }
     for (unsigned i = 0; i < count; i++) {
         put_fields(&b, rows[i], &w, X, U);
         put_fields(&b, rows[i], &w, U, RADIUS);
@@ -158,11 +212,12 @@ uint32_t stp_texels_write(uint64_t *out, const stp_chunk *chunk, uint32_t patch)
     return (uint32_t)(b.out - out);
 }
 
-/* Field f of a sample whose bits begin at `at`, as differences() has it, modulo 2^32. */
-static uint32_t take(const uint64_t *texels, uint32_t *at, const widths *w, int f)
+/* Field f of a sample whose bits begin at `at` in packed texels, as differences() has it, modulo
+ * 2^32. */
+static uint32_t take(const uint64_t *packed, uint32_t *at, const widths *w, int f)
 {
     const unsigned width = w->of[f], low = *at & 63u;
-    const uint64_t *from = &texels[STP_TEXELS_HEAD + (*at >> 6)];
+    const uint64_t *from = &packed[*at >> 6];
     const uint64_t bits = from[0] >> low | from[1] << 1 << (63 - low);
     const uint32_t bias = fields[f].is_signed ? 1u << width >> 1 : 0;
     *at += width;
@@ -189,21 +244,26 @@ static void add(stp_sample *vertex, const uint32_t d[FIELDS], uint8_t radius)
     *vertex = s;
 }
 
-bool stp_texels_read(const uint64_t *texels, const uint8_t radius[STP_LEVEL_COUNT], uint32_t count,
-                     uint32_t number, stp_sample *out)
+bool stp_texels_read(const uint64_t *texels, const stp_gpu_patch *patch, uint32_t number,
+                     stp_sample *out)
 {
-    const widths w = widths_unpack(texels[STP_TEXELS_HEAD - 1]);
+    const bool apart = (patch->flags & STP_GPU_PATCH_APART) != 0;
+    const int finest = stp_gpu_patch_finest(patch);
+    const uint64_t *head = texels + 2 + apart;
+    const widths w = widths_unpack(head[WIDTHS]);
+    const uint8_t radius[3] = {(uint8_t)head[LEVELS], (uint8_t)(head[LEVELS] >> 8),
+                               patch->radius[1]};
     uint32_t d[FIELDS], at = (number - 1) * w.total;
     int level = 2;
     memcpy(out, texels, sizeof *out);
     if (number == 0)
         return true;
-    if (number > STP_TEXELS_PACKED_LIMIT || w.total > 8 * sizeof *out)
+    while (level > 0 && number >= stp_level_number(stp_gpu_patch_count(patch), level - 1))
+        level--;
+    if (number > STP_TEXELS_PACKED_LIMIT || w.total > 8 * sizeof *out || level < finest)
         return false;
     for (int f = 0; f < FIELDS; f++)
-        d[f] = take(texels, &at, &w, f);
-    while (level > 0 && number >= stp_level_number(count, level - 1))
-        level--;
+        d[f] = take(texels + head_of(apart, finest), &at, &w, f);
     add(out, d, radius[level]);
     return true;
 }

@@ -1,9 +1,19 @@
 /* Samples as texels of the Object Texture, two words each.
  *
- * A patch begins with its vertex, as formats/chunk/sample.h has it: two texels. If finer levels are
- * resident, a texel of widths follows, then the samples of these levels bit by bit, coarse levels
- * first. A field of such a sample tells how far it is from that of the vertex, in as many bits as
- * the patch needs; a radius, how far it is below the greatest of its level. Nothing is lost.
+ * A patch begins with what it needs besides its record (stp_gpu_patch). The finer it is resident,
+ * the more that is:
+ *
+ *     always                 2 texels: its vertex, as formats/chunk/sample.h has it
+ *     STP_GPU_PATCH_APART    bound_centre: 3 x 16 bits
+ *     finer than level 3     widths
+ *                            errors of level 2: perpendicular, tangential; by quarter
+ *     finer than level 2     by bytes: radius of levels 0, 1; colour_error of levels 2, 1, 0; error
+ *                            and tangential_error of level 0
+ *                            errors of level 1
+ *
+ * Then come the samples of the finer levels, bit by bit, coarse levels first. A field of such a
+ * sample tells how far it is from that of the vertex, in as many bits as the patch needs; a radius,
+ * how far it is below the greatest of its level. Nothing is lost.
  *
  * The first word of the widths: bits of x, y, z, five bits each; of both parts of the normal and of
  * the flags, four bits each; by how many bits the steps of normals are shifted, four bits. The
@@ -19,12 +29,13 @@
 #define STP_RUNTIME_STREAM_TEXELS_H
 
 #include "formats/chunk/chunk_file.h"
+#include "runtime/gl/gpu_layout.h"
 
 #define STP_TEXEL_BYTES 8
 /* Shaders may read so many texels behind a patch. */
-#define STP_TEXELS_SPARE 2
-/* Texels of a patch before the samples that are packed. */
-#define STP_TEXELS_HEAD 3
+#define STP_TEXELS_SPARE 7
+/* The most texels of a patch before the samples that are packed. */
+#define STP_TEXELS_HEAD 7
 /* The most packed samples of one patch, and the most texels of it. */
 #define STP_TEXELS_PACKED_LIMIT (STP_PATCH_SAMPLES + 16 + 4)
 #define STP_TEXELS_OF_PATCH (STP_TEXELS_HEAD + 2 * STP_TEXELS_PACKED_LIMIT)
@@ -32,7 +43,7 @@
 /* The most texels that so many samples take. */
 static inline uint64_t stp_texels_most(uint64_t samples, uint64_t patches)
 {
-    return 2 * samples + patches;
+    return 2 * samples + (STP_TEXELS_HEAD - 2) * patches;
 }
 
 /* The number of a level's first sample in a patch: the vertex has 0. count: of level 0. */
@@ -42,12 +53,16 @@ static inline uint32_t stp_level_number(uint32_t count, int level)
     return (level < 3) + (level < 2 ? of_2 : 0) + (level < 1 ? of_1 : 0);
 }
 
-/* Writes the samples of a patch, those of the chunk's levels. Returns the number of texels. */
+/* The finest level of which a chunk has a patch's samples (stp_patch_levels_keep). */
+int stp_texels_finest(const stp_chunk *chunk, uint32_t patch);
+/* Whether the centre of a patch's bound is not where its vertex is. */
+bool stp_texels_apart(const stp_chunk *chunk, uint32_t patch);
+/* Writes the texels of a patch, with the samples that the chunk has. Returns their number. */
 uint32_t stp_texels_write(uint64_t *out, const stp_chunk *chunk, uint32_t patch);
 /* Reads a sample of a patch, by its number (stp_level_number). texels: of the patch,
- * STP_TEXELS_OF_PATCH and STP_TEXELS_SPARE; radius: the patch's greatest codes; count: of level 0.
- * False if these are the texels of no patch that has the sample. */
-bool stp_texels_read(const uint64_t *texels, const uint8_t radius[STP_LEVEL_COUNT], uint32_t count,
-                     uint32_t number, stp_sample *out);
+ * STP_TEXELS_OF_PATCH and STP_TEXELS_SPARE. False if these are the texels of no patch that has the
+ * sample. */
+bool stp_texels_read(const uint64_t *texels, const stp_gpu_patch *patch, uint32_t number,
+                     stp_sample *out);
 
 #endif

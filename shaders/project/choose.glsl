@@ -83,11 +83,11 @@ ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
         return finest;
     float sin_alpha = stp_rule_sin_alpha(a.cos_phi, p.cone_cos, a.sin_beta);
     stp_sight sight = stp_sight(scale * stp_stretch(), sin_alpha, stp_rule_is_silhouette(sin_alpha) ? terms.y : 1.0);
-    if (stp_fits(sight, p.vertex_error.x, p.vertex_error.y, p.radius[3], p.variation[3]))
+    if (stp_fits(sight, p.vertex_error.x, p.vertex_error.y, p.radius, p.variation))
         return ivec4(3, STP_LEVEL_SKIP, STP_LEVEL_SKIP, STP_LEVEL_SKIP);
-    stp_quarter_errors e = stp_quarter_errors_fetch(index, p.step);
-    ivec4 levels = mix(ivec4(0), ivec4(1), stp_fit(sight, e.error_1, e.tangential_1, p.radius[1], p.variation[1]));
-    levels = mix(levels, ivec4(2), stp_fit(sight, e.error_2, e.tangential_2, p.radius[2], p.variation[2]));
+    stp_finer f = stp_finer_fetch(index, p);
+    ivec4 levels = mix(ivec4(0), ivec4(1), stp_fit(sight, f.error_1, f.tangential_1, f.radius[1], f.variation[1]));
+    levels = mix(levels, ivec4(2), stp_fit(sight, f.error_2, f.tangential_2, f.radius[2], f.variation[2]));
     return max(levels, finest) * ivec4(not(absent)) + skip * ivec4(absent);
 }
 

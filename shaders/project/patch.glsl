@@ -8,18 +8,21 @@ struct stp_patch {
     vec3 cone_axis;
     float cone_cos;       // of the half-angle; -1: any direction
     vec2 vertex_error;    // of level 3: perpendicular, tangential; world units
-    vec2 finest_error;    // of level 0: perpendicular, tangential
-    vec4 radius;          // greatest of each level
-    vec4 variation;       // of each level: of its colours, 0 to 1 (SPEC.md, colour_error)
+    float radius;         // of level 3
+    float variation;      // of level 3: of its colours, 0 to 1 (SPEC.md, colour_error)
+    uint finer;           // texel that stp_finer_fetch begins with
     uvec4 first;          // number of each level's first sample (stp_level_numbers)
     uvec4 count;
     uint flags;           // STP_PATCH_*
     uint finest;          // finest resident level
 };
 
-// Errors of levels 1 and 2, by quarter (formats/chunk/sample.h), world units.
-struct stp_quarter_errors {
-    vec4 error_2, tangential_2, error_1, tangential_1;
+// What is stored of the finer levels that are resident; of others it is meaningless. World units.
+struct stp_finer {
+    vec4 error_2, tangential_2, error_1, tangential_1; // by quarter (formats/chunk/sample.h)
+    vec2 error_0;          // perpendicular, tangential
+    vec3 radius;           // greatest of levels 0, 1, 2
+    vec3 variation;
 };
 
 struct stp_chunk {
@@ -117,10 +120,16 @@ uint stp_name_number(uint name, uint count)
     return begin + (name & STP_NAME_SAMPLE) - stp_name_of(stp_name_patch(name), level, 0u);
 }
 
-// The third texel of a patch tells how many samples it has at level 0.
+// The second texel of a patch.
+uvec4 stp_patch_rest(uint patch_index)
+{
+    return texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS + 1);
+}
+
+// Its last byte tells how many samples the patch has at level 0.
 uint stp_patch_count(uint patch_index)
 {
-    return texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS + 2).w >> 16 & 255u;
+    return 1u + (stp_patch_rest(patch_index).w >> 24 & 63u);
 }
 
 // The words of a patch's vertex (formats/chunk/sample.h), from its first texel on.
@@ -132,7 +141,13 @@ uvec4 stp_vertex_words(uint first)
 // The first texel of a patch's samples.
 uint stp_patch_samples(uint patch_index)
 {
-    return texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS + 1).z;
+    return stp_patch_rest(patch_index).x;
+}
+
+// The texel after those that every patch has. rest: stp_patch_rest.
+uint stp_patch_finer(uvec4 rest)
+{
+    return rest.x + 2u + (rest.z >> 24 & STP_PATCH_APART) / STP_PATCH_APART;
 }
 
 stp_packing stp_packing_make(uint first, uvec4 vertex, uvec2 widths, uint radius, uvec2 finer)
@@ -159,10 +174,11 @@ stp_packing stp_packing_make(uint first, uvec4 vertex, uvec2 widths, uint radius
 
 stp_packing stp_packing_fetch(uint patch_index)
 {
-    uvec4 c = texelFetch(patch_texture, int(patch_index) * STP_PATCH_TEXELS + 2);
-    uint first = stp_patch_samples(patch_index);
-    return stp_packing_make(first + 3u, stp_vertex_words(first), texelFetch(object_texture, int(first) + 2).xy, c.x,
-                            stp_level_numbers(c.w >> 16 & 255u).xy);
+    uvec4 rest = stp_patch_rest(patch_index);
+    uint finer = stp_patch_finer(rest), levels = texelFetch(object_texture, int(finer) + 2).x;
+    uint samples = finer + (rest.w >> 30 == 2u ? 2u : 4u);
+    return stp_packing_make(samples, stp_vertex_words(rest.x), texelFetch(object_texture, int(finer)).xy,
+                            levels & 65535u | rest.w << 8 & 0xff0000u, stp_level_numbers(1u + (rest.w >> 24 & 63u)).xy);
 }
 
 // Bits of words, from bit `from` on, at most 31. next: the word after them.
@@ -273,25 +289,25 @@ stp_patch stp_patch_fetch(uint index, stp_chunk chunk)
 {
     int base = int(index) * STP_PATCH_TEXELS;
     uvec4 a = texelFetch(patch_texture, base);
-    uvec4 b = texelFetch(patch_texture, base + 1);
-    uvec4 c = texelFetch(patch_texture, base + 2);
-    ivec3 origin = ivec3(a.xyz), bound = ivec3(b.x & 65535u, b.x >> 16, b.y & 65535u);
+    uvec4 b = stp_patch_rest(index);
+    uint flags = b.z >> 24;
+    uvec2 place = texelFetch(object_texture, int(b.x + ((flags & STP_PATCH_APART) != 0u ? 2u : 0u))).xy;
+    ivec3 origin = ivec3(a.xyz), bound = ivec3(place.x & 65535u, place.x >> 16, place.y & 65535u);
     float step = uintBitsToFloat(a.w >> 24 << 23);
     stp_patch p;
     p.origin = vec3(origin) * step + chunk.offset;
     p.step = step;
     p.bound_centre = vec3(origin + bound) * step + chunk.offset;
-    p.bound_radius = texelFetch(code_texture, int(c.w & 255u)).y * step * stp_stretch();
-    p.cone_axis = normalize(stp_normal_direction(b.w));
-    p.cone_cos = texelFetch(code_texture, int(b.w >> 24)).z;
-    vec4 errors = stp_errors_of(c.z) * step;
-    p.vertex_error = errors.xy;
-    p.finest_error = errors.zw;
-    p.radius = stp_radii_of(c.x) * step;
-    p.variation = unpackUnorm4x8(c.y);
-    p.flags = c.w >> 8 & 255u;
-    p.finest = c.w >> 24;
-    p.count.x = c.w >> 16 & 255u;
+    p.bound_radius = texelFetch(code_texture, int(b.z >> 16 & 255u)).y * step * stp_stretch();
+    p.cone_axis = normalize(stp_normal_direction(b.y));
+    p.cone_cos = texelFetch(code_texture, int(b.y >> 24)).z;
+    p.vertex_error = vec2(texelFetch(code_texture, int(b.z & 255u)).x, texelFetch(code_texture, int(b.z >> 8 & 255u)).x) * step;
+    p.radius = texelFetch(code_texture, int(b.w & 255u)).y * step;
+    p.variation = unpackUnorm4x8(b.w).z;
+    p.finer = stp_patch_finer(b);
+    p.flags = flags;
+    p.finest = b.w >> 30;
+    p.count.x = 1u + (b.w >> 24 & 63u);
     p.count.y = p.count.x + 3u >> 2;
     p.count.z = p.count.y + 3u >> 2;
     p.count.w = 1u;
@@ -299,11 +315,23 @@ stp_patch stp_patch_fetch(uint index, stp_chunk chunk)
     return p;
 }
 
-stp_quarter_errors stp_quarter_errors_fetch(uint index, float step)
+// p: stp_patch_fetch(index, ...).
+stp_finer stp_finer_fetch(uint index, stp_patch p)
 {
-    uvec4 codes = texelFetch(patch_texture, int(index) * STP_PATCH_TEXELS + 3);
-    return stp_quarter_errors(stp_errors_of(codes.x) * step, stp_errors_of(codes.y) * step,
-                              stp_errors_of(codes.z) * step, stp_errors_of(codes.w) * step);
+    int at = int(p.finer);
+    uvec2 of_2 = texelFetch(object_texture, at + 1).xy, all = texelFetch(object_texture, at + 2).xy;
+    uvec2 of_1 = texelFetch(object_texture, at + 3).xy;
+    vec4 radii = stp_radii_of(all.x & 65535u | stp_patch_rest(index).w << 8 & 0xff0000u) * p.step;
+    vec4 shown = unpackUnorm4x8(all.x);
+    stp_finer f;
+    f.error_2 = stp_errors_of(of_2.x) * p.step;
+    f.tangential_2 = stp_errors_of(of_2.y) * p.step;
+    f.error_1 = stp_errors_of(of_1.x) * p.step;
+    f.tangential_1 = stp_errors_of(of_1.y) * p.step;
+    f.error_0 = (stp_errors_of(all.y) * p.step).yz;
+    f.radius = radii.xyz;
+    f.variation = vec3(unpackUnorm4x8(all.y).x, shown.w, shown.z);
+    return f;
 }
 
 // Where the quarters end among the samples of the finer level, computed from the coarser level's

@@ -18,16 +18,15 @@
 // Perpendicular and tangential error of the quarter that a sample is in, at the sample's level.
 vec2 stp_error_of(uint id, stp_patch p, int level)
 {
+    stp_finer f = stp_finer_fetch(stp_name_patch(id), p);
     if (level == 0 || level == 3)
-        return level == 0 ? p.finest_error : p.vertex_error;
+        return level == 0 ? f.error_0 : p.vertex_error;
     uvec4 end = uvec4(1u, 2u, 3u, 4u);
     if (level == 1)
         end = stp_children_end(end, p.count[2], p.count[1]);
     uint i = id - stp_name_of(stp_name_patch(id), level, 0u);
     int q = int(i >= end.x) + int(i >= end.y) + int(i >= end.z);
-    stp_quarter_errors e = stp_quarter_errors_fetch(stp_name_patch(id), p.step);
-    return level == 1 ? vec2(e.error_1[q], e.tangential_1[q])
-                      : vec2(e.error_2[q], e.tangential_2[q]);
+    return level == 1 ? vec2(f.error_1[q], f.tangential_1[q]) : vec2(f.error_2[q], f.tangential_2[q]);
 }
 
 // Seven bits that change if the same surface is drawn at another level of the tree or of the chunk.

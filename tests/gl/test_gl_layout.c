@@ -39,9 +39,9 @@ static const char decode[] =
     "    c.offset = vec3(0.0);\n"
     "    stp_patch p = stp_patch_fetch(2u, c);\n"
     "    put3(p.origin); put(p.step); put3(p.bound_centre); put(p.bound_radius);\n"
-    "    put3(p.cone_axis); put(p.cone_cos); put4(vec4(p.vertex_error, p.finest_error));\n"
-    "    put4(p.radius); put4(vec4(p.first)); put4(vec4(p.count));\n"
-    "    put4(p.variation * 255.0); put(float(p.flags)); put(float(p.finest)); "
+    "    put3(p.cone_axis); put(p.cone_cos); put(p.vertex_error.x); put(p.vertex_error.y);\n"
+    "    put(p.radius); put4(vec4(p.first)); put4(vec4(p.count));\n"
+    "    put(p.variation * 255.0); put(float(p.flags)); put(float(p.finest)); "
     "put(float(STP_PATCH_STRIP)); "
     "put(float(STP_PATCH_TRIANGLES));\n"
     "    put(float(STP_NAME_SEGMENT)); put(float(STP_NAME_TRIANGLE)); "
@@ -61,8 +61,9 @@ static const char decode[] =
     "    for (int i = 0; i < 9; i++)\n"
     "        if (i != 4) put(float(stp_square_beside(1u, ivec2(i % 3, i / 3) - 1)));\n"
     "    mat2x3 g = stp_square_grid_fetch(1u); put3(g[0]); put3(g[1]);\n"
-    "    stp_quarter_errors q = stp_quarter_errors_fetch(2u, p.step);\n"
+    "    stp_finer q = stp_finer_fetch(2u, p);\n"
     "    put4(q.error_2); put4(q.tangential_2); put4(q.error_1); put4(q.tangential_1);\n"
+    "    put3(q.radius); put3(q.variation * 255.0); put(q.error_0.x); put(q.error_0.y);\n"
     "    put(float(stp_patch_samples(2u)));\n"
     "    uint numbers[7] = uint[](0u, 1u, 4u, 5u, 17u, 18u, 67u);\n"
     "    stp_packing packing = stp_packing_fetch(2u);\n"
@@ -164,7 +165,6 @@ static void make_patch(stp_gpu_patch *out, stp_mirror_patch *mirror, uint64_t *t
     out[NUMBER].first = FIRST;
     *mirror = both[1];
     assert_int_equal(mirror->number, NUMBER);
-    mirror->finest = out[NUMBER].finest = 2;
 }
 
 static void want_sample(expectation *e, const stp_sample *sample)
@@ -274,15 +274,13 @@ static void want_patch(expectation *e, const stp_mirror_patch *mirror)
     want_floats(e, mirror->cone_axis, 3);
     want(e, (double)mirror->cone_cos);
     want_floats(e, mirror->vertex_error, 2);
-    want_floats(e, mirror->finest_error, 2);
-    want_floats(e, mirror->radius, 4);
+    want(e, (double)mirror->radius[3]);
     for (int i = 0; i < 4; i++)
         want(e, stp_level_number(50, i));
     for (int i = 0; i < 4; i++)
         want(e, mirror->count[i]);
-    for (int i = 0; i < 4; i++)
-        want(e, mirror->colour_error[i]);
-    want(e, mirror->flags);
+    want(e, mirror->colour_error[3]);
+    want(e, mirror->flags | STP_GPU_PATCH_APART);
     want(e, mirror->finest);
 }
 
@@ -318,6 +316,10 @@ static expectation expect_all(const stp_gpu_frame *frame, const stp_gpu_chunk *c
     want_names(&e);
     want_square(&e);
     want_floats(&e, mirror->quarter_error[0][0], 16);
+    want_floats(&e, mirror->radius, 3);
+    for (int l = 0; l < 3; l++)
+        want(&e, mirror->colour_error[l]);
+    want_floats(&e, mirror->finest_error, 2);
     want(&e, FIRST);
     for (int i = 0; i < SAMPLES; i++)
         want_sample(&e, &samples[i]);

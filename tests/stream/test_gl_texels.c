@@ -31,6 +31,9 @@ static stp_chunk *make_chunk(int finest)
                 memcpy(&chunk->samples[l][i], words, sizeof words);
             }
         memcpy(chunk->patches[p].radius, &keep[1], sizeof chunk->patches[p].radius);
+        if (p % 3 != 0) /* its bound lies around its vertex */
+            memcpy(chunk->patches[p].bound_centre, chunk->samples[3][p].position,
+                   sizeof chunk->patches[p].bound_centre);
     }
     return chunk;
 }
@@ -46,6 +49,8 @@ static void write_all(const stp_chunk *chunk, uint32_t first[PATCHES + 1])
             samples += chunk->level_begin[l][p + 1] - chunk->level_begin[l][p];
         assert_in_range(count, 2, stp_texels_most(samples, 1));
         assert_in_range(count, 2, STP_TEXELS_OF_PATCH);
+        if (chunk->finest_level == 3)
+            assert_int_equal(count, 2 + (p % 3 == 0)); /* make_chunk */
         first[p + 1] = first[p] + count;
     }
 }
@@ -68,14 +73,17 @@ static void c_reads_what_was_written(void **state)
     for (int finest = 0; finest < STP_LEVEL_COUNT; finest++) {
         stp_chunk *chunk = make_chunk(finest);
         uint32_t first[PATCHES + 1];
+        stp_gpu_patch patches[PATCHES];
         write_all(chunk, first);
+        stp_gpu_patches_fill(patches, chunk, 0, 0);
         for (uint32_t p = 0; p < PATCHES; p++) {
             const stp_patch *patch = &chunk->patches[p];
-            stp_sample found[NUMBERS];
+            stp_sample found[NUMBERS + 1];
             const uint32_t end = stp_level_number(patch->counts[0], finest) + patch->counts[finest];
             for (uint32_t n = 0; n < end; n++)
-                assert_true(stp_texels_read(&texels[first[p]], patch->radius, patch->counts[0], n,
-                                            &found[n]));
+                assert_true(stp_texels_read(&texels[first[p]], &patches[p], n, &found[n]));
+            if (finest > 0)
+                assert_false(stp_texels_read(&texels[first[p]], &patches[p], end, &found[end]));
             compare(chunk, p, found);
         }
         stp_chunk_destroy(&chunk);
@@ -93,14 +101,13 @@ static const char decode[] =
     "    found[gl_GlobalInvocationID.x] = stp_sample_words(packing, number);\n"
     "}\n";
 
-static void shaders_read_what_was_written(void **state)
+static void shaders_read(GLuint program, int finest)
 {
-    (void)state;
     static stp_sample found[PATCHES][NUMBERS];
     static stp_gpu_patch patches[PATCHES];
-    stp_chunk *chunk = make_chunk(0);
+    stp_chunk *chunk = make_chunk(finest);
     uint32_t first[PATCHES + 1];
-    GLuint buffers[3], program = gl_program_compute(decode, "texels-shaders");
+    GLuint buffers[3];
     write_all(chunk, first);
     stp_gpu_patches_fill(patches, chunk, 0, 0);
     for (uint32_t p = 0; p < PATCHES; p++)
@@ -118,8 +125,16 @@ static void shaders_read_what_was_written(void **state)
     for (uint32_t p = 0; p < PATCHES; p++)
         compare(chunk, p, found[p]);
     glDeleteBuffers(3, buffers);
-    glDeleteProgram(program);
     stp_chunk_destroy(&chunk);
+}
+
+static void shaders_read_what_was_written(void **state)
+{
+    (void)state;
+    GLuint program = gl_program_compute(decode, "texels-shaders");
+    for (int finest = 0; finest < STP_LEVEL_COUNT; finest++)
+        shaders_read(program, finest);
+    glDeleteProgram(program);
 }
 
 /* A patch of 64 samples like their vertex, each with one field that differs; returns the texels. */
@@ -137,10 +152,11 @@ static uint32_t texels_of(const stp_sample *other)
     return stp_texels_write(texels, &chunk, 0);
 }
 
-/* The texels of 84 samples of so many bits each, behind the head. */
+/* The texels of 84 samples of so many bits each, behind the head of a patch whose bound lies around
+ * its vertex. */
 static uint32_t texels_of_bits(unsigned bits)
 {
-    return STP_TEXELS_HEAD + (84 * bits + 63) / 64;
+    return STP_TEXELS_HEAD - 1 + (84 * bits + 63) / 64;
 }
 
 static void samples_take_the_bits_that_they_need(void **state)
@@ -171,14 +187,14 @@ static void samples_take_the_bits_that_they_need(void **state)
 static void other_bits_are_refused_or_read(void **state)
 {
     (void)state;
-    static const uint8_t radius[STP_LEVEL_COUNT] = {1, 2, 3, 4};
     uint64_t bits[STP_TEXELS_OF_PATCH + STP_TEXELS_SPARE];
     int refused = 0;
     for (uint64_t i = 0; i < 2000; i++) {
         stp_sample s;
+        const stp_gpu_patch patch = {.flags = (uint8_t)i, .count = (uint8_t)(i * 31)};
         for (size_t k = 0; k < sizeof bits / sizeof *bits; k++)
             bits[k] = stp_random_u64(i, k);
-        refused += !stp_texels_read(bits, radius, (uint32_t)i % 256, (uint32_t)i % 150, &s);
+        refused += !stp_texels_read(bits, &patch, (uint32_t)i % 150, &s);
     }
     assert_in_range(refused, 1000, 1999);
 }
