@@ -300,7 +300,7 @@ stp_status stp_frame_want_missing(stp_renderer *r, const stp_drawing *d, const s
         stp_occlusion hidden = {0};
         if (r->occluding.used != NULL) {
             hidden = *r->occluding.used;
-            stp_occlusion_aim(&hidden, eye, hidden.margin_px);
+            stp_occlusion_aim(&hidden, eye, hidden.margin_px, false);
         }
         const cut_view view = {r, &frame, eye, &hidden, NULL, false};
         STP_TRY(select_for(r, d, &r->ahead_cut, &view, true, err));

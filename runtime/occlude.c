@@ -66,10 +66,10 @@ void stp_occlude_choose(stp_renderer *r, bool streams)
     o->used = NULL;
     if (!o->on || !o->known || o->rounds >= ROUNDS_LIMIT)
         return;
-    float more = 0.0f;
-    if (!stp_occlusion_is_of(map, &r->frame, r->eye))
-        more = fmaxf(MOTION_MARGIN_LEAST_PX, stp_occlusion_parallax(map, r->eye));
-    stp_occlusion_aim(map, r->eye, REST_MARGIN_PX + fminf(more, MOTION_MARGIN_MOST_PX));
+    const bool same = stp_occlusion_is_of(map, &r->frame, r->eye);
+    const float more =
+        same ? 0.0f : fmaxf(MOTION_MARGIN_LEAST_PX, stp_occlusion_parallax(map, r->eye));
+    stp_occlusion_aim(map, r->eye, REST_MARGIN_PX + fminf(more, MOTION_MARGIN_MOST_PX), same);
     map->asks_only = streams && (o->coarse || more > MOTION_MARGIN_MOST_PX);
     o->used = map;
 }
@@ -200,7 +200,7 @@ static stp_status exposes(stp_renderer *r, bool *out, stp_error *err)
         *out = true;
         return STP_OK;
     }
-    stp_occlusion_aim(now, r->eye, REST_MARGIN_PX);
+    stp_occlusion_aim(now, r->eye, REST_MARGIN_PX, true);
     for (size_t i = 0; i < r->cut.occluded_count; i++)
         if (!stp_occlusion_hides_box(now, &r->cut.occluded[i])) {
             *out = true;

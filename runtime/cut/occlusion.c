@@ -79,13 +79,14 @@ bool stp_occlusion_is_of(const stp_occlusion *o, const stp_gpu_frame *frame, stp
     return same;
 }
 
-void stp_occlusion_aim(stp_occlusion *o, stp_dvec3 eye, float margin_px)
+void stp_occlusion_aim(stp_occlusion *o, stp_dvec3 eye, float margin_px, bool same)
 {
     const stp_dvec3 way = stp_dvec3_sub(eye, o->eye);
     o->shift[0] = (float)way.x;
     o->shift[1] = (float)way.y;
     o->shift[2] = (float)way.z;
     o->margin_px = margin_px;
+    o->same = same;
 }
 
 /* Parallax is that of the nearest square of so many cells, 2^level a side. */
@@ -122,14 +123,26 @@ static bool all_nearer(const stp_occlusion_level *level, int x0, int y0, int x1,
     return true;
 }
 
+/* What is left of [*low, *high] within [0, size). What is not a number stays so. */
+static void clamp(float *low, float *high, float size)
+{
+    *low = *low < 0.0f ? 0.0f : *low;
+    *high = *high >= size ? size - 1.0f : *high;
+}
+
 /* Whether a rectangle of window coordinates and the margin around it hide what is at least so
  * deep. */
 static bool hides_rectangle(const stp_occlusion *o, const float low[2], const float high[2],
                             float depth)
 {
-    const float x = low[0] - o->margin_px, y = low[1] - o->margin_px;
-    const float right = high[0] + o->margin_px, up = high[1] + o->margin_px;
-    if (!(x >= 0.0f && y >= 0.0f && right < o->viewport[0] && up < o->viewport[1]))
+    float x = low[0] - o->margin_px, y = low[1] - o->margin_px;
+    float right = high[0] + o->margin_px, up = high[1] + o->margin_px;
+    if (o->same) {
+        clamp(&x, &right, o->viewport[0]);
+        clamp(&y, &up, o->viewport[1]);
+    }
+    if (!(x >= 0.0f && y >= 0.0f && x <= right && y <= up && right < o->viewport[0] &&
+          up < o->viewport[1]))
         return false;
     int x0 = (int)x / STP_OCCLUSION_CELL_PX, x1 = (int)right / STP_OCCLUSION_CELL_PX;
     int y0 = (int)y / STP_OCCLUSION_CELL_PX, y1 = (int)up / STP_OCCLUSION_CELL_PX;

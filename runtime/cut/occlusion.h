@@ -42,6 +42,7 @@ typedef struct stp_occlusion {
     /* Of the picture that asks: its eye less this one, and how far around a bound all must be
      * hidden. */
     float shift[3], margin_px;
+    bool same; /* the cameras are: what lies outside this picture is outside that one, too */
     /* It may hide too much: draw what is resident, but ask for nothing that it hides. */
     bool asks_only;
 } stp_occlusion;
@@ -55,8 +56,9 @@ void stp_occlusion_destroy(stp_occlusion *occlusion);
 
 /* Whether it is of a picture with this camera. */
 bool stp_occlusion_is_of(const stp_occlusion *occlusion, const stp_gpu_frame *frame, stp_dvec3 eye);
-/* Sets the eye of the picture that asks, and how far the two may see apart. */
-void stp_occlusion_aim(stp_occlusion *occlusion, stp_dvec3 eye, float margin_px);
+/* Sets the eye of the picture that asks, how far the two may see apart, and whether they have the
+ * same camera. */
+void stp_occlusion_aim(stp_occlusion *occlusion, stp_dvec3 eye, float margin_px, bool same);
 /* How many pixels what is seen may move against what is behind it, if the eye moves to `eye`. */
 float stp_occlusion_parallax(const stp_occlusion *occlusion, stp_dvec3 eye);
 /* Whether a ball relative to the eye of the picture that asks is hidden. NULL hides nothing. */

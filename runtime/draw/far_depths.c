@@ -29,7 +29,7 @@ static stp_status resize(stp_far_depths *f, const stp_pyramid *p, stp_error *err
         int width = l == 0 ? cells_across(p->width) : p->levels[l].width;
         int height = l == 0 ? cells_across(p->height) : p->levels[l].height;
         glCreateTextures(GL_TEXTURE_2D, 1, &f->textures[l]);
-        glTextureStorage2D(f->textures[l], 1, GL_R32F, width, height);
+        glTextureStorage2D(f->textures[l], 1, l == 0 ? GL_R32F : GL_RG32F, width, height);
         glTextureParameteri(f->textures[l], GL_TEXTURE_MIN_FILTER, GL_NEAREST);
         glTextureParameteri(f->textures[l], GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     }
@@ -85,8 +85,8 @@ static void look_at_level(const stp_far_depths *f, const stp_pyramid *p, int l, 
                 top ? 0 : p->levels[l + 1].height);
     glBindImageTextures(STP_UNIT_FINE, STP_TARGET_COUNT,
                         top ? level->pulled : stp_pyramid_finished(p, l));
-    glBindImageTexture(0, f->textures[l], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
-    glBindImageTexture(1, f->textures[top ? 0 : l + 1], 0, GL_FALSE, 0, GL_READ_ONLY, GL_R32F);
+    glBindImageTexture(0, f->textures[l], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG32F);
+    glBindImageTexture(1, f->textures[top ? l : l + 1], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RG32F);
     run(level->width, level->height, 2);
 }
 
@@ -97,7 +97,7 @@ static void look_at_cells(const stp_far_depths *f, const stp_pyramid *p, int lev
     glUniform2i(STP_UNIFORM_LEVEL_SIZE, p->width, p->height);
     glUniform2i(STP_UNIFORM_READ_SIZE, p->levels[above].width, p->levels[above].height);
     glBindImageTexture(0, f->textures[0], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
-    glBindImageTexture(1, f->textures[above], 0, GL_FALSE, 0, GL_READ_ONLY, GL_R32F);
+    glBindImageTexture(1, f->textures[1], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RG32F);
     glBindImageTexture(2, p->picture_depth, 0, GL_FALSE, 0, GL_READ_ONLY, GL_R32F);
     run(cells_across(p->width), cells_across(p->height), 1);
 }

@@ -4,10 +4,12 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(r32f, binding = 0) writeonly uniform image2D far;
-layout(r32f, binding = 1) readonly uniform image2D far_above; // of the next level
+// Of the next level: the depth beyond which nothing can change a pixel, and where its interval ends.
+layout(rg32f, binding = 1) readonly uniform image2D far_above;
 
-float stp_far_above(ivec2 p, ivec2 size)
+// Beyond the border push reads the pixel mirrored there.
+vec2 stp_far_above(ivec2 p, ivec2 size)
 {
-    return all(lessThan(uvec2(p), uvec2(size))) ? imageLoad(far_above, p).x : STP_FAR_NONE;
+    p = abs(min(p, 2 * size - 2 - p));
+    return all(lessThan(uvec2(p), uvec2(size))) ? imageLoad(far_above, p).xy : vec2(STP_FAR_NONE);
 }

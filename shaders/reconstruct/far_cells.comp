@@ -1,6 +1,7 @@
 // Finds, for each cell of 8 x 8 pixels of the picture, the depth beyond which nothing can change it.
 #include "far.glsl"
 
+layout(r32f, binding = 0) writeonly uniform image2D far;
 layout(r32f, binding = 2) readonly uniform image2D picture_depth; // 0 where empty
 
 layout(location = 2) uniform int pyramid_level; // how many levels there are above the picture
@@ -21,6 +22,10 @@ void main()
     depth = near > 0.0 ? depth : STP_FAR_NONE;
     for (int y = -1; y < 5 && pyramid_level > 0; y++)
         for (int x = -1; x < 5; x++)
-            depth = max(depth, stp_far_above(4 * cell + ivec2(x, y), read_size));
+            depth = max(depth, stp_far_above(4 * cell + ivec2(x, y), read_size).y);
+    for (int i = 0; i < 16 && pyramid_level > 0; i++) {
+        ivec2 parent = min(4 * cell + ivec2(i & 3, i >> 2), read_size - 1);
+        depth = max(depth, stp_far_above(parent, read_size).x);
+    }
     imageStore(far, cell, vec4(depth));
 }
