@@ -58,6 +58,29 @@ static void generated(void **state)
     }
 }
 
+/* Heights with a hole and colours beside them; normals need the rows above and below. */
+static void grids(void **state)
+{
+    enum { COLUMNS = 37, ROWS = 60 };
+    static const char *const names[] = {"seek.asc", "seek.pgm"};
+    (void)state;
+    for (int kind = 0; kind < 2; kind++) {
+        FILE *file = fopen(names[kind], "w");
+        assert_non_null(file);
+        if (kind == 0)
+            fprintf(file,
+                    "ncols %d\nnrows %d\nxllcorner 5\nyllcorner 7\ncellsize 2\n"
+                    "NODATA_value -1\n",
+                    COLUMNS, ROWS);
+        else
+            fprintf(file, "P2\n%d %d\n65535\n", COLUMNS, ROWS);
+        for (int i = 0; i < COLUMNS * ROWS; i++)
+            fprintf(file, "%d\n", kind == 0 && i % 91 < 3 ? -1 : i * i % 211);
+        assert_int_equal(fclose(file), 0);
+        check_seeks(names[kind]);
+    }
+}
+
 static void only_forwards(void **state)
 {
     static const char text[] = "1 2 3\n4 5 6\n";
@@ -86,6 +109,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(generated),
+        cmocka_unit_test(grids),
         cmocka_unit_test(only_forwards),
         cmocka_unit_test(real),
     };
