@@ -48,7 +48,7 @@ stp_prep_size stp_prep_job_size(const stp_prep_job *job)
 {
     const stp_prep_source *source = job->source;
     stp_prep_size size = stp_prep_size_of(source, job->params);
-    size.shared = job->in_parts && !job->stats->join_layers;
+    size.shared = job->in_parts;
     for (size_t f = 0; f < source->file_count; f++) /* images may need all points on every rank */
         size.shared = size.shared && source->files[f].grid.columns == 0;
     if (job->in_parts) {
@@ -218,10 +218,9 @@ stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err)
     stp_ranks *ranks = job->params->ranks;
     STP_TRY(check_claims(job, err));
     STP_TRY(stp_depth_images_fit(&fit, &images, &job->cloud, job->source, ranks, err));
-    /* without outliers, images may fit that do not now */
-    const bool drops = stats->outliers == STP_OUTLIERS_DROP;
-    const bool whole =
-        stats->join_layers || fit || (images > 0 && (stats->normals_seen > 0 || drops));
+    /* without outliers, or with points moved, images may fit that do not now */
+    const bool changes = stats->outliers == STP_OUTLIERS_DROP || stats->join_layers;
+    const bool whole = fit || (images > 0 && (stats->normals_seen > 0 || changes));
     STP_TRY(stp_cloud_sort_parts(&job->cloud, ranks, whole, job->pool, err));
 done:
     return status;

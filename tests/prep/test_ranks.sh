@@ -161,7 +161,7 @@ check_rejects() { # further options
     [ "$(wc -l <"$FOLDER/one.csv")" -gt 1 ] || fail "no rejects: $*"
     cmp -s "$FOLDER/m.csv" "$FOLDER/one.csv" || fail "3 ranks: another list of rejects: $*"
 }
-check_rejects --layers joined # all points are on every rank
+check_rejects --layers joined
 check_rejects
 expect_shared 105000 3
 check_bytes "$all 3" "$FOLDER/scans"
@@ -183,6 +183,8 @@ wanted=1
 check_bytes "$all" "$FOLDER"/tiles/*.asc
 wanted=0
 check_bytes "$all" "$FOLDER/statue.ply" --layers joined --codec zstd --precision 0.001
+check_bytes "$all 3" "$FOLDER/mixed" --layers joined --memory 150M
+expect_shared 125000 3
 check_bytes "$all" "$FOLDER/mixed/b.ply" --maps
 # A rank with less memory must find the same closed surfaces.
 both=("$STIPPLE" prep "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --threads 1 --quiet --force)
