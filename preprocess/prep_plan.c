@@ -1,6 +1,7 @@
 /* Plans the memory and disk space of a run of preprocessing, and makes room. */
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_cells.h"
+#include "preprocess/cloud/scan_lines.h"
 #include "preprocess/prep_job.h"
 
 #include <errno.h>
@@ -116,7 +117,8 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
                               const stp_prep_params *params, unsigned thread_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
+    /* as many as for points in scan lines, which only the points tell */
+    const unsigned k = params->neighbour_count ? params->neighbour_count : STP_SCAN_LINE_NEIGHBOURS;
     uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
     const uint64_t points = size->points; /* below 2^32 */
     const unsigned ranks = size->shared ? stp_ranks_count(params->ranks) : 1;
