@@ -81,6 +81,20 @@ static void grids(void **state)
     }
 }
 
+/* Lines of text with comments and blank lines between them. */
+static void lines(void **state)
+{
+    (void)state;
+    FILE *file = fopen("seek.csv", "w");
+    assert_non_null(file);
+    fprintf(file, "x,y,z,r,g,b\r\n");
+    for (int i = 0; i < 50000; i++)
+        fprintf(file, "%s%d.25,%d,%d,%d,9,200\r\n", i % 16384 == 0 ? "# a comment\r\n\r\n" : "",
+                i % 300, i / 300, i * i % 7, i % 256);
+    assert_int_equal(fclose(file), 0);
+    check_seeks("seek.csv");
+}
+
 static void only_forwards(void **state)
 {
     static const char text[] = "1 2 3\n4 5 6\n";
@@ -108,10 +122,8 @@ static void real(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(generated),
-        cmocka_unit_test(grids),
-        cmocka_unit_test(only_forwards),
-        cmocka_unit_test(real),
+        cmocka_unit_test(generated),     cmocka_unit_test(grids), cmocka_unit_test(lines),
+        cmocka_unit_test(only_forwards), cmocka_unit_test(real),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }
