@@ -208,6 +208,7 @@ static stp_status map_plain(stp_spill *s, size_t bytes, const char *what, stp_er
                         MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (memory == MAP_FAILED)
         return stp_error_set(err, STP_OUT_OF_MEMORY, "no room for %zu bytes of %s", bytes, what);
+    (void)madvise(memory, bytes, MADV_NOHUGEPAGE); /* they would fill what nobody touches */
     s->mappings[s->count++] =
         (mapping){.memory = memory, .bytes = bytes, .forgotten = bytes, .file = -1};
     return STP_OK;

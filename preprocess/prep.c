@@ -359,6 +359,7 @@ static stp_status agree(const stp_prep_job *job, const char *what, stp_error *er
                               XXH3_64bits(c->cells, c->cell_count * sizeof *c->cells),
                               XXH3_64bits(job->numbers, numbers),
                               XXH3_64bits(&stats->box, sizeof stats->box),
+                              XXH3_64bits(&job->grid.noise, sizeof job->grid.noise),
                               stats->points_in};
     return stp_ranks_agree(job->params->ranks, XXH3_64bits(found, sizeof found), what, err);
 }
@@ -411,7 +412,10 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     stp_prep_stats *stats = job->stats;
     const unsigned wanted = job->params->normal_bits;
     const double cell = stp_raster_cell(&job->grid.raster, job->grid.nodes);
-    stp_height_grid_finish(&job->grid, job->source->coordinate_step);
+    job->tree.sources.grid = &job->grid;
+    STP_TRY(stp_prep_grid_share(job, err));
+    STP_TRY(
+        stp_height_grid_finish(&job->grid, job->source->coordinate_step, job->params->ranks, err));
     choose_height_precision(job, job->grid.noise, cell / GRID_CELL_PARTS);
     if (!(job->params->precision > 0.0 || job->params->exact))
         job->grid.move_most = cell / GRID_PLACE_PARTS;
@@ -420,7 +424,7 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     job->tree.normal_bits = wanted ? wanted : grid_bits(bits);
     stats->normal_bits = job->tree.normal_bits;
     stats->orientation = STP_ORIENTATION_FILE;
-    job->tree.sources.grid = &job->grid;
+    STP_TRY(agree(job, "found another surface than", err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_SURFACE, err));
 done:
     return status;
@@ -554,8 +558,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
     free(job.rejects.data);
     stp_maps_clear(&job.maps);
     stp_cloud_clear(&job.cloud);
-    stp_height_grid_clear(&job.grid);
-    stp_grid_part_clear(&job.part);
+    stp_prep_grid_clear(&job);
     stp_spill_destroy(&job.spill);
     stp_prep_plan_clear(&job.plan);
     return status;

@@ -3,7 +3,7 @@
 #define STP_PREPROCESS_PREP_JOB_H
 
 #include "formats/chunk/outside.h"
-#include "preprocess/grid/grid_parts.h"
+#include "preprocess/grid/grid_records.h"
 #include "preprocess/prep.h"
 
 /* The leaves of lines, of triangles, of maps and of depth images; they are never in temporary
@@ -31,11 +31,12 @@ typedef struct stp_prep_job {
     stp_orient_params orient;
 
     stp_spill *spill;
-    stp_cloud cloud;       /* empty if the scan is a grid of heights */
-    bool in_parts;         /* until they are sorted, each rank has a part of the points */
-    stp_height_grid grid;  /* else without columns */
-    stp_grid_part part;    /* the file at hand, if several files make the grid */
-    stp_maps maps;         /* none unless they are wanted */
+    stp_cloud cloud;               /* empty if the scan is a grid of heights */
+    bool in_parts;                 /* until they are sorted, each rank has a part of the points */
+    stp_height_grid grid;          /* else without columns */
+    stp_grid_part part;            /* the file at hand, if several files make the grid */
+    stp_grid_records grid_records; /* that this rank read, until ranks have shared the grid */
+    stp_maps maps;                 /* none unless they are wanted */
     uint8_t *numbers;      /* attributes of `records`, packed, in the spill; NULL: none are kept */
     uint32_t *begins;      /* by rank: its first record, then where the last one's end; NULL: none
                               reads a part */
@@ -98,9 +99,24 @@ void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
  * of the source, EMPTY, CORRUPT (more points than the source counts), CANCELLED, OUT_OF_MEMORY, IO.
  */
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err);
-/* Decides whether each rank reads a part of the inputs alone: not of grids of heights, of several
- * images in one file, and of what becomes elevation maps. All ranks decide alike.
- * Errors: CANCELLED, IO. */
+/* Makes the grid empty, and room for the records of it that this rank reads. Errors: OUT_OF_MEMORY,
+ * IO. */
+stp_status stp_prep_grid_begin(stp_prep_job *job, stp_error *err);
+void stp_prep_grid_clear(stp_prep_job *job);
+/* Whether several files make one grid, and this process reads them all. */
+bool stp_prep_grid_has_parts(const stp_prep_job *job);
+/* Puts a record into the grid, or where this rank's records are. *reject becomes TWICE if the grid
+ * has a sample there. */
+void stp_prep_grid_add(stp_prep_job *job, const stp_point *point, uint64_t record,
+                       stp_reject *reject);
+/* Rejects samples at places that files before give, once ranks have read their parts. Errors: those
+ * of stp_grid_records_sift and stp_prep_reject. */
+stp_status stp_prep_grid_sift(stp_prep_job *job, stp_error *err);
+/* Gives each rank the samples of the tiles that it will make leaves of. Errors: those of
+ * stp_grid_records_give and stp_leaf_order. */
+stp_status stp_prep_grid_share(stp_prep_job *job, stp_error *err);
+/* Decides whether each rank reads a part of the inputs alone: not of several images in one file,
+ * and of what becomes elevation maps. All ranks decide alike. Errors: CANCELLED, IO. */
 stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err);
 /* Whether points of some file tell their pixels. */
 bool stp_prep_tells_pixels(const stp_prep_source *source);
@@ -115,8 +131,8 @@ stp_status stp_prep_give_rejects(stp_prep_job *job, stp_error *err);
 /* Makes room for records [begin, end) and their attributes. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, stp_error *err);
 /* Sorts the parts that ranks read, once the claims of their files are checked. Ranks share the
- * points, unless layers are joined or pixels need those around them: of depth images that stay
- * images or whose sheets are joined. Errors: those of stp_claims_check and stp_cloud_sort_parts. */
+ * points, unless pixels need those around them: of depth images that stay images or whose sheets
+ * are joined. Errors: those of stp_claims_check and stp_cloud_sort_parts. */
 stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err);
 /* Lets `read` read this rank's part, and adds up what all ranks read. If any rank fails, each reads
  * everything, which says why or leaves a file out. Errors: those of read. */

@@ -1,6 +1,7 @@
 /* Plans the memory and disk space of a run of preprocessing, and makes room. */
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_cells.h"
+#include "preprocess/cloud/scan_lines.h"
 #include "preprocess/prep_job.h"
 
 #include <errno.h>
@@ -33,6 +34,8 @@
 #define GRID_BYTES 44u
 /* Of a grid that was moved also: where the sample is. */
 #define BENT_BYTES 16u
+/* Per sample that a rank read, until ranks have given them to each other: height and colour. */
+#define GRID_READ_BYTES 14u
 /* For a million points that are drawn from outside; and in the worst case for each thread's depth
  * buffer (visibility.c). */
 #define VIEW_BYTES (32u << 20)
@@ -55,6 +58,15 @@ static uint64_t point_bytes(const stp_prep_size *size, unsigned ranks)
     const uint64_t read = size->read * sizeof(stp_cloud_point);
     return ranks > 1 ? own + (read > own ? read : own) + size->points * RANK_BYTES
                      : size->points * POINT_BYTES;
+}
+
+/* What a rank needs of a grid. */
+static uint64_t grid_bytes(const stp_prep_size *size, unsigned ranks)
+{
+    const uint64_t bent = size->bent ? BENT_BYTES : 0;
+    const uint64_t own = size->points / ranks * (GRID_BYTES + bent);
+    return ranks > 1 ? own + size->read * (GRID_READ_BYTES + bent) + size->points * RANK_BYTES
+                     : size->points * (GRID_BYTES + bent);
 }
 
 /* Attributes, and once more: no worse than that encoded, by the rank that has the chunk and by rank
@@ -105,17 +117,17 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
                               const stp_prep_params *params, unsigned thread_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    unsigned k = params->neighbour_count ? params->neighbour_count : STP_PREP_NEIGHBOURS;
+    /* as many as for points in scan lines, which only the points tell */
+    const unsigned k = params->neighbour_count ? params->neighbour_count : STP_SCAN_LINE_NEIGHBOURS;
     uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
     const uint64_t points = size->points; /* below 2^32 */
     const unsigned ranks = size->shared ? stp_ranks_count(params->ranks) : 1;
     const uint64_t numbers = number_bytes(size, params->ranks, ranks);
     const uint64_t maps = points * (size->maps ? MAPS_BYTES : 0);
     const uint64_t fill = points * (size->fills ? FILL_BYTES : 0);
-    const uint64_t sample = GRID_BYTES + (size->bent ? BENT_BYTES : 0);
     const uint64_t here = point_bytes(size, ranks), share = points / ranks;
     uint64_t surface =
-        (size->grid ? points * sample : here + share * SURFACE_BYTES) + numbers + maps;
+        (size->grid ? grid_bytes(size, ranks) : here + share * SURFACE_BYTES) + numbers + maps;
     uint64_t most = size->grid
                         ? surface
                         : here + points * CRUMBS_BYTES + share * k * step_bytes(points) + numbers +

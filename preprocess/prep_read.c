@@ -16,28 +16,6 @@ void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *p)
         stats->intensity_max = p->intensity;
 }
 
-/* Whether several files make one grid. */
-static bool has_parts(const stp_prep_job *job)
-{
-    return job->stats->keeps_grid && job->source->file_count > 1;
-}
-
-/* Puts a record into the grid of heights. */
-static void add_sample(stp_prep_job *job, const stp_point *point, uint64_t record,
-                       stp_reject *reject)
-{
-    stp_height_grid *grid = &job->grid;
-    const bool parts = has_parts(job);
-    const uint64_t place = parts ? stp_grid_part_place(&job->part, grid, record - job->part.first)
-                                 : stp_scan_raster_place(&grid->raster, record);
-    if (parts && *reject == STP_REJECT_NONE && !isnan(grid->z[place]))
-        *reject = STP_REJECT_TWICE;
-    if (*reject == STP_REJECT_NONE)
-        stp_height_grid_set(grid, place, point);
-    else if (!parts) /* else there is none unless a file gives it */
-        stp_height_grid_leave_out(grid, place);
-}
-
 static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error *err)
 {
     stp_cloud *cloud = &job->cloud;
@@ -47,7 +25,8 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
     stp_reject reject = (stp_reject)point->reject;
     if (reject == STP_REJECT_NONE && !stp_dvec3_finite(point->position))
         reject = STP_REJECT_NOT_FINITE;
-    const uint64_t end = has_parts(job) ? job->part.first + job->part.count : source->point_count;
+    const bool parts = stp_prep_grid_has_parts(job);
+    const uint64_t end = parts ? job->part.first + job->part.count : source->point_count;
     if (stats->keeps_grid ? place >= end
                           : reject == STP_REJECT_NONE && cloud->count == cloud->capacity)
         return stp_error_set(err, STP_CORRUPT,
@@ -55,7 +34,7 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
                              "was read, run again",
                              source->files[0].name, (unsigned long long)source->point_count);
     if (stats->keeps_grid)
-        add_sample(job, point, place, &reject);
+        stp_prep_grid_add(job, point, place, &reject);
     if (reject != STP_REJECT_NONE) {
         stats->rejected[reject]++;
         return stp_prep_reject(job, place, reject, err);
@@ -147,7 +126,7 @@ static bool leave_out(stp_prep_job *job, const stp_error *why, const read_mark *
         return false;
     if (mark->file == file) {
         job->cloud.count = mark->count;
-        if (has_parts(job))
+        if (stp_prep_grid_has_parts(job))
             stp_grid_part_forget(&job->part, &job->grid);
         else
             job->grid.count = 0;
@@ -183,7 +162,7 @@ static stp_status read_records(stp_prep_job *job, stp_error *err)
             break;
         if (source->file && *source->file != mark.file) {
             mark = (read_mark){*source->file, job->cloud.count, *stats};
-            if (has_parts(job))
+            if (stp_prep_grid_has_parts(job))
                 STP_TRY(stp_grid_part_begin(&job->part, &job->grid,
                                             &source->files[mark.file].raster, stats->points_in,
                                             err));
@@ -212,16 +191,12 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
     stp_cloud *cloud = &job->cloud;
     const stp_prep_source *source = job->source;
     stp_prep_stats *stats = job->stats;
-    if (stats->keeps_grid)
-        STP_TRY(stp_height_grid_create(&job->grid, &source->raster, source->raster_nodes,
-                                       source->attributes & STP_POINT_HAS_COLOUR, job->spill, err));
-    if (has_parts(job))
-        for (uint64_t i = 0; i < (uint64_t)source->raster.columns * source->raster.rows; i++)
-            stp_height_grid_leave_out(&job->grid, i);
     if (job->in_parts) {
         STP_TRY(stp_prep_read_part(job, read_records, err));
     } else {
         STP_TRY(stp_prep_make_room(job, 0, source->point_count, err));
+        if (stats->keeps_grid)
+            STP_TRY(stp_prep_grid_begin(job, err));
         if (stp_prep_tells_pixels(source) && !stats->keeps_grid)
             STP_TRY(stp_spill_alloc(job->spill, &cloud->pixels, source->point_count,
                                     sizeof *cloud->pixels, "pixels", err));

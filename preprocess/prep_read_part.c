@@ -28,8 +28,7 @@ stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
     stp_status status = STP_OK;
     stp_ranks *ranks = job->params->ranks;
     job->lists_rejects = source->rejected;
-    bool in_parts = stp_ranks_count(ranks) > 1 && source->part_begin && !job->stats->keeps_grid &&
-                    !job->params->maps;
+    bool in_parts = stp_ranks_count(ranks) > 1 && source->part_begin && !job->params->maps;
     for (size_t f = 0; f < source->file_count; f++)
         in_parts = in_parts && source->files[f].image_count == 0;
     job->in_parts = in_parts;
@@ -49,7 +48,7 @@ stp_prep_size stp_prep_job_size(const stp_prep_job *job)
 {
     const stp_prep_source *source = job->source;
     stp_prep_size size = stp_prep_size_of(source, job->params);
-    size.shared = job->in_parts && !job->stats->join_layers;
+    size.shared = job->in_parts;
     for (size_t f = 0; f < source->file_count; f++) /* images may need all points on every rank */
         size.shared = size.shared && source->files[f].grid.columns == 0;
     if (job->in_parts) {
@@ -142,12 +141,14 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
     STP_TRY(stp_prep_make_room(job, begin, end, err));
     stats->points_in = begin; /* numbers the records */
     status = source->read_part(source->context, begin, end, &why);
+    if (status == STP_OK && stats->keeps_grid) /* files now have the counts of their headers */
+        status = stp_prep_grid_begin(job, &why);
     if (status == STP_OK)
         status = read(job, &why);
     if (status == STP_CANCELLED)
         return stp_error_set(err, status, "%s", why.message);
     part_counts own = {.in = stats->points_in - begin,
-                       .stored = job->cloud.count,
+                       .stored = job->cloud.count + job->grid_records.count,
                        .unstationed = stats->points_unstationed,
                        .box = stats->box,
                        .intensity_max = stats->intensity_max,
@@ -156,10 +157,13 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
     for (int i = 0; i < STP_REJECT_COUNT; i++)
         own.rejected[i] = stats->rejected[i];
     STP_TRY(add_up(job, &own, &failed, err));
-    if (!failed)
+    if (!failed) {
+        STP_TRY(stp_prep_grid_sift(job, err));
         return stp_prep_give_rejects(job, err);
+    }
     *stats = before;
     stp_cloud_clear(&job->cloud);
+    stp_prep_grid_clear(job);
     stp_spill_free(job->spill, job->numbers);
     free(job->begins);
     job->rejects.size = 0;
@@ -172,6 +176,8 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
     STP_TRY(stp_prep_plan_room(job, &size, err));
     STP_TRY(stp_prep_make_room(job, 0, source->point_count, err));
     STP_TRY(source->read_part(source->context, 0, UINT64_MAX, err));
+    if (stats->keeps_grid)
+        STP_TRY(stp_prep_grid_begin(job, err));
     STP_TRY(read(job, err));
 done:
     return status;
@@ -212,10 +218,9 @@ stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err)
     stp_ranks *ranks = job->params->ranks;
     STP_TRY(check_claims(job, err));
     STP_TRY(stp_depth_images_fit(&fit, &images, &job->cloud, job->source, ranks, err));
-    /* without outliers, images may fit that do not now */
-    const bool drops = stats->outliers == STP_OUTLIERS_DROP;
-    const bool whole =
-        stats->join_layers || fit || (images > 0 && (stats->normals_seen > 0 || drops));
+    /* without outliers, or with points moved, images may fit that do not now */
+    const bool changes = stats->outliers == STP_OUTLIERS_DROP || stats->join_layers;
+    const bool whole = fit || (images > 0 && (stats->normals_seen > 0 || changes));
     STP_TRY(stp_cloud_sort_parts(&job->cloud, ranks, whole, job->pool, err));
 done:
     return status;

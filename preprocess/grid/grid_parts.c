@@ -52,39 +52,58 @@ bool stp_grid_parts_join(stp_scan_raster *out, const stp_scan_raster *parts, siz
     return true;
 }
 
+stp_grid_part stp_grid_part_at(const stp_scan_raster *whole, const stp_scan_raster *file,
+                               uint64_t first)
+{
+    return (stp_grid_part){.first = first,
+                           .count = (uint64_t)file->columns * file->rows,
+                           .column = (uint32_t)nearbyint((file->x - whole->x) / whole->dx),
+                           .row = (uint32_t)nearbyint((whole->y - file->y) / whole->dy),
+                           .raster = *file};
+}
+
 stp_status stp_grid_part_begin(stp_grid_part *part, const stp_height_grid *grid,
                                const stp_scan_raster *file, uint64_t first, stp_error *err)
 {
-    const stp_scan_raster *whole = &grid->raster;
-    stp_grid_part next = {.first = first,
-                          .count = (uint64_t)file->columns * file->rows,
-                          .column = (uint32_t)nearbyint((file->x - whole->x) / whole->dx),
-                          .row = (uint32_t)nearbyint((whole->y - file->y) / whole->dy),
-                          .raster = *file,
-                          .box = grid->box};
+    stp_grid_part next = stp_grid_part_at(&grid->raster, file, first);
+    next.box = grid->box;
     const stp_status status =
         stp_alloc(&next.there, (size_t)(next.count / WORD + 1), sizeof *next.there, "marks", err);
     if (status != STP_OK)
         return status;
     for (uint64_t i = 0; i < next.count; i++)
-        if (!isnan(grid->z[stp_grid_part_place(&next, grid, i)]))
+        if (!isnan(grid->z[stp_grid_part_place(&next, &grid->raster, i)]))
             next.there[i / WORD] |= UINT64_C(1) << i % WORD;
     stp_grid_part_clear(part);
     *part = next;
     return STP_OK;
 }
 
-uint64_t stp_grid_part_place(const stp_grid_part *part, const stp_height_grid *grid, uint64_t index)
+uint64_t stp_grid_part_place(const stp_grid_part *part, const stp_scan_raster *whole,
+                             uint64_t index)
 {
     uint32_t at[2];
     stp_scan_raster_find(&part->raster, index, at);
-    return (uint64_t)(part->row + at[1]) * grid->raster.columns + part->column + at[0];
+    return (uint64_t)(part->row + at[1]) * whole->columns + part->column + at[0];
+}
+
+bool stp_grid_parts_overlap(const stp_grid_part *parts, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        for (size_t k = 0; k < i; k++) {
+            const stp_grid_part *a = &parts[i], *b = &parts[k];
+            if (a->column < b->column + b->raster.columns &&
+                b->column < a->column + a->raster.columns && a->row < b->row + b->raster.rows &&
+                b->row < a->row + a->raster.rows)
+                return true;
+        }
+    return false;
 }
 
 void stp_grid_part_forget(const stp_grid_part *part, stp_height_grid *grid)
 {
     for (uint64_t i = 0; i < part->count; i++) {
-        const uint64_t place = stp_grid_part_place(part, grid, i);
+        const uint64_t place = stp_grid_part_place(part, &grid->raster, i);
         if (!(part->there[i / WORD] >> i % WORD & 1) && !isnan(grid->z[place]))
             stp_height_grid_unset(grid, place);
     }

@@ -20,13 +20,18 @@ typedef struct stp_grid_part {
     stp_dbox box;           /* of all samples before */
 } stp_grid_part;
 
+/* Where a file's records, which begin at `first`, lie in the whole. Has no marks. */
+stp_grid_part stp_grid_part_at(const stp_scan_raster *whole, const stp_scan_raster *file,
+                               uint64_t first);
 /* Goes on to a file whose records begin at `first`, in place of the one before. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_grid_part_begin(stp_grid_part *part, const stp_height_grid *grid,
                                const stp_scan_raster *file, uint64_t first, stp_error *err);
 /* The place in the whole of the file's record `index`. */
-uint64_t stp_grid_part_place(const stp_grid_part *part, const stp_height_grid *grid,
+uint64_t stp_grid_part_place(const stp_grid_part *part, const stp_scan_raster *whole,
                              uint64_t index);
+/* Whether two files have places in common. */
+bool stp_grid_parts_overlap(const stp_grid_part *parts, size_t count);
 /* Removes the file's samples from the grid. */
 void stp_grid_part_forget(const stp_grid_part *part, stp_height_grid *grid);
 void stp_grid_part_clear(stp_grid_part *part);

@@ -11,16 +11,21 @@
 #define NOISE_ANGLE 0.035
 /* About how many fourth differences tell the noise. */
 #define NOISE_SAMPLES 65536u
+/* Samples of a fourth difference. Heights around a tile reach as far. */
+#define NOISE_RUN 5u
+_Static_assert(NOISE_RUN - 1 <= STP_GRID_REACH, "a rank has the samples of its differences");
 /* Of a normal distribution: median of the absolute value, by the standard deviation. */
 #define MEDIAN_SHARE 0.6745
 /* Standard deviation of z0 - 4 z1 + 6 z2 - 4 z3 + z4, by that of one z. */
 #define FOURTH_SHARE 8.3666
 
 stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *raster,
-                                  const stp_dvec3 *nodes, bool coloured, stp_spill *spill,
-                                  stp_error *err)
+                                  const stp_dvec3 *nodes, bool coloured, bool sparse,
+                                  stp_spill *spill, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_status (*const alloc)(stp_spill *, void *, size_t, size_t, const char *, stp_error *) =
+        sparse ? stp_spill_alloc_sparse : stp_spill_alloc;
     const size_t count = (size_t)raster->columns * raster->rows;
     stp_height_grid grid = {.raster = *raster,
                             .nodes = nodes,
@@ -29,11 +34,11 @@ stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *r
                             .box = stp_dbox_empty(),
                             .reach = 1,
                             .spill = spill};
-    STP_TRY(stp_spill_alloc(spill, &grid.z, count, sizeof *grid.z, "heights", err));
+    STP_TRY(alloc(spill, &grid.z, count, sizeof *grid.z, "heights", err));
     if (nodes)
-        STP_TRY(stp_spill_alloc(spill, &grid.xy, count, sizeof *grid.xy, "places", err));
+        STP_TRY(alloc(spill, &grid.xy, count, sizeof *grid.xy, "places", err));
     if (coloured)
-        STP_TRY(stp_spill_alloc(spill, &grid.rgb, count, sizeof *grid.rgb, "colours", err));
+        STP_TRY(alloc(spill, &grid.rgb, count, sizeof *grid.rgb, "colours", err));
     STP_TRY(stp_alloc(&grid.tile_samples, stp_height_grid_tile_count(&grid),
                       sizeof *grid.tile_samples, "tiles", err));
     *out = grid;
@@ -41,13 +46,6 @@ stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *r
 done:
     stp_height_grid_clear(&grid);
     return status;
-}
-
-static uint32_t *tile_samples_at(stp_height_grid *grid, uint64_t place)
-{
-    const uint32_t row = (uint32_t)(place / grid->raster.columns);
-    const uint32_t column = (uint32_t)(place % grid->raster.columns);
-    return &grid->tile_samples[row / STP_TILE_SIDE * grid->tile_columns + column / STP_TILE_SIDE];
 }
 
 void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point *point)
@@ -60,7 +58,7 @@ void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point 
     for (int c = 0; grid->rgb && c < 3; c++)
         grid->rgb[place][c] = point->rgb[c];
     stp_dbox_add(&grid->box, point->position);
-    ++*tile_samples_at(grid, place);
+    grid->tile_samples[stp_height_grid_tile_at(grid, place)]++;
     grid->count++;
 }
 
@@ -72,34 +70,43 @@ void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place)
 void stp_height_grid_unset(stp_height_grid *grid, uint64_t place)
 {
     grid->z[place] = NAN;
-    --*tile_samples_at(grid, place);
+    grid->tile_samples[stp_height_grid_tile_at(grid, place)]--;
     grid->count--;
 }
 
 /* The standard deviation of noise: a fourth difference along a row is noise, since the surface's
  * own is small. The median leaves out cliffs. 0 without enough samples. */
-static double measure_noise(const stp_height_grid *grid)
+static stp_status measure_noise(const stp_height_grid *grid, stp_ranks *ranks, double *out,
+                                stp_error *err)
 {
+    stp_status status = STP_OK;
     const uint32_t columns = grid->raster.columns, rows = grid->raster.rows;
     const uint64_t all = (uint64_t)columns * rows;
-    const uint32_t step = all / NOISE_SAMPLES > 1 ? (uint32_t)(all / NOISE_SAMPLES) : 1;
-    double *found = NULL;
-    size_t count = 0;
-    if (columns < 5 ||
-        stp_alloc(&found, (size_t)(all / step) + 1, sizeof *found, "heights", NULL) != STP_OK)
-        return 0.0;
+    const uint64_t step = all / NOISE_SAMPLES > 1 ? all / NOISE_SAMPLES : 1;
+    stp_bytes found = {0};
+    *out = 0.0;
+    if (columns < NOISE_RUN)
+        return STP_OK;
     for (uint64_t i = 0; i < all; i += step) {
         const double *z = grid->z + i;
-        if (i % columns > columns - 5)
+        if (i % columns > columns - NOISE_RUN ||
+            (grid->own && !grid->own[stp_height_grid_tile_at(grid, i)]))
             continue;
-        const double d = z[0] - 4.0 * z[1] + 6.0 * z[2] - 4.0 * z[3] + z[4];
+        const double d = fabs(z[0] - 4.0 * z[1] + 6.0 * z[2] - 4.0 * z[3] + z[4]);
         if (!isnan(d))
-            found[count++] = fabs(d);
+            STP_TRY(stp_bytes_append(&found, &d, sizeof d, err));
     }
-    stp_sort_doubles(found, count);
-    const double median = count > 0 ? found[count / 2] : 0.0;
-    free(found);
-    return median / (MEDIAN_SHARE * FOURTH_SHARE);
+    if (grid->own)
+        STP_TRY(stp_ranks_join(ranks, &found, err));
+    const size_t count = found.size / sizeof(double);
+    double *differences = (double *)(void *)found.data;
+    if (count > 0) {
+        stp_sort_doubles(differences, count);
+        *out = differences[count / 2] / (MEDIAN_SHARE * FOURTH_SHARE);
+    }
+done:
+    free(found.data);
+    return status;
 }
 
 /* The standard error of a slope over a window, for noise of deviation 1 and samples 1 apart. */
@@ -111,15 +118,21 @@ static double slope_error(unsigned reach)
     return 1.0 / sqrt(sum);
 }
 
-void stp_height_grid_finish(stp_height_grid *grid, double step)
+stp_status stp_height_grid_finish(stp_height_grid *grid, double step, stp_ranks *ranks,
+                                  stp_error *err)
 {
     const double rounding = step / sqrt(12.0);
-    grid->noise = fmax(measure_noise(grid), rounding);
+    double measured = 0.0;
+    const stp_status status = measure_noise(grid, ranks, &measured, err);
+    if (status != STP_OK)
+        return status;
+    grid->noise = fmax(measured, rounding);
     const double noise = grid->noise / stp_raster_cell(&grid->raster, grid->nodes);
     grid->reach = 1;
     while (grid->reach < STP_GRID_REACH && noise * slope_error(grid->reach) > NOISE_ANGLE)
         grid->reach++;
     grid->normal_error = atan(noise * slope_error(grid->reach));
+    return STP_OK;
 }
 
 void stp_height_grid_clear(stp_height_grid *grid)
@@ -128,5 +141,6 @@ void stp_height_grid_clear(stp_height_grid *grid)
     stp_spill_free(grid->spill, grid->xy);
     stp_spill_free(grid->spill, grid->rgb);
     free(grid->tile_samples);
+    free(grid->own);
     *grid = (stp_height_grid){0};
 }

@@ -16,6 +16,7 @@
 #include "formats/chunk/codec/square/square.h"
 #include "formats/scan/scan.h"
 #include "preprocess/grid/raster_frame.h"
+#include "preprocess/ranks/ranks.h"
 #include "preprocess/tree/chunk_build.h"
 
 /* Samples on a side of a leaf, so that one has at most 65,536. */
@@ -30,6 +31,8 @@ typedef struct stp_height_grid {
     double *z;              /* row by row, the top row first; NaN: no sample */
     uint16_t (*rgb)[3];     /* likewise; NULL: no colours */
     uint32_t *tile_samples; /* by tile, row by row */
+    bool *own;              /* by tile: whether this rank has it, with the heights around it; NULL:
+                               all are here */
     uint32_t tile_columns, tile_rows;
     uint32_t count;      /* of samples */
     stp_dbox box;        /* of samples, world */
@@ -40,11 +43,12 @@ typedef struct stp_height_grid {
     stp_spill *spill;    /* borrowed */
 } stp_height_grid;
 
-/* Makes an empty grid. nodes: of a bent raster, else NULL. Errors: OUT_OF_MEMORY, IO. Free with
+/* Makes an empty grid. nodes: of a bent raster, else NULL. sparse: its arrays take no memory yet,
+ * since ranks share them (grid_records.h). Errors: OUT_OF_MEMORY, IO. Free with
  * stp_height_grid_clear. */
 stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *raster,
-                                  const stp_dvec3 *nodes, bool coloured, stp_spill *spill,
-                                  stp_error *err);
+                                  const stp_dvec3 *nodes, bool coloured, bool sparse,
+                                  stp_spill *spill, stp_error *err);
 /* Sets sample `place`, counted row by row, which must not be set. In the end each place must be set
  * or left out. */
 void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point *point);
@@ -52,13 +56,23 @@ void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point 
 void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place);
 /* Removes the sample at `place`. */
 void stp_height_grid_unset(stp_height_grid *grid, uint64_t place);
-/* Measures the noise and chooses the reach of normals. step: of the heights; 0: they have none. */
-void stp_height_grid_finish(stp_height_grid *grid, double step);
+/* Measures the noise and chooses the reach of normals. step: of the heights; 0: they have none. If
+ * tiles are shared, all ranks call it. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
+stp_status stp_height_grid_finish(stp_height_grid *grid, double step, stp_ranks *ranks,
+                                  stp_error *err);
 void stp_height_grid_clear(stp_height_grid *grid);
 
 static inline uint32_t stp_height_grid_tile_count(const stp_height_grid *grid)
 {
     return grid->tile_columns * grid->tile_rows;
+}
+
+/* The tile that a place, counted row by row, is in. */
+static inline uint32_t stp_height_grid_tile_at(const stp_height_grid *grid, uint64_t place)
+{
+    const uint32_t row = (uint32_t)(place / grid->raster.columns);
+    const uint32_t column = (uint32_t)(place % grid->raster.columns);
+    return row / STP_TILE_SIDE * grid->tile_columns + column / STP_TILE_SIDE;
 }
 
 /* The middle of a tile that has samples, at the height of the grid's middle. */

@@ -1,24 +1,71 @@
 /* Moves points onto the planes of their neighbourhoods. */
 #include "preprocess/surface/join_layers.h"
 
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/cloud_cells.h"
+#include "preprocess/cloud/cloud_parts.h"
 
 #include <stdlib.h>
 
 #define TIMES 2
 
-static void move_points(stp_joined_layers *joined, stp_cloud *cloud, const vec3s *shifts)
+/* How far own points moved, added to those before them. */
+typedef struct moving {
+    stp_cloud *cloud;
+    const vec3s *shifts;
+    struct {
+        double greatest, sum;
+    } so_far;
+} moving;
+
+static void move_own(void *context)
 {
-    double greatest = 0.0, sum = 0.0;
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        stp_dvec3 shift = stp_dvec3_from_float(shifts[i]);
+    moving *m = context;
+    stp_cloud *cloud = m->cloud;
+    const stp_rank_part own = stp_cloud_own(cloud);
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+        stp_dvec3 shift = stp_dvec3_from_float(m->shifts[i]);
         double length = stp_dvec3_length(shift);
         cloud->points[i].position = stp_dvec3_add(cloud->points[i].position, shift);
-        greatest = stp_max(greatest, length);
-        sum += length;
+        m->so_far.greatest = stp_max(m->so_far.greatest, length);
+        m->so_far.sum += length;
     }
-    joined->greatest += greatest;
-    joined->mean += sum / cloud->count;
+}
+
+static stp_status move_points(stp_joined_layers *joined, stp_cloud *cloud, const vec3s *shifts,
+                              stp_error *err)
+{
+    moving m = {.cloud = cloud, .shifts = shifts};
+    const stp_status status =
+        stp_cloud_in_turn(cloud, move_own, &m, &m.so_far, sizeof m.so_far, err);
+    if (status != STP_OK)
+        return status;
+    joined->greatest += m.so_far.greatest;
+    joined->mean += m.so_far.sum / cloud->count;
+    return STP_OK;
+}
+
+/* Sorts points that moved. If ranks share them, own ones become a part again. */
+static stp_status sort_again(stp_cloud *cloud, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud part = {0};
+    if (!cloud->blocks) {
+        stp_cloud_unsort(cloud);
+        return stp_cloud_sort(cloud, pool, err);
+    }
+    stp_ranks *ranks = cloud->blocks->ranks;
+    const stp_rank_part own = stp_cloud_own(cloud);
+    STP_TRY(stp_cloud_create(&part, own.end - own.begin, cloud->spill, err));
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+        part.points[part.count++] = cloud->points[i];
+    stp_cloud_clear(cloud);
+    *cloud = part;
+    part = (stp_cloud){0};
+    STP_TRY(stp_cloud_sort_parts(cloud, ranks, false, pool, err));
+done:
+    stp_cloud_clear(&part);
+    return status;
 }
 
 stp_status stp_layers_join(stp_joined_layers *out, stp_cloud *cloud,
@@ -31,14 +78,12 @@ stp_status stp_layers_join(stp_joined_layers *out, stp_cloud *cloud,
     stp_joined_layers joined = {0};
     params.pieces = false;
     for (int time = 0; time < TIMES && cloud->count > 0; time++) {
-        STP_TRY(stp_spill_alloc(cloud->spill, &params.shifts, cloud->count, sizeof *params.shifts,
-                                "normals", err));
+        STP_TRY(stp_cloud_array(cloud, &params.shifts, sizeof *params.shifts, "normals", err));
         STP_TRY(stp_surface_find(&none, cloud, &params, NULL, pool, progress, err));
-        move_points(&joined, cloud, params.shifts);
+        STP_TRY(move_points(&joined, cloud, params.shifts, err));
         stp_spill_free(cloud->spill, params.shifts);
         params.shifts = NULL;
-        stp_cloud_unsort(cloud);
-        STP_TRY(stp_cloud_sort(cloud, pool, err));
+        STP_TRY(sort_again(cloud, pool, err));
     }
     *out = joined;
 done:

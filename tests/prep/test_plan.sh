@@ -21,9 +21,9 @@ expect_text out "temporary files  none"
 [ "$(grep -cE '^ *[0-9]+( +[0-9]+[.][0-9]){8}$' "$FOLDER/plan")" = 8 ] || fail "no table: $(cat "$FOLDER/plan")"
 
 # Triangles between maps need 140 bytes a point more, here 15 MB.
-plan --maps --memory 320M
+plan --maps --memory 336M
 expect_text out "temporary files  none"
-plan --maps --gaps fill --memory 320M
+plan --maps --gaps fill --memory 336M
 expect_text out "temporary files  about"
 
 # The temporary files are those that the run announces.

@@ -1,4 +1,5 @@
 /* Tests what a rank plans for: its own share of the points, what it reads, and little of all. */
+#include "preprocess/cloud/scan_lines.h"
 #include "preprocess/prep.h"
 
 #include <setjmp.h>
@@ -54,9 +55,31 @@ static void test_attributes(void **state)
     assert_int_equal(temporary(0, 8, size), without + 40 * POINTS / 8 + 40 * POINTS);
 }
 
+/* The most that a run over POINTS needs with so many neighbours. */
+static uint64_t most(unsigned neighbours)
+{
+    const stp_prep_params params = {.memory_bytes = MEMORY, .neighbour_count = neighbours};
+    const stp_prep_size size = {.points = POINTS};
+    stp_prep_plan plan = {0};
+    stp_error err = {0};
+    assert_int_equal(stp_prep_plan_make(&plan, "m.stipple", &size, &params, 1, &err), STP_OK);
+    const uint64_t bytes = plan.most_temporary_bytes;
+    stp_prep_plan_clear(&plan);
+    return bytes;
+}
+
+/* Points may lie in scan lines, which nobody knows before they are read. */
+static void test_lines(void **state)
+{
+    (void)state;
+    assert_int_equal(most(0), most(STP_SCAN_LINE_NEIGHBOURS));
+    assert_true(most(0) > most(STP_PREP_NEIGHBOURS) + 100 * POINTS);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_share),
-                                       cmocka_unit_test(test_attributes)};
+                                       cmocka_unit_test(test_attributes),
+                                       cmocka_unit_test(test_lines)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -77,6 +77,25 @@ image 4 0 >"$FOLDER/depths/b.pcd"
 image 5 1 >"$FOLDER/stations/c.pcd"
 cp "$FOLDER/depths/b.pcd" "$FOLDER/scans/a.ptx" "$FOLDER/stations"
 
+# Heights: a grid with holes, a tile without samples, and noise; the same in four files that overlap, and
+# in four beside each other. Tiles have 256 x 256 samples.
+mkdir "$FOLDER/tiles" "$FOLDER/beside"
+heights() { # first column, first row, columns, rows
+    awk -v x="$1" -v y="$2" -v n="$3" -v m="$4" 'BEGIN {
+        print "ncols", n, "\nnrows", m, "\nxllcorner", x, "\nyllcorner", 700 - y - m, "\ncellsize 1\nNODATA_value -9"
+        for (r = y; r < y + m; r++) for (c = x; c < x + n; c++)
+            print (c > 255 && c < 513 && r < 257) || (c * 7 + r * 3) % 97 == 0 ? -9 : 9 * sin(c / 40) * cos(r / 31) + (c * 31 + r * 17) % 13 / 99
+    }'
+}
+heights 0 0 800 700 >"$FOLDER/heights.asc"
+for i in 0 1; do
+    for k in 0 1; do
+        heights $((i * 390)) $((k * 340)) 410 360 >"$FOLDER/tiles/$i$k.asc"
+        heights $((i * 400)) $((k * 350)) 400 350 >"$FOLDER/beside/$i$k.asc"
+    done
+done
+awk 'BEGIN { print "P3\n800 700\n255"; for (i = 0; i < 560000; i++) print i % 256, int(i / 800) % 256, i % 7 * 30 }' >"$FOLDER/heights.ppm"
+
 facts() { sed '/"seconds"/,$d' "$FOLDER/$1"; } # of --stats, without times and memory
 
 # Any number of ranks must give the bytes of one process, and say the same of them.
@@ -108,6 +127,15 @@ expect_shared() { # points, ranks
     [ "${sorted:-0}" -lt $((56 * $1 * ($2 - 1))) ] || fail "$command: ranks do not share the points: sent $sorted bytes"
 }
 
+# The last run's ranks must have shared a grid: at most 12 bytes a sample for another rank, 6 more with
+# colours, and none if it was read as a whole.
+expect_shared_grid() { # samples, bytes
+    local sent
+    sent=$(sed -n '/stage_sent_bytes/,/}/s/.*"surface":[^0-9]*\([0-9]*\).*/\1/p' "$FOLDER/stats.json")
+    [ "${sent:-0}" -gt 10000 ] || fail "$command: ranks did not share the grid: sent ${sent:-nothing}"
+    [ "${sent:-0}" -lt $(($2 * $1 + 100000)) ] || fail "$command: ranks sent $sent bytes"
+}
+
 all=2
 if is_long; then all="1 2 3 4 8"; fi
 check_bytes "$all 3" "$FOLDER/statue.ply"
@@ -133,7 +161,7 @@ check_rejects() { # further options
     [ "$(wc -l <"$FOLDER/one.csv")" -gt 1 ] || fail "no rejects: $*"
     cmp -s "$FOLDER/m.csv" "$FOLDER/one.csv" || fail "3 ranks: another list of rejects: $*"
 }
-check_rejects --layers joined # all points are on every rank
+check_rejects --layers joined
 check_rejects
 expect_shared 105000 3
 check_bytes "$all 3" "$FOLDER/scans"
@@ -142,7 +170,21 @@ check_bytes "$all" "$FOLDER/depths"
 check_bytes "$all 3" "$FOLDER/stations" --outliers drop
 run "${launch[@]}" -n 3 "$STIPPLE" prep "$FOLDER/stations" -o "$model" --threads 1 --force
 expect_text err "19200 points name no scanner"
+check_bytes "$all 3" "$FOLDER/heights.asc"
+expect_shared_grid 560000 12
+check_bytes "$all 3" "$FOLDER/heights.asc" --colour "$FOLDER/heights.ppm" --memory 150M
+expect_shared_grid 560000 18
+check_bytes "$all 3" "$FOLDER"/tiles/*.asc
+grep -Eq '"twice":[[:space:]]*[1-9]' "$FOLDER/one.json" || fail "no file overlaps another"
+expect_shared_grid 590400 12
+check_bytes "$all 3" "$FOLDER"/beside/*.asc
+sed '400,$d' "$FOLDER/tiles/10.asc" >"$FOLDER/tiles/11.asc" # it breaks off: ranks read everything
+wanted=1
+check_bytes "$all" "$FOLDER"/tiles/*.asc
+wanted=0
 check_bytes "$all" "$FOLDER/statue.ply" --layers joined --codec zstd --precision 0.001
+check_bytes "$all 3" "$FOLDER/mixed" --layers joined --memory 150M
+expect_shared 125000 3
 check_bytes "$all" "$FOLDER/mixed/b.ply" --maps
 # A rank with less memory must find the same closed surfaces.
 both=("$STIPPLE" prep "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --threads 1 --quiet --force)

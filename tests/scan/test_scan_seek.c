@@ -58,6 +58,43 @@ static void generated(void **state)
     }
 }
 
+/* Heights with a hole and colours beside them; normals need the rows above and below. */
+static void grids(void **state)
+{
+    enum { COLUMNS = 37, ROWS = 60 };
+    static const char *const names[] = {"seek.asc", "seek.pgm"};
+    (void)state;
+    for (int kind = 0; kind < 2; kind++) {
+        FILE *file = fopen(names[kind], "w");
+        assert_non_null(file);
+        if (kind == 0)
+            fprintf(file,
+                    "ncols %d\nnrows %d\nxllcorner 5\nyllcorner 7\ncellsize 2\n"
+                    "NODATA_value -1\n",
+                    COLUMNS, ROWS);
+        else
+            fprintf(file, "P2\n%d %d\n65535\n", COLUMNS, ROWS);
+        for (int i = 0; i < COLUMNS * ROWS; i++)
+            fprintf(file, "%d\n", kind == 0 && i % 91 < 3 ? -1 : i * i % 211);
+        assert_int_equal(fclose(file), 0);
+        check_seeks(names[kind]);
+    }
+}
+
+/* Lines of text with comments and blank lines between them. */
+static void lines(void **state)
+{
+    (void)state;
+    FILE *file = fopen("seek.csv", "w");
+    assert_non_null(file);
+    fprintf(file, "x,y,z,r,g,b\r\n");
+    for (int i = 0; i < 50000; i++)
+        fprintf(file, "%s%d.25,%d,%d,%d,9,200\r\n", i % 16384 == 0 ? "# a comment\r\n\r\n" : "",
+                i % 300, i / 300, i * i % 7, i % 256);
+    assert_int_equal(fclose(file), 0);
+    check_seeks("seek.csv");
+}
+
 static void only_forwards(void **state)
 {
     static const char text[] = "1 2 3\n4 5 6\n";
@@ -85,9 +122,8 @@ static void real(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(generated),
-        cmocka_unit_test(only_forwards),
-        cmocka_unit_test(real),
+        cmocka_unit_test(generated),     cmocka_unit_test(grids), cmocka_unit_test(lines),
+        cmocka_unit_test(only_forwards), cmocka_unit_test(real),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -53,7 +53,7 @@ stp_status prep_plan_print(const char *output, const stp_prep_source *source,
     printf("file             about %.1f to %.1f MB (6 to 10 bytes a point, without attributes)\n",
            6e-6 * points, 10e-6 * points);
     if (size.grid)
-        printf("\nA grid of heights takes a fraction of the time of points, and one process.\n");
+        printf("\nA grid of heights takes a fraction of the time of points.\n");
     else
         print_times(source->point_count, threads);
     stp_prep_plan_clear(&plan);

@@ -16,6 +16,8 @@ enum { ROWS_HELD = 3 };
 #define STEEPEST 1e150
 
 typedef struct grid_reader {
+    const char *path;
+    uint32_t copy_step; /* as the heights were opened */
     stp_grid_params params;
     stp_raster *heights, *colours, *mask;
     const stp_raster_info *info, *colour_info, *mask_info;
@@ -194,6 +196,7 @@ static void describe(grid_reader *g, stp_scan_info *info)
     describe_system(g, info);
     if (!pinhole) {
         info->raster = g->place;
+        info->seek_points = g->columns;
         return;
     }
     info->grid = (stp_scan_grid){.columns = g->columns, .rows = g->rows};
@@ -212,7 +215,9 @@ static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
     /* images beside the heights have their size, and a pinhole is told for the whole image */
     const bool whole = is_pinhole(g) || g->params.colour != NULL || g->params.mask != NULL;
     const uint32_t step = params->grid_step > 1 ? params->grid_step : 1;
-    STP_TRY(stp_raster_open(&g->heights, path, STP_RASTER_HEIGHTS, whole ? 1 : step, err));
+    g->path = path;
+    g->copy_step = whole ? 1 : step;
+    STP_TRY(stp_raster_open(&g->heights, path, STP_RASTER_HEIGHTS, g->copy_step, err));
     g->info = stp_raster_get_info(g->heights);
     STP_TRY(check_heights(g, path, err));
     choose_step(g, step);
@@ -390,6 +395,50 @@ done:
     return status;
 }
 
+/* Opens an image anew, if it is there, so that it is read from its top. */
+static stp_status open_anew(const grid_reader *g, stp_raster **image, const stp_raster_info **info,
+                            const char *path, stp_raster_use use, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_raster *anew = NULL;
+    if (*image == NULL)
+        return STP_OK;
+    const uint32_t step = use == STP_RASTER_HEIGHTS ? g->copy_step : 1;
+    STP_TRY(stp_raster_open(&anew, path, use, step, err));
+    const stp_raster_info *now = stp_raster_get_info(anew);
+    if (now->channels != (*info)->channels || now->width != (*info)->width ||
+        now->height != (*info)->height) {
+        status = stp_error_set(err, STP_CORRUPT, "%s changed while it was read", path);
+        goto done;
+    }
+    stp_raster_close(image);
+    *image = anew;
+    *info = now;
+    anew = NULL;
+done:
+    stp_raster_close(&anew);
+    return status;
+}
+
+static stp_status seek_grid(void *state, uint64_t point, stp_error *err)
+{
+    grid_reader *g = state;
+    stp_status status = STP_OK;
+    const uint32_t row = (uint32_t)(point / g->columns);
+    const uint32_t first = row > 0 ? row - 1 : 0; /* normals need the row above */
+    const char *colours = g->params.colour != NULL ? g->params.colour : g->path;
+    if (first < g->rows_read) {
+        STP_TRY(open_anew(g, &g->heights, &g->info, g->path, STP_RASTER_HEIGHTS, err));
+        STP_TRY(open_anew(g, &g->colours, &g->colour_info, colours, STP_RASTER_COLOURS, err));
+        STP_TRY(open_anew(g, &g->mask, &g->mask_info, g->params.mask, STP_RASTER_COLOURS, err));
+    }
+    g->rows_read = first;
+    g->next_row = row;
+    g->next_column = 0;
+done:
+    return status;
+}
+
 static void close_grid(void *state)
 {
     grid_reader *g = state;
@@ -409,4 +458,4 @@ const stp_scan_reader stp_grid_reader = {.state_bytes = sizeof(grid_reader),
                                          .open = open_grid,
                                          .read = read_grid,
                                          .close = close_grid,
-                                         NULL};
+                                         .seek = seek_grid};

@@ -1,11 +1,13 @@
 /* Reads lines of text as points. */
 #include "formats/scan/text/text.h"
 
+#include "base/memory.h"
 #include "formats/scan/mesh/point_mesh.h"
 #include "formats/scan/number.h"
 #include "formats/scan/value_range.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define STP_TEXT_SAMPLE_BLOCKS 64u
@@ -47,6 +49,7 @@ done:
 void stp_text_close(stp_text *text)
 {
     stp_source_close(&text->source);
+    free(text->marks);
     stp_text_numbers_clear(&text->numbers);
 }
 
@@ -70,15 +73,27 @@ stp_status stp_text_count(stp_text *text, uint64_t *count, stp_error *err)
     stp_status status = STP_OK;
     const char *begin, *end;
     uint64_t lines = 0;
-    for (;;) {
+    text->mark_count = 0;
+    for (;; lines++) {
+        const stp_text_mark here = {text->source.offset, text->source.line};
         STP_TRY(stp_text_next(text, &begin, &end, err));
         if (!begin)
             break;
-        lines++;
+        if (lines % STP_TEXT_MARK_LINES > 0)
+            continue;
+        STP_TRY(stp_grow(&text->marks, &text->mark_capacity, text->mark_count + 1,
+                         sizeof *text->marks, "lines", err));
+        text->marks[text->mark_count++] = here;
     }
     *count = lines;
 done:
     return status;
+}
+
+void stp_text_seek(stp_text *text, uint64_t line)
+{
+    const stp_text_mark *mark = &text->marks[line / STP_TEXT_MARK_LINES];
+    stp_source_seek(&text->source, mark->offset, mark->line);
 }
 
 static stp_status sample_block(stp_text *text, uint64_t offset, uint64_t stop,

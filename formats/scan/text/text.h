@@ -23,8 +23,18 @@
 /* A header line and the first line of numbers are shorter than this. */
 #define STP_TEXT_LINE_MAX 8192u
 
+/* Reading may go on at every so manieth line that counts. */
+#define STP_TEXT_MARK_LINES 16384u
+
+/* Where such a line begins, or a comment before it; number of the line before. */
+typedef struct stp_text_mark {
+    uint64_t offset, line;
+} stp_text_mark;
+
 typedef struct stp_text {
     stp_source source;
+    stp_text_mark *marks; /* set by stp_text_count */
+    size_t mark_count, mark_capacity;
     uint64_t first_offset, first_line; /* where points begin; number of the line before */
     stp_columns columns;
     uint32_t attributes;                                 /* STP_POINT_HAS_* of the columns */
@@ -43,8 +53,12 @@ void stp_text_close(stp_text *text);
 stp_status stp_text_next(stp_text *text, const char **begin, const char **end, stp_error *err);
 /* Continues with the first line of points. */
 void stp_text_rewind(stp_text *text);
-/* Counts the lines from here to the end. Errors: IO, LIMIT, OUT_OF_MEMORY. */
+/* Counts the lines from here to the end, and marks every so manieth. Errors: IO, LIMIT,
+ * OUT_OF_MEMORY. */
 stp_status stp_text_count(stp_text *text, uint64_t *count, stp_error *err);
+/* Continues with a line that counts, by its number from the first one counted, which is a multiple
+ * of STP_TEXT_MARK_LINES and less than all of them. */
+void stp_text_seek(stp_text *text, uint64_t line);
 /* Samples lines with sample->count fields, spread over the file from first_offset on, and goes back
  * there. Errors: IO, LIMIT, OUT_OF_MEMORY. */
 stp_status stp_text_sample(stp_text *text, stp_separator separator, stp_columns_sample *sample,

@@ -183,6 +183,9 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     stp_text_fill_info(text, sample, info);
     info->format = "XYZ text";
     info->point_count = count;
+    info->counted = true;
+    if (count > STP_TEXT_MARK_LINES)
+        info->seek_points = STP_TEXT_MARK_LINES;
 done:
     free(b);
     free(sample);
@@ -210,6 +213,13 @@ done:
     return status;
 }
 
+static stp_status seek_line(void *state, uint64_t point, stp_error *err)
+{
+    (void)err;
+    stp_text_seek(state, point);
+    return STP_OK;
+}
+
 static void close_reader(void *state)
 {
     stp_text_close(state);
@@ -221,4 +231,4 @@ static const uint8_t *packed_numbers(const void *state)
 }
 
 const stp_scan_reader stp_xyz_reader = {sizeof(stp_text), open_reader, read_points,
-                                        close_reader,     NULL,        packed_numbers};
+                                        close_reader,     seek_line,   packed_numbers};

@@ -1,0 +1,166 @@
+/* Grids of heights that ranks share: each reads a part of the records, and makes leaves of some of
+ * the tiles. */
+#include "preprocess/prep_job.h"
+
+#include "base/memory.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Where the records of all files lie in the whole, file after file. */
+static stp_status find_parts(const stp_prep_source *source, stp_grid_part **out, size_t *count,
+                             stp_error *err)
+{
+    uint64_t first = 0;
+    stp_grid_part *parts = NULL;
+    const stp_status status = stp_alloc(&parts, source->file_count, sizeof *parts, "grids", err);
+    if (status != STP_OK)
+        return status;
+    *count = 0;
+    for (size_t i = 0; i < source->file_count; i++) {
+        if (source->files[i].unreadable)
+            continue;
+        parts[*count] = stp_grid_part_at(&source->raster, &source->files[i].raster, first);
+        first += parts[*count].count;
+        ++*count;
+    }
+    *out = parts;
+    return STP_OK;
+}
+
+stp_status stp_prep_grid_begin(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_prep_source *source = job->source;
+    const bool coloured = source->attributes & STP_POINT_HAS_COLOUR;
+    stp_grid_part *parts = NULL;
+    size_t count = 0;
+    STP_TRY(stp_height_grid_create(&job->grid, &source->raster, source->raster_nodes, coloured,
+                                   job->in_parts, job->spill, err));
+    if (job->in_parts) {
+        STP_TRY(find_parts(source, &parts, &count, err));
+        return stp_grid_records_create(&job->grid_records, &source->raster, parts, count,
+                                       job->records, source->raster_nodes, coloured, job->spill,
+                                       err);
+    }
+    for (uint64_t i = 0;
+         stp_prep_grid_has_parts(job) && i < source->raster.columns * (uint64_t)source->raster.rows;
+         i++)
+        stp_height_grid_leave_out(&job->grid, i);
+done:
+    return status;
+}
+
+void stp_prep_grid_clear(stp_prep_job *job)
+{
+    stp_height_grid_clear(&job->grid);
+    stp_grid_part_clear(&job->part);
+    stp_grid_records_clear(&job->grid_records);
+}
+
+bool stp_prep_grid_has_parts(const stp_prep_job *job)
+{
+    return job->stats->keeps_grid && job->source->file_count > 1 && !job->in_parts;
+}
+
+void stp_prep_grid_add(stp_prep_job *job, const stp_point *point, uint64_t record,
+                       stp_reject *reject)
+{
+    stp_height_grid *grid = &job->grid;
+    if (job->in_parts && *reject == STP_REJECT_NONE)
+        stp_grid_records_set(&job->grid_records, record, point);
+    else if (job->in_parts)
+        stp_grid_records_leave_out(&job->grid_records, record);
+    if (job->in_parts)
+        return;
+    const bool parts = stp_prep_grid_has_parts(job);
+    const uint64_t place =
+        parts ? stp_grid_part_place(&job->part, &grid->raster, record - job->part.first)
+              : stp_scan_raster_place(&grid->raster, record);
+    if (parts && *reject == STP_REJECT_NONE && !isnan(grid->z[place]))
+        *reject = STP_REJECT_TWICE;
+    if (*reject == STP_REJECT_NONE)
+        stp_height_grid_set(grid, place, point);
+    else if (!parts) /* else there is none unless a file gives it */
+        stp_height_grid_leave_out(grid, place);
+}
+
+stp_status stp_prep_grid_sift(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_prep_stats *stats = job->stats;
+    stp_ranks *ranks = job->params->ranks;
+    stp_bytes twice = {0};
+    stp_dbox own = stp_dbox_empty();
+    if (!stats->keeps_grid || !job->grid_records.overlap)
+        return STP_OK;
+    STP_TRY(stp_grid_records_sift(&job->grid_records, ranks, &twice, &own, err));
+    uint64_t count = twice.size / sizeof(uint32_t);
+    for (uint64_t i = 0; i < count; i++) {
+        uint32_t record;
+        memcpy(&record, twice.data + i * sizeof record, sizeof record);
+        STP_TRY(stp_prep_reject(job, record, STP_REJECT_TWICE, err));
+    }
+    STP_TRY(stp_ranks_sum(ranks, &count, 1, err));
+    stats->rejected[STP_REJECT_TWICE] += count;
+    stats->points_out -= count;
+    stats->box = stp_dbox_empty();
+    for (unsigned rank = 0; rank < ranks->count; rank++) {
+        stp_dbox box = own;
+        STP_TRY(stp_ranks_broadcast(ranks, rank, &box, sizeof box, err));
+        stp_dbox_join(&stats->box, &box);
+    }
+done:
+    free(twice.data);
+    return status;
+}
+
+/* Finds which rank makes the leaf of each tile. */
+static stp_status find_owners(const stp_prep_job *job, uint32_t *owners, stp_error *err)
+{
+    stp_leaf_place *leaves = NULL;
+    uint32_t count = 0;
+    const stp_ranks *ranks = job->params->ranks;
+    const stp_status status = stp_leaf_order(&job->cloud, &job->tree.sources, &leaves, &count, err);
+    if (status != STP_OK)
+        return status;
+    for (uint32_t tile = 0; tile < stp_height_grid_tile_count(&job->grid); tile++)
+        owners[tile] = STP_TILE_OF_NONE;
+    for (unsigned rank = 0; rank < ranks->count; rank++) {
+        const stp_rank_part part = stp_ranks_part(ranks, rank, count);
+        for (uint32_t i = part.begin; i < part.end; i++)
+            if (leaves[i].kind == STP_LEAF_TILE)
+                owners[leaves[i].index] = rank;
+    }
+    free(leaves);
+    return STP_OK;
+}
+
+stp_status stp_prep_grid_share(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = job->params->ranks;
+    stp_height_grid *grid = &job->grid;
+    uint32_t *owners = NULL;
+    uint64_t most = 0;
+    const uint32_t tiles = stp_height_grid_tile_count(grid);
+    if (!job->in_parts)
+        return STP_OK;
+    STP_TRY(stp_grid_records_count(&job->grid_records, grid, ranks, err));
+    grid->count = (uint32_t)job->stats->points_out;
+    grid->box = job->stats->box;
+    STP_TRY(stp_alloc(&owners, tiles, sizeof *owners, "tiles", err));
+    STP_TRY(stp_alloc(&grid->own, tiles, sizeof *grid->own, "tiles", err));
+    STP_TRY(find_owners(job, owners, err));
+    for (uint32_t tile = 0; tile < tiles; tile++)
+        grid->own[tile] = owners[tile] == ranks->self;
+    for (unsigned rank = 0; rank < ranks->count; rank++)
+        if (job->begins[rank + 1] - job->begins[rank] > most)
+            most = job->begins[rank + 1] - job->begins[rank];
+    STP_TRY(stp_grid_records_give(&job->grid_records, grid, owners, most, ranks, err));
+    stp_grid_records_clear(&job->grid_records);
+done:
+    free(owners);
+    return status;
+}
