@@ -178,7 +178,8 @@ static void find_colour_scale(stp_text *text, const stp_columns_sample *sample)
         greatest = fmax(greatest, range->max);
         written_whole = written_whole && (range->written_whole || range->count == 0);
     }
-    text->colour_scale = scale_of(greatest, written_whole);
+    text->colour_scale =
+        stp_value_range_scale(stp_value_range_guess_colour(!written_whole, 0, greatest));
     if (greatest > 0.0 || sample->rows == 0)
         return;
     text->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
