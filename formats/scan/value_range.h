@@ -2,7 +2,8 @@
  *
  * The file says what a value means. If it does not, the greatest value of a sample of records,
  * spread over the file, decides: 8-bit whole numbers are 8-bit; floats up to 1 are fractions; other
- * values up to 255 are 8-bit values that were stored wide; all others are 16-bit. Threads: any. */
+ * values up to 255 are 8-bit values that were stored wide; all others are 16-bit, but colours up to
+ * 1023 or 4095 are those of a camera of 10 or 12 bits. Threads: any. */
 #ifndef STP_FORMATS_SCAN_VALUE_RANGE_H
 #define STP_FORMATS_SCAN_VALUE_RANGE_H
 
@@ -26,6 +27,16 @@ static inline stp_value_range stp_value_range_guess(bool is_float, unsigned byte
     else if (bytes == 1 || (maximum <= 255.0 && !(maximum <= 0.0 && claims_16_bits)))
         high = 255.0;
     return (stp_value_range){0.0, high};
+}
+
+/* The same for colours. */
+static inline stp_value_range stp_value_range_guess_colour(bool is_float, unsigned bytes,
+                                                           double maximum)
+{
+    stp_value_range range = stp_value_range_guess(is_float, bytes, maximum);
+    if (range.high > 255.0 && maximum > 255.0 && maximum <= 4095.0)
+        range.high = maximum <= 1023.0 ? 1023.0 : 4095.0;
+    return range;
 }
 
 /* The range that holds both. */

@@ -20,7 +20,7 @@ static void fill_point(las_file *f, size_t at, unsigned format, unsigned i)
     las_put(f, at + 17, 1, 0xff);
     memset(f->bytes + at + 18, 0xee, las_record_bytes[format] - 18);
     for (unsigned k = 0; k < 3 && las_rgb_at[format] > 0; k++)
-        las_put(f, at + las_rgb_at[format] + 2 * k, 2, 257 * i + 300 * k + 1);
+        las_put(f, at + las_rgb_at[format] + 2 * k, 2, 4097 * i + 300 * k + 1);
 }
 
 static void one_format(unsigned minor, unsigned format, unsigned extra)
@@ -53,7 +53,7 @@ static void one_format(unsigned minor, unsigned format, unsigned extra)
         assert_int_equal(points[i].station, 0);
         scan_fixture_normal(&points[i], 0.0, 0.0, 0.0);
         if (las_rgb_at[format])
-            scan_fixture_rgb(&points[i], 257 * i + 1, 257 * i + 301, 257 * i + 601);
+            scan_fixture_rgb(&points[i], 4097 * i + 1, 4097 * i + 301, 4097 * i + 601);
     }
     free(points);
     stp_scan *scan = NULL;
@@ -147,10 +147,11 @@ static void depth_is_told_from_data(void **state)
         unsigned ordinary, special, colour, special_colour, intensity, special_intensity;
     } cases[] = {
         {10, 255, 2570, 65535, 2570, 65535},     /* 8 bits in 16 */
-        {10, 256, 10, 256, 10, 256},             /* 16 bits */
+        {10, 4096, 10, 4096, 10, 4096},          /* 16 bits */
+        {10, 1023, 641, 65535, 10, 1023},        /* 10 bits, in colours only */
+        {100, 4095, 1600, 65535, 100, 4095},     /* 12 bits */
         {2560, 65280, 2570, 65535, 2560, 65280}, /* 8 bits times 256, in colours only */
-        {2560, 65281, 2560, 65281, 2560, 65281},
-        {0, 1, 0, 257, 0, 257},
+        {2560, 65281, 2560, 65281, 2560, 65281}, {0, 1, 0, 257, 0, 257},
         {65535, 0, 65535, 0, 65535, 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -200,8 +201,8 @@ static void depth_looks_far(void **state)
     scan_fixture_bytes("far.las", bytes, HEADER + (size_t)COUNT * RECORD);
     free(bytes);
     stp_point *points = scan_fixture_read("far.las", NULL, &info);
-    scan_fixture_rgb(&points[0], 200, 0, 0);
-    scan_fixture_rgb(&points[COUNT - 1], 968, 0, 0);
+    scan_fixture_rgb(&points[0], 12812, 0, 0); /* of 10 bits */
+    scan_fixture_rgb(&points[COUNT - 1], 62012, 0, 0);
     scan_fixture_position(&points[COUNT - 1], 1000.0, -2000.0, 3000.0);
     free(points);
 }

@@ -76,6 +76,36 @@ for place in "9.1 48.7 32" "-70.55 -33.41 19" "179.999 12 60"; do
     "$STIPPLE" info "$FOLDER/m.stipple" --json | found "UTM zone $zone" || fail "$command: info names no system"
 done
 
+# Degrees without a system: text whose columns are named so, or whose x and y are as fine as only degrees are, in
+# either order; LAS whose lattice is. Metres stay, also those of a pole.
+scatter 139.7 35.6 >"$FOLDER/degrees"
+utm 54 <"$FOLDER/degrees" | sort >"$FOLDER/expected"
+awk '{ print $2, $1, $3 }' "$FOLDER/degrees" >"$FOLDER/swapped.xyz"
+awk 'BEGIN { print "id;lat;lon;alt" } { gsub(/[.]/, ","); print NR ";" $2 ";" $1 ";" $3 }' "$FOLDER/degrees" >"$FOLDER/named.csv"
+cp "$FOLDER/degrees" "$FOLDER/plain.xyz"
+python3 - "$FOLDER/degrees" "$FOLDER/lattice.las" <<'END'
+import struct, sys
+rows = [[float(v) for v in line.split()] for line in open(sys.argv[1])]
+h = bytearray(227)
+h[0:4], h[24], h[25] = b"LASF", 1, 2
+struct.pack_into("<HIIBHI", h, 94, 227, 227, 0, 0, 20, len(rows))
+struct.pack_into("<6d", h, 131, 1e-8, 1e-8, 0.01, 139, 35, 0)
+for x, y, z in rows:
+    h += struct.pack("<3i8x", round((x - 139) * 1e8), round((y - 35) * 1e8), round(z * 100))
+open(sys.argv[2], "wb").write(h)
+END
+for input in plain.xyz swapped.xyz named.csv lattice.las; do
+    run "$STIPPLE" prep "$FOLDER/$input" -o "$FOLDER/m.stipple" --force --precision 0.0002
+    [ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+    expect_text err "1 of 1 inputs name no coordinate system, and their x and y are degrees"
+    points "$FOLDER/m.stipple" >"$FOLDER/found"
+    near "$FOLDER/expected" "$FOLDER/found" 0.002
+done
+awk '{ printf "%.6f %.6f %.6f\n", $1, $2, $3 + 0.123456 }' "$FOLDER/degrees" >"$FOLDER/pole.xyz"
+run "$STIPPLE" prep "$FOLDER/pole.xyz" -o "$FOLDER/m.stipple" --force
+[ "$code" = 0 ] || fail "$command: $(cat "$FOLDER/err")"
+! grep -q degrees\ of "$FOLDER/err" && ! grep -q 'brought to' "$FOLDER/err" || fail "$command: $(cat "$FOLDER/err")"
+
 # Two systems become one: the second input is in another zone, and is brought to the first's.
 mkdir "$FOLDER/two"
 scatter 11.999 47.5 >"$FOLDER/degrees"
@@ -161,7 +191,7 @@ points "$FOLDER/m.stipple" | awk '{ if ($1 > x) x = $1; if ($2 > y) y = $2 } END
     fail "--spacing on a grid in degrees: $(points "$FOLDER/m.stipple" | tail -1)"
 
 # What cannot be.
-scatter 9.1 48.7 >"$FOLDER/plain.xyz"
+printf '5 5 5\n6 6 6\n7 7 7\n' >"$FOLDER/plain.xyz"
 run "$STIPPLE" prep "$FOLDER/plain.xyz" --to EPSG:25832 -o "$FOLDER/none.stipple"
 expect_failure "does not say its coordinate system"
 run "$STIPPLE" prep "$FOLDER/in.xyz" --to EPSG:99999999 -o "$FOLDER/none.stipple"

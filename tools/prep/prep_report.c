@@ -335,7 +335,7 @@ static void print_stage(const char *name, double seconds, uint64_t points, uint6
 static void print_system(const prep_inputs *in)
 {
     const stp_projection *way = NULL;
-    size_t count = 0, scaled = 0, unknown = 0;
+    size_t count = 0, scaled = 0, unknown = 0, guessed = 0;
     for (size_t i = 0; i < in->count; i++) {
         const prep_way *this = &in->facts[i].way;
         unknown += this->unknown && !in->facts[i].why;
@@ -344,7 +344,14 @@ static void print_system(const prep_inputs *in)
         way = way ? way : this->projection;
         count++;
         scaled += stp_projection_height_unit(this->projection) != 1.0;
+        guessed += this->guessed;
     }
+    if (guessed > 0)
+        fprintf(stderr,
+                "%zu of %zu inputs name no coordinate system, and their x and y are degrees: taken "
+                "for longitude and latitude of WGS 84 (a .prj file names another system; --columns "
+                "lat,lon,z another order of text)\n",
+                guessed, in->count);
     if (way)
         fprintf(stderr, "%zu of %zu inputs brought to %s; heights %s\n", count, in->count,
                 stp_projection_name(way), scaled > 0 ? "to its unit" : "as they are");

@@ -22,6 +22,7 @@
 typedef struct told {
     char *definition; /* for PROJ; NULL: nothing that it takes */
     bool angles;      /* longitude and latitude */
+    bool guessed;     /* by its numbers or columns, for want of a system */
 } told;
 
 cli_option prep_system_option(const char **wanted)
@@ -127,6 +128,10 @@ static stp_status find_told(told *out, const char *path, const stp_scan_info *in
         STP_TRY(take_keys(out, note_of(info, "geokeys"), err));
     if (out->definition == NULL && !out->angles)
         STP_TRY(take_prj(out, path, err));
+    if (out->definition == NULL && !out->angles && note_of(info, "degrees")[0] != '\0') {
+        STP_TRY(stp_text_copy(&out->definition, "EPSG:4326", "a coordinate system", err));
+        out->angles = out->guessed = true;
+    }
 done:
     return status;
 }
@@ -210,6 +215,7 @@ stp_status prep_system_choose(prep_system *system, const char *path, const stp_s
     if (t.angles)
         STP_TRY(find_place(path, params, &at, err));
     STP_TRY(stp_projection_create(&way->projection, t.definition, to, at, err));
+    way->guessed = t.guessed;
     if (!is_projected(stp_projection_wkt(way->projection))) {
         status = stp_error_set(err, STP_UNSUPPORTED,
                                "--to %s has angles, or x, y and z from the earth's middle: give a "

@@ -25,6 +25,7 @@ cli_option prep_system_option(const char **wanted);
 typedef struct prep_way {
     stp_projection *projection; /* NULL: positions stay */
     bool unknown;               /* positions stay, since PROJ does not know the system */
+    bool guessed;               /* x and y look like degrees, and no system is named */
 } prep_way;
 
 /* Chooses how the positions of an input are moved. Errors: UNSUPPORTED (no system is told, lines or

@@ -45,7 +45,8 @@ static stp_status find(const stp_e57_scan *scan, stp_e57_target first, stp_e57_t
         double maximum = 0.0;
         const bool is_float = field->type != STP_E57_INTEGER || field->is_scaled;
         STP_TRY(look(scan, first, last, v, pages, &maximum, err));
-        said = stp_value_range_guess(is_float, (field->bits + 7) / 8, maximum);
+        said = (first == STP_E57_RED ? stp_value_range_guess_colour : stp_value_range_guess)(
+            is_float, (field->bits + 7) / 8, maximum);
     }
     *range = is_range(*range) ? stp_value_range_join(*range, said) : said;
 done:

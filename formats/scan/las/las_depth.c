@@ -28,7 +28,11 @@ stp_las_depth stp_las_depth_decide(const stp_las_seen *seen)
         depth.colour = STP_LAS_COLOUR_NONE;
     else if (seen->colour_max <= 255)
         depth.colour = STP_LAS_COLOUR_8;
+    else if (seen->colour_low == 0)
+        depth.colour = STP_LAS_COLOUR_8_TIMES_256;
+    else if (seen->colour_max <= 1023)
+        depth.colour = STP_LAS_COLOUR_10;
     else
-        depth.colour = seen->colour_low == 0 ? STP_LAS_COLOUR_8_TIMES_256 : STP_LAS_COLOUR_16;
+        depth.colour = seen->colour_max <= 4095 ? STP_LAS_COLOUR_12 : STP_LAS_COLOUR_16;
     return depth;
 }

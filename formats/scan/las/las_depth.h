@@ -1,13 +1,15 @@
 /* Finds from the data how many bits the colours and intensities of a LAS file really have.
  *
- * The standard wants 16 bits. Several writers store 0..255 in them, others store 8 bits times 256.
- * The points looked at decide. Colours: all zero: the file has no colours; up to 255: 8 bits; every
- * low byte zero: 8 bits times 256; else 16 bits. Intensities: up to 255 and not all zero: 8 bits;
+ * The standard wants 16 bits. Several writers store 0..255 in them, others store 8 bits times 256,
+ * or what a camera of 10 or 12 bits gave. The points looked at decide. Colours: all zero: the file
+ * has no colours; up to 255: 8 bits; every low byte zero: 8 bits times 256; up to 1023 or 4095: 10
+ * or 12 bits; else 16 bits. Intensities: up to 255 and not all zero: 8 bits;
  * else 16 bits. Values above the range found are clamped. */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_DEPTH_H
 #define STP_FORMATS_SCAN_LAS_LAS_DEPTH_H
 
 #include "formats/scan/las/las_header.h"
+#include "formats/scan/value_range.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -30,6 +32,8 @@ typedef enum stp_las_colour_depth {
     STP_LAS_COLOUR_NONE,
     STP_LAS_COLOUR_8,
     STP_LAS_COLOUR_8_TIMES_256,
+    STP_LAS_COLOUR_10,
+    STP_LAS_COLOUR_12,
     STP_LAS_COLOUR_16
 } stp_las_colour_depth;
 
@@ -47,6 +51,22 @@ stp_las_depth stp_las_depth_decide(const stp_las_seen *seen);
 static inline uint16_t stp_las_widen(uint16_t value)
 {
     return value < 255 ? (uint16_t)(value * 257) : (uint16_t)65535;
+}
+
+static inline uint16_t stp_las_colour(uint16_t value, stp_las_colour_depth depth)
+{
+    switch (depth) {
+    case STP_LAS_COLOUR_8:
+        return stp_las_widen(value);
+    case STP_LAS_COLOUR_8_TIMES_256:
+        return stp_las_widen(value >> 8);
+    case STP_LAS_COLOUR_10:
+        return stp_value_range_map(value, 0.0, 65535.0 / 1023.0);
+    case STP_LAS_COLOUR_12:
+        return stp_value_range_map(value, 0.0, 65535.0 / 4095.0);
+    default:
+        return value;
+    }
 }
 
 #endif

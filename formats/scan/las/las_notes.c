@@ -3,6 +3,8 @@
 
 #include "formats/scan/las/las_geokeys.h"
 
+#include <math.h>
+
 /* Layout of the record that describes extra bytes. */
 enum { EXTRA_RECORD_BYTES = 192, AT_EXTRA_NAME = 4, EXTRA_NAME_BYTES = 32 };
 
@@ -90,6 +92,14 @@ static stp_status counts(stp_las_text *text, const stp_las_header *h, uint64_t f
     return STP_OK;
 }
 
+/* Whether x and y are degrees: nobody gives lengths across finer steps than heights. */
+static bool has_degrees(const stp_las_header *h)
+{
+    const double wide = fmax(h->scale[0], h->scale[1]);
+    return wide <= 1e-6 && h->scale[2] >= 99.0 * wide && fabs(h->offset[0]) <= 360.0 &&
+           fabs(h->offset[1]) <= 90.0;
+}
+
 stp_status stp_las_notes_make(stp_las_notes *out, const stp_las_header *header,
                               const stp_las_records *records, const stp_las_depth *depth,
                               bool keeps_numbers, uint64_t file_bytes, stp_error *err)
@@ -100,6 +110,9 @@ stp_status stp_las_notes_make(stp_las_notes *out, const stp_las_header *header,
     take(out, "wkt");
     STP_TRY(stp_las_geokeys_text(&out->texts[out->count], records, err));
     take(out, "geokeys");
+    if (out->count == 0 && has_degrees(header))
+        STP_TRY(stp_las_text_add(&out->texts[out->count], err, "the steps of its lattice say so"));
+    take(out, "degrees");
     if (!keeps_numbers)
         STP_TRY(left_out(&out->texts[out->count], header, records, depth, err));
     else if (header->format->wave > 0)

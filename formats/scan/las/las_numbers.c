@@ -169,6 +169,8 @@ void stp_las_numbers_relate(stp_las_numbers *out, const stp_las_depth *depth)
     static const char *const names[] = {"red", "green", "blue", "intensity"};
     static const double scales[] = {[STP_LAS_COLOUR_8] = 1.0,
                                     [STP_LAS_COLOUR_8_TIMES_256] = 256.0,
+                                    [STP_LAS_COLOUR_10] = 1023.0 / 255.0,
+                                    [STP_LAS_COLOUR_12] = 4095.0 / 255.0,
                                     [STP_LAS_COLOUR_16] = 257.0};
     for (unsigned k = 0; k < 4; k++) {
         const uint32_t found = stp_attribute_find(&out->list, names[k]);

@@ -117,12 +117,8 @@ static void decode_colours(const stp_las_header *header, stp_las_colour_depth de
     const size_t stride = header->record_bytes;
     record += header->format->rgb;
     for (size_t i = 0; i < count; i++, record += stride)
-        for (int k = 0; k < 3; k++) {
-            const uint16_t value = stp_las_u16(record + 2 * k);
-            points[i].rgb[k] = depth == STP_LAS_COLOUR_16  ? value
-                               : depth == STP_LAS_COLOUR_8 ? stp_las_widen(value)
-                                                           : stp_las_widen(value >> 8);
-        }
+        for (int k = 0; k < 3; k++)
+            points[i].rgb[k] = stp_las_colour(stp_las_u16(record + 2 * k), depth);
 }
 
 static bool is_withheld(const unsigned char *record, bool extended)

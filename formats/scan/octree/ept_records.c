@@ -62,13 +62,6 @@ void stp_ept_records_look(stp_las_seen *seen, const stp_ept_header *h, const uns
     }
 }
 
-static uint16_t colour_of(uint16_t value, stp_las_colour_depth depth)
-{
-    return depth == STP_LAS_COLOUR_16  ? value
-           : depth == STP_LAS_COLOUR_8 ? stp_las_widen(value)
-                                       : stp_las_widen(value >> 8);
-}
-
 /* The unit normal, or zero if the record has none. */
 static vec3s normal_of(const stp_ept_header *h, const unsigned char *record)
 {
@@ -100,8 +93,8 @@ void stp_ept_records_decode(const stp_ept_header *h, const stp_las_depth *depth,
             .class_id = (uint8_t)(number_of(h, STP_EPT_CLASS, records) & 0xff),
             .reject = flagged && !h->keeps_withheld ? STP_REJECT_INVALID : STP_REJECT_NONE};
         for (unsigned k = 0; k < 3 && colours; k++)
-            points[i].rgb[k] =
-                colour_of(number_of(h, (stp_ept_role)(STP_EPT_RED + k), records), depth->colour);
+            points[i].rgb[k] = stp_las_colour(
+                number_of(h, (stp_ept_role)(STP_EPT_RED + k), records), depth->colour);
         if (normals)
             points[i].normal = normal_of(h, records);
     }

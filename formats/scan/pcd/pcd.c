@@ -64,8 +64,8 @@ static stp_status find_colour_scale(reader *r, stp_error *err)
         &r->values, first, r->packed_colour ? STP_PCD_PACKED : STP_PCD_BLUE, &maximum, err));
     if (maximum <= 0.0)
         r->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
-    r->colour_scale =
-        stp_value_range_scale(stp_value_range_guess(field->type == 'F', field->size, maximum));
+    r->colour_scale = stp_value_range_scale(
+        stp_value_range_guess_colour(field->type == 'F', field->size, maximum));
 done:
     return status;
 }

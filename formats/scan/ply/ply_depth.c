@@ -73,10 +73,12 @@ static bool is_eight_bit(stp_ply_type type)
     return stp_ply_type_size(type) == 1;
 }
 
-static double find_scale(stp_ply_type type, double maximum)
+static double find_scale(stp_ply_type type, double maximum, bool colour)
 {
-    return stp_value_range_scale(
-        stp_value_range_guess(type >= STP_PLY_FLOAT32, (unsigned)stp_ply_type_size(type), maximum));
+    const bool is_float = type >= STP_PLY_FLOAT32;
+    const unsigned bytes = (unsigned)stp_ply_type_size(type);
+    return stp_value_range_scale(colour ? stp_value_range_guess_colour(is_float, bytes, maximum)
+                                        : stp_value_range_guess(is_float, bytes, maximum));
 }
 
 static bool is_wide(const stp_ply *ply, stp_ply_target target)
@@ -112,10 +114,10 @@ stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
         ply->colour_low = -sqrt(M_PI);
         ply->colour_scale = 65535.0 / (2.0 * sqrt(M_PI));
     } else if (red) {
-        ply->colour_scale = find_scale(red->type, maxima.colour);
+        ply->colour_scale = find_scale(red->type, maxima.colour, true);
     }
     if (intensity)
-        ply->intensity_scale = find_scale(intensity->type, maxima.intensity);
+        ply->intensity_scale = find_scale(intensity->type, maxima.intensity, false);
 done:
     return status;
 }

@@ -24,6 +24,10 @@ static const struct {
     {"easting", STP_COLUMN_X},
     {"east", STP_COLUMN_X},
     {"e", STP_COLUMN_X},
+    {"longitude", STP_COLUMN_X},
+    {"long", STP_COLUMN_X},
+    {"lon", STP_COLUMN_X},
+    {"lng", STP_COLUMN_X},
     {"y", STP_COLUMN_Y},
     {"ycoordinate", STP_COLUMN_Y},
     {"ycoord", STP_COLUMN_Y},
@@ -35,6 +39,8 @@ static const struct {
     {"northing", STP_COLUMN_Y},
     {"north", STP_COLUMN_Y},
     {"n", STP_COLUMN_Y},
+    {"latitude", STP_COLUMN_Y},
+    {"lat", STP_COLUMN_Y},
     {"z", STP_COLUMN_Z},
     {"zcoordinate", STP_COLUMN_Z},
     {"zcoord", STP_COLUMN_Z},
@@ -104,6 +110,12 @@ static size_t find_name(stp_field field)
             memcmp(known_names[i].name, name + skip, length - skip) == 0)
             return i;
     return STP_NAMES;
+}
+
+/* Whether the name is that of a longitude or latitude. */
+static bool is_angle(size_t name)
+{
+    return known_names[name].column <= STP_COLUMN_Y && known_names[name].name[0] == 'l';
 }
 
 const char *stp_column_name(stp_column column)
@@ -186,6 +198,7 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
     }
     if (!has_three(&columns, STP_COLUMN_X))
         return false;
+    columns.angles = is_angle(names[STP_COLUMN_X]) && is_angle(names[STP_COLUMN_Y]);
     drop_part(&columns, STP_COLUMN_RED);
     drop_part(&columns, STP_COLUMN_NX);
     *out = columns;
@@ -253,6 +266,7 @@ static stp_status add_listed(stp_columns *columns, const char *list, stp_field f
                              "for one to pass over",
                              list, length, field.begin);
     columns->targets[place] = (uint8_t)column;
+    columns->angles = columns->angles || (name < STP_NAMES && is_angle(name));
     return STP_OK;
 }
 

@@ -6,9 +6,9 @@
  * without the characters _ - . and space: x (also easting, east, e), y (northing, north, n), z
  * (elevation, height, altitude, h), r g b (red green blue), i (intensity, reflectance,
  * reflectivity, amplitude), nx ny nz (normalx ...), class (classification, label); columns.c has
- * them all. If two columns mean the same, the one whose name is earlier in this list is read; if
- * their names are equal, the first column. Columns with other names are attributes
- * (text_numbers.h).
+ * them all: lon (longitude, long, lng) is x, and lat (latitude) is y. If two columns mean the same,
+ * the one whose name is earlier in this list is read; if their names are equal, the first column.
+ * Columns with other names are attributes (text_numbers.h).
  *
  * By content, of n numbers per line the first three are x y z. The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.
@@ -58,6 +58,7 @@ typedef struct stp_columns {
     stp_separator separator;
     uint32_t count;                   /* fields per line that are used, at most STP_COLUMNS_MAX */
     bool open_end;                    /* lines may have more fields */
+    bool angles;                      /* x and y are named longitude and latitude */
     uint8_t targets[STP_COLUMNS_MAX]; /* stp_column of each */
     uint8_t extras[STP_COLUMNS_MAX];  /* 1 + index of its attribute (text_numbers.h); 0: none */
     char names[STP_COLUMNS_MAX]

@@ -12,6 +12,9 @@
 
 #define STP_TEXT_SAMPLE_BLOCKS 64u
 #define STP_TEXT_SAMPLE_BYTES 65536u
+/* Of degrees: least digits after the point, least extent of heights in degrees. */
+#define DEGREE_DECIMALS 5u
+#define NEEDLE 20.0
 
 /* Fails if lines end in CR alone: the whole file would be one line. */
 static stp_status check_line_ends(stp_text *text, stp_error *err)
@@ -193,7 +196,8 @@ static void find_colour_scale(stp_text *text, const stp_columns_sample *sample)
         greatest = fmax(greatest, range->max);
         written_whole = written_whole && (range->written_whole || range->count == 0);
     }
-    text->colour_scale = scale_of(greatest, written_whole);
+    text->colour_scale =
+        stp_value_range_scale(stp_value_range_guess_colour(!written_whole, 0, greatest));
     if (greatest > 0.0 || sample->rows == 0)
         return;
     text->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
@@ -235,8 +239,48 @@ static double step_of(const stp_text *text, const stp_columns_sample *sample)
     return decimals < sizeof steps / sizeof *steps ? steps[decimals] : 0.0;
 }
 
+static double extent_of(const stp_column_range *range)
+{
+    return range->max - range->min;
+}
+
+static bool is_within(const stp_column_range *range, double limit)
+{
+    return range->count > 0 && range->min >= -limit && range->max <= limit;
+}
+
+/* Whether numbers alone say that x and y are degrees: the rule is in the header. */
+static bool look_like_degrees(const stp_column_range *x, const stp_column_range *y,
+                              const stp_column_range *z)
+{
+    const uint32_t fine = x->decimals < y->decimals ? x->decimals : y->decimals;
+    const double wide = fmax(extent_of(x), extent_of(y));
+    return fmax(x->decimals, y->decimals) < UINT32_MAX && fine >= DEGREE_DECIMALS &&
+           z->decimals <= fine - 2 && wide > 0.0 && extent_of(z) >= NEEDLE * wide;
+}
+
+/* Finds out whether x and y are degrees, and which is the longitude. */
+static void find_degrees(stp_text *text, const stp_columns_sample *sample)
+{
+    uint32_t places[3];
+    for (unsigned k = 0; k < 3; k++) {
+        places[k] = stp_columns_find(&text->columns, (stp_column)(STP_COLUMN_X + k));
+        if (places[k] >= sample->count)
+            return;
+    }
+    const stp_column_range *x = &sample->ranges[places[0]], *y = &sample->ranges[places[1]];
+    const bool swapped = !text->columns.angles && is_within(x, 90.0) && !is_within(y, 90.0);
+    text->degrees = is_within(x, 360.0) && is_within(y, swapped ? 360.0 : 90.0) &&
+                    (text->columns.angles || look_like_degrees(x, y, &sample->ranges[places[2]]));
+    if (!text->degrees || !swapped)
+        return;
+    text->columns.targets[places[0]] = STP_COLUMN_Y;
+    text->columns.targets[places[1]] = STP_COLUMN_X;
+}
+
 void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 {
+    find_degrees(text, sample);
     text->attributes = stp_columns_attributes(&text->columns);
     if (text->attributes & STP_POINT_HAS_COLOUR)
         find_colour_scale(text, sample);
@@ -293,6 +337,9 @@ void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_sc
         text->notes[info->note_count++] = (stp_scan_note){"columns", text->order};
     if (text->left_out.text[0])
         text->notes[info->note_count++] = (stp_scan_note){"left_out", text->left_out.text};
+    if (text->degrees)
+        text->notes[info->note_count++] = (stp_scan_note){
+            "degrees", text->columns.angles ? "the columns' names say so" : "the numbers say so"};
     info->notes = text->notes;
 }
 

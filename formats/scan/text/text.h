@@ -9,6 +9,11 @@
  *     and 2047 becomes 65535.
  *   - Other intensities with negative values (decibels): the least becomes 0, the greatest 65535.
  *
+ * x and y are degrees of longitude and latitude if their names say so, or if their numbers do: both
+ * have at least 5 digits after the point and 2 more than z, within 180 and 90, and z has 20 times
+ * their extent. Nobody writes x and y in metres more finely than z. If only the second number can
+ * be a longitude, it is x.
+ *
  * A line with too few, too many or unreadable numbers is an error that names the line: a
  * silent loss would be found too late. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_H
@@ -40,9 +45,10 @@ typedef struct stp_text {
     uint32_t attributes;                                 /* STP_POINT_HAS_* of the columns */
     double colour_scale, intensity_scale, intensity_low; /* (value - low) * scale */
     stp_text_numbers numbers;
+    bool degrees; /* x and y are longitude and latitude */
     stp_name_list left_out;
     char order[STP_COLUMNS_MAX * STP_ATTRIBUTE_NAME_BYTES + 64]; /* all names and their origin */
-    stp_scan_note notes[2];
+    stp_scan_note notes[3];
 } stp_text;
 
 /* path must outlive it. Errors: as stp_source_open, UNSUPPORTED (lines without \n). */
