@@ -273,6 +273,7 @@ static stp_status make_maps(stp_prep_job *job, stp_error *err)
     if (!stats->makes_maps)
         return STP_OK;
     stp_maps_params params = *job->params->maps;
+    params.ranks = job->params->ranks;
     if (!stats->join_layers) /* which moves the points off the faces */
         params.mesh = job->source->mesh;
     STP_TRY(stp_maps_make(&job->maps, cloud, &params, job->pool, job->progress, err));
@@ -378,6 +379,7 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
         STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
         STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
     }
+    stats->each_has_all = stp_ranks_count(job->params->ranks) > 1 && !job->cloud.blocks;
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_SORT, err));
     if (stats->join_layers) {
         const stp_surface_params surface = stp_prep_surface_params(job);
@@ -414,6 +416,7 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     const double cell = stp_raster_cell(&job->grid.raster, job->grid.nodes);
     job->tree.sources.grid = &job->grid;
     STP_TRY(stp_prep_grid_share(job, err));
+    stats->each_has_all = stp_ranks_count(job->params->ranks) > 1 && !job->grid.own;
     STP_TRY(
         stp_height_grid_finish(&job->grid, job->source->coordinate_step, job->params->ranks, err));
     choose_height_precision(job, job->grid.noise, cell / GRID_CELL_PARTS);

@@ -168,6 +168,7 @@ typedef struct stp_prep_stats {
     double seconds;
     double stage_seconds[STP_PREP_STAGE_COUNT];
     unsigned rank_count; /* processes that prepared the model; 0: one, without MPI */
+    bool each_has_all;   /* these are several, and could not share the points: each held all */
     uint64_t stage_sent_bytes[STP_PREP_STAGE_COUNT]; /* from rank to rank (ranks.h) */
     uint64_t stage_peak_bytes[STP_PREP_STAGE_COUNT]; /* peak memory up to the stage's end; 0: stage
                                                         left out */

@@ -28,7 +28,7 @@ stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
     stp_status status = STP_OK;
     stp_ranks *ranks = job->params->ranks;
     job->lists_rejects = source->rejected;
-    bool in_parts = stp_ranks_count(ranks) > 1 && source->part_begin && !job->params->maps;
+    bool in_parts = stp_ranks_count(ranks) > 1 && source->part_begin;
     for (size_t f = 0; f < source->file_count; f++)
         in_parts = in_parts && source->files[f].image_count == 0;
     job->in_parts = in_parts;
@@ -48,7 +48,7 @@ stp_prep_size stp_prep_job_size(const stp_prep_job *job)
 {
     const stp_prep_source *source = job->source;
     stp_prep_size size = stp_prep_size_of(source, job->params);
-    size.shared = job->in_parts;
+    size.shared = job->in_parts && !size.maps;
     for (size_t f = 0; f < source->file_count; f++) /* images may need all points on every rank */
         size.shared = size.shared && source->files[f].grid.columns == 0;
     if (job->in_parts) {
@@ -220,7 +220,8 @@ stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err)
     STP_TRY(stp_depth_images_fit(&fit, &images, &job->cloud, job->source, ranks, err));
     /* without outliers, or with points moved, images may fit that do not now */
     const bool changes = stats->outliers == STP_OUTLIERS_DROP || stats->join_layers;
-    const bool whole = fit || (images > 0 && (stats->normals_seen > 0 || changes));
+    const bool whole =
+        stats->makes_maps || fit || (images > 0 && (stats->normals_seen > 0 || changes));
     STP_TRY(stp_cloud_sort_parts(&job->cloud, ranks, whole, job->pool, err));
 done:
     return status;

@@ -5,6 +5,7 @@
 #include "formats/scan/mesh/mesh.h"
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/gaps/map_fill.h"
+#include "preprocess/ranks/ranks.h"
 
 #define STP_MAP_POINTS_LEAST 32u
 #define STP_MAP_OFF_MOST 0.05
@@ -16,6 +17,7 @@ typedef struct stp_maps_params {
     bool paper;      /* they are stored by STP_CODEC_PAPER; the file must be of format 2 */
     const stp_mesh *mesh; /* whose triangles are the surface where they are near; borrowed; NULL:
                              the points alone tell the surface */
+    stp_ranks *ranks;     /* that share the work and have all points, borrowed; NULL: none */
 } stp_maps_params;
 
 typedef struct stp_maps_counts {

@@ -2,10 +2,10 @@
 #include "preprocess/maps/maps_make.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/gaps/map_account.h"
 #include "preprocess/gaps/map_trim.h"
-#include "preprocess/maps/map_try.h"
-#include "preprocess/maps/part_cut.h"
+#include "preprocess/maps/maps_share.h"
 #include "preprocess/maps/part_merge.h"
 
 #include <stdatomic.h>
@@ -27,6 +27,7 @@ typedef struct work {
     uint32_t *order;   /* places, merged part after merged part */
     uint32_t *begins;  /* by merged part: where its places begin; then their number */
     uint32_t merged_count;
+    stp_rank_part own;         /* cells, then merged parts, of this rank */
     uint32_t *map_first;       /* by merged part: its first map; then the number of maps */
     stp_map_list *lists;       /* by merged part */
     atomic_uint_fast64_t done; /* points, of twice as many: cut, then sampled */
@@ -34,19 +35,32 @@ typedef struct work {
 
 static stp_status advance(work *w, uint64_t points, stp_error *err)
 {
+    const uint64_t all = 2 * (uint64_t)w->cloud->count / stp_ranks_count(w->params->ranks);
     const uint64_t done = atomic_fetch_add(&w->done, points) + points;
-    return stp_progress_update(w->progress, "maps", done, 2 * (uint64_t)w->cloud->count, err);
+    return stp_progress_update(w->progress, "maps", done < all ? done : all, all, err);
 }
 
-static stp_status cut_cell(void *context, size_t index, unsigned worker, stp_error *err)
+static stp_status cut_cell(void *context, size_t place, unsigned worker, stp_error *err)
 {
     stp_status status = STP_OK;
     work *w = context;
+    const uint32_t index = w->own.begin + (uint32_t)place;
     const stp_cell *cell = &w->cloud->cells[index];
     (void)worker;
-    STP_TRY(stp_cell_parts_cut(&w->cells[index], w->cloud, (uint32_t)index, w->cosine, w->numbers,
-                               err));
+    STP_TRY(stp_cell_parts_cut(&w->cells[index], w->cloud, index, w->cosine, w->numbers, err));
     STP_TRY(advance(w, cell->end - cell->begin, err));
+done:
+    return status;
+}
+
+/* Cuts this rank's cells, and gets the parts of the others. */
+static stp_status cut_cells(work *w, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = w->params->ranks;
+    w->own = stp_cloud_cells(w->cloud, ranks, ranks ? ranks->self : 0);
+    STP_TRY(stp_cloud_run(w->cloud, pool, w->own.end - w->own.begin, cut_cell, w, err));
+    STP_TRY(stp_cell_parts_share(ranks, w->cloud, w->cells, w->numbers, err));
 done:
     return status;
 }
@@ -150,16 +164,31 @@ done:
     return status;
 }
 
-static stp_status sample_one(void *context, size_t index, unsigned worker, stp_error *err)
+static stp_status sample_one(void *context, size_t place, unsigned worker, stp_error *err)
 {
     stp_status status = STP_OK;
     work *w = context;
+    const uint32_t index = w->own.begin + (uint32_t)place;
     const uint32_t begin = w->begins[index], count = w->begins[index + 1] - begin;
     (void)worker;
     STP_TRY(stp_map_list_make(&w->lists[index], w->cloud, w->params,
                               w->params->mesh ? &w->faces : NULL, w->numbers, w->mapped,
                               w->order + begin, count, err));
     STP_TRY(advance(w, count, err));
+done:
+    return status;
+}
+
+/* Samples this rank's merged parts, and gets the maps of the others. */
+static stp_status sample_parts(work *w, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = w->params->ranks;
+    STP_TRY(stp_alloc(&w->lists, w->merged_count, sizeof *w->lists, "maps", err));
+    w->own = stp_maps_rank_part(ranks, ranks ? ranks->self : 0, w->begins, w->merged_count);
+    STP_TRY(stp_cloud_run(w->cloud, pool, w->own.end - w->own.begin, sample_one, w, err));
+    STP_TRY(stp_map_lists_share(ranks, w->cloud, w->lists, w->begins, w->merged_count, w->order,
+                                w->mapped, err));
 done:
     return status;
 }
@@ -306,13 +335,12 @@ stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params 
     STP_TRY(
         stp_spill_alloc(cloud->spill, &w.numbers, cloud->count, sizeof *w.numbers, "maps", err));
     STP_TRY(stp_spill_alloc(cloud->spill, &w.mapped, cloud->count, sizeof *w.mapped, "maps", err));
-    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, cut_cell, &w, err));
+    STP_TRY(cut_cells(&w, pool, err));
     STP_TRY(number_parts(&w, err));
     STP_TRY(merge_parts(&w, err));
-    STP_TRY(stp_alloc(&w.lists, w.merged_count, sizeof *w.lists, "maps", err));
     if (params->mesh)
         STP_TRY(stp_face_tree_create(&w.faces, params->mesh, err));
-    STP_TRY(stp_cloud_run(cloud, pool, w.merged_count, sample_one, &w, err));
+    STP_TRY(sample_parts(&w, pool, err));
     STP_TRY(settle_guests(&w, err));
     STP_TRY(gather(&w, out, err));
     if (params->fill)

@@ -185,7 +185,18 @@ wanted=0
 check_bytes "$all" "$FOLDER/statue.ply" --layers joined --codec zstd --precision 0.001
 check_bytes "$all 3" "$FOLDER/mixed" --layers joined --memory 150M
 expect_shared 125000 3
-check_bytes "$all" "$FOLDER/mixed/b.ply" --maps
+check_bytes "$all 3" "$FOLDER/mixed/b.ply" --maps
+check_bytes "$all" "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --maps --gaps fill --memory 200M
+expect_held() { # why, or nothing if ranks share the points; words of prep
+    run "${launch[@]}" -n 2 "$STIPPLE" prep "${@:2}" -o "$model" --threads 1 --force
+    [ "$(sed -n 's/^each of the 2 ranks held all points: //p' "$FOLDER/err")" = "$1" ] || fail "$command: $(cat "$FOLDER/err")"
+}
+expect_held "maps are made of all" "$FOLDER/mixed/b.ply" --maps
+expect_held "pixels need those around them in their images" "$FOLDER/depths"
+expect_held "some part of the inputs could not be read by itself" "$FOLDER/broken"
+expect_held "" "$FOLDER/mixed/b.ply"
+expect_held "" "$FOLDER/heights.asc"
+rm -f "$model"
 # A rank with less memory must find the same closed surfaces.
 both=("$STIPPLE" prep "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --threads 1 --quiet --force)
 "${both[@]}" -o "$FOLDER/one.stipple" || fail "no model"
@@ -236,22 +247,34 @@ kill_one() { # milliseconds, which
         fi
     fi
 }
-"${one[@]:0:3}" -o "$FOLDER/whole.stipple" --threads 2 --quiet || fail "no model"
-began=$(date +%s%N)
-"${launch[@]}" -n 3 "${one[@]}" || fail "no run of three ranks"
-took=$((($(date +%s%N) - began) / 1000000))
-rm -f "$model"
-kills=2 killed=0 spoken=0
-if is_long; then kills=30; fi
-for i in $(seq "$kills"); do
-    kill_one $((took * (2 * i - 1) / 2 / kills)) $((i % 3))
-done
-for i in $(seq 10); do # on a busy machine those may all have come while MPI started, or after the end
-    [ $spoken -ge $((killed / 2)) ] && [ $killed -ge $((kills / 2)) ] && break
-    kill_one $((took * (4 + i % 5) / 10)) $((i % 3))
-done
-[ $killed -ge $((kills / 2)) ] || fail "only $killed of $kills runs were killed"
-[ $spoken -ge $((killed / 2)) ] || fail "only $spoken of $killed killed runs said so"
-"${launch[@]}" -n 2 "${one[@]}" || fail "the run after the kills failed"
-[ "$(ls -A "$FOLDER/models")" = m.stipple ] || fail "after kills: $(ls -A "$FOLDER/models")"
+# Kills some runs of an input at all times, and looks for whole models and what is left.
+check_kills() { # kills, input
+    one=("$STIPPLE" prep "$2" -o "$model" --threads 1 --quiet)
+    "$STIPPLE" prep "$2" -o "$FOLDER/whole.stipple" --threads 2 --quiet --force || fail "no model"
+    local began took kills=$1
+    began=$(date +%s%N)
+    "${launch[@]}" -n 3 "${one[@]}" || fail "no run of three ranks"
+    took=$((($(date +%s%N) - began) / 1000000))
+    rm -f "$model"
+    killed=0 spoken=0
+    for i in $(seq "$kills"); do
+        kill_one $((took * (2 * i - 1) / 2 / kills)) $((i % 3))
+    done
+    for i in $(seq 10); do # on a busy machine those may all have come while MPI started, or after the end
+        [ $spoken -ge $((killed / 2)) ] && [ $killed -ge $((kills / 2)) ] && break
+        kill_one $((took * (4 + i % 5) / 10)) $((i % 3))
+    done
+    [ $killed -ge $((kills / 2)) ] || fail "only $killed of $kills runs were killed"
+    [ $spoken -ge $((killed / 2)) ] || fail "only $spoken of $killed killed runs said so"
+    "${launch[@]}" -n 2 "${one[@]}" || fail "the run after the kills failed"
+    [ "$(ls -A "$FOLDER/models")" = m.stipple ] || fail "after kills: $(ls -A "$FOLDER/models")"
+    rm -f "$model"
+}
+if is_long; then
+    check_kills 30 "$FOLDER/statue.ply"
+    heights 0 0 1500 1500 >"$FOLDER/heights.asc"
+    check_kills 10 "$FOLDER/heights.asc"
+else
+    check_kills 2 "$FOLDER/statue.ply"
+fi
 end_test
