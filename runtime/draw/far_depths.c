@@ -74,6 +74,11 @@ static void run(int width, int height, int side)
     glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
 }
 
+static const GLuint *finished(const stp_pyramid *p, int l, int levels)
+{
+    return l == levels ? p->levels[l].pulled : stp_pyramid_finished(p, l);
+}
+
 /* Finds the depths of a level by those of the next; none if it is the last. */
 static void look_at_level(const stp_far_depths *f, const stp_pyramid *p, int l, int levels)
 {
@@ -83,8 +88,8 @@ static void look_at_level(const stp_far_depths *f, const stp_pyramid *p, int l, 
     glUniform2i(STP_UNIFORM_LEVEL_SIZE, level->width, level->height);
     glUniform2i(STP_UNIFORM_READ_SIZE, top ? 0 : p->levels[l + 1].width,
                 top ? 0 : p->levels[l + 1].height);
-    glBindImageTextures(STP_UNIT_FINE, STP_TARGET_COUNT,
-                        top ? level->pulled : stp_pyramid_finished(p, l));
+    glBindImageTextures(STP_UNIT_FINE, STP_TARGET_COUNT, finished(p, l, levels));
+    glBindImageTextures(STP_UNIT_COARSE, STP_TARGET_COUNT, finished(p, top ? l : l + 1, levels));
     glBindImageTexture(0, f->textures[l], 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG32F);
     glBindImageTexture(1, f->textures[top ? l : l + 1], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RG32F);
     run(level->width, level->height, 2);
