@@ -89,6 +89,7 @@ static void add_first_view(cJSON *root, const stp_first_camera *first)
         [STP_FIRST_SCANNER] = "scanner",
         [STP_FIRST_INTERIOR] = "interior",
         [STP_FIRST_MAIN] = "main",
+        [STP_FIRST_PART] = "part",
     };
     if (first->why == STP_FIRST_WHOLE)
         return;
@@ -165,6 +166,8 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
     if (source->heights || source->y_up)
         stp_json_add_vector(
             root, "up", (stp_dvec3){0.0, source->heights ? 0.0 : 1.0, source->heights ? 1.0 : 0.0});
+    else if (stp_dvec3_length(stats->first.model_up) > 0.0)
+        stp_json_add_vector(root, "up", stats->first.model_up);
     add_first_view(root, &stats->first);
     char *text = cJSON_PrintUnformatted(root);
     cJSON_Delete(root);

@@ -5,6 +5,8 @@
 #include "base/sort.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/viewpoint/interior.h"
+#include "preprocess/viewpoint/main_part.h"
+#include "preprocess/viewpoint/up_axis.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,9 +27,9 @@
 #define SECTORS 36
 #define STEEPEST_RAD 0.35
 #define AROUND_FOVY_DEG 70.0
-/* The main part is shown in place of all points if they reach this many times as far. SLACK: so
- * much more is shown, for the main part is without a hundredth at each end. */
-#define MAIN_TIMES 4.0
+/* Steps from a part to a part of it. SLACK: so much more than the main part is shown, for it is
+ * without a hundredth at each end. */
+#define MAIN_STEPS 4
 #define MAIN_SLACK 1.1
 #define MAIN_FOVY_DEG 45.0
 
@@ -196,7 +198,7 @@ static stp_status view_from_station(stp_first_camera *out, const stp_cloud *clou
     for (size_t f = 0; f < source->file_count; f++)
         if (station - 1u - source->files[f].station_begin < source->files[f].station_count)
             word = source->files[f].station_word;
-    STP_TRY(stp_space_create(&space, cloud, station, err));
+    STP_TRY(stp_space_create(&space, cloud, station, NULL, err));
     STP_TRY(rays_of(&rays, &count, cloud, station, eye, err));
     if (count == 0)
         goto done;
@@ -243,24 +245,70 @@ done:
     return status;
 }
 
+/* What is up, where the format says nothing; zero: the box tells it. */
+static stp_dvec3 up_of(const stp_space *s, const stp_interior *interior,
+                       const stp_prep_source *source)
+{
+    const stp_dvec3 y = {0.0, 1.0, 0.0}, z = {0.0, 0.0, 1.0};
+    if (source->heights || source->y_up || stp_dbox_is_map(&s->box))
+        return (stp_dvec3){0.0, 0.0, 0.0};
+    if (interior->found)
+        return interior->up_axis == 1 ? y : z;
+    return stp_dbox_up(&s->box).z == 0.0 && stp_up_is_z(s) ? z : (stp_dvec3){0.0, 0.0, 0.0};
+}
+
 /* Shows the box of the main part as the whole model would be shown. */
-static stp_first_camera view_of_main(const stp_dbox *box, const stp_prep_source *source)
+static stp_first_camera view_of_main(const stp_dbox *box, stp_dvec3 model_up,
+                                     const stp_prep_source *source)
 {
     stp_dvec3 up = {0.0, 0.0, 1.0};
     if (source->y_up)
         up = (stp_dvec3){0.0, 1.0, 0.0};
+    else if (stp_dvec3_length(model_up) > 0.0)
+        up = model_up;
     else if (!source->heights && !stp_dbox_is_map(box))
         up = stp_dbox_up(box);
     const stp_dvec3 size = stp_dvec3_sub(box->max, box->min), look = stp_dbox_middle(box);
     const double radius = 0.5 * MAIN_SLACK * stp_dvec3_length(size);
     const stp_dvec3 away = stp_dvec3_scale(stp_dvec3_normalize(stp_whole_direction(up)),
                                            radius / sin(0.5 * MAIN_FOVY_DEG * DEGREES));
-    return (stp_first_camera){.why = STP_FIRST_MAIN,
-                              .eye = stp_dvec3_add(look, away),
+    return (stp_first_camera){.eye = stp_dvec3_add(look, away),
                               .look = look,
                               .up = up,
                               .fovy_deg = MAIN_FOVY_DEG,
                               .aspect = 1.0};
+}
+
+/* The free space of all points or, if parts stand out, of the one that has the most. *why: what it
+ * is. */
+static stp_status find_main(stp_space *out, stp_first_why *why, const stp_cloud *cloud,
+                            stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_space next = {0};
+    stp_main_part part = {.share = 1.0};
+    *why = STP_FIRST_WHOLE;
+    STP_TRY(stp_space_create(out, cloud, 0, NULL, err));
+    part.box = out->box;
+    if (stp_main_part_stands_out(&part, &cloud->box))
+        *why = STP_FIRST_MAIN;
+    for (int i = 0; i < MAIN_STEPS; i++) {
+        STP_TRY(stp_main_part_find(&part, out, err));
+        if (!stp_main_part_is_small(&part, &cloud->box))
+            break;
+        STP_TRY(stp_space_create(&next, cloud, 0, &part.box, err));
+        part.box = next.box; /* finer than voxels */
+        if (!stp_main_part_stands_out(&part, &cloud->box))
+            break;
+        stp_space_clear(out);
+        *out = next;
+        next = (stp_space){0};
+        if (*why != STP_FIRST_PART)
+            *why = part.share < STP_MAIN_NEARLY_ALL ? STP_FIRST_PART : STP_FIRST_MAIN;
+    }
+done:
+    stp_space_clear(&next);
+    return status;
 }
 
 stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *cloud,
@@ -275,15 +323,17 @@ stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *clou
         STP_TRY(first_station(cloud, source->station_count, &station, err));
     if (station > 0)
         return view_from_station(out, cloud, source, station, err);
-    STP_TRY(stp_space_create(&space, cloud, 0, err));
+    stp_first_why why;
+    STP_TRY(find_main(&space, &why, cloud, err));
     stp_interior interior;
     STP_TRY(stp_interior_find(&interior, cloud, &space, err));
-    const double main = stp_dvec3_length(stp_dvec3_sub(space.box.max, space.box.min));
+    const stp_dvec3 up = up_of(&space, &interior, source);
     if (interior.found)
         *out = stp_interior_camera(&interior, &space);
-    else if (main > 0.0 &&
-             stp_dvec3_length(stp_dvec3_sub(cloud->box.max, cloud->box.min)) > MAIN_TIMES * main)
-        *out = view_of_main(&space.box, source);
+    else if (why != STP_FIRST_WHOLE)
+        *out = view_of_main(&space.box, up, source);
+    out->why = interior.found ? STP_FIRST_INTERIOR : why;
+    out->model_up = up;
 done:
     stp_space_clear(&space);
     return status;

@@ -18,9 +18,16 @@
 #define MARGIN 1
 #define GOLDEN_RAD 2.39996322972865332
 
-static bool is_counted(const stp_cloud_point *p, uint16_t station)
+/* Which points count. */
+typedef struct choice {
+    uint16_t station;
+    const stp_dbox *within;
+} choice;
+
+static bool is_counted(const stp_cloud_point *p, const choice *c)
 {
-    return station == 0 || p->station == station;
+    return (c->station == 0 || p->station == c->station) &&
+           !(c->within && stp_dbox_distance_squared(c->within, p->position) > 0.0);
 }
 
 static double coordinate(stp_dvec3 p, int axis)
@@ -29,7 +36,8 @@ static double coordinate(stp_dvec3 p, int axis)
 }
 
 /* The box of the points without those far out. */
-static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, uint16_t station, stp_error *err)
+static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, const choice *chosen,
+                           stp_error *err)
 {
     stp_status status = STP_OK;
     double *values = NULL, ends[3][2];
@@ -40,7 +48,7 @@ static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, uint16_t stati
     for (int axis = 0; axis < 3; axis++) {
         size_t count = 0;
         for (uint32_t i = 0; i < listed; i++)
-            if (is_counted(&points[i], station))
+            if (is_counted(&points[i], chosen))
                 values[count++] = coordinate(points[i].position, axis);
         if (count == 0)
             values[count++] = coordinate(points[0].position, axis);
@@ -78,7 +86,7 @@ static void count_one(uint16_t *count)
 typedef struct counting {
     stp_space *space;
     const stp_cloud *cloud;
-    uint16_t station;
+    choice chosen;
 } counting;
 
 /* Counts this process's points. */
@@ -91,7 +99,7 @@ static void count_points(void *context)
     int at[3];
     for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         const stp_cloud_point *p = &cloud->points[i];
-        if (!is_counted(p, c->station) || !voxel_of(s, p->position, at))
+        if (!is_counted(p, &c->chosen) || !voxel_of(s, p->position, at))
             continue;
         const size_t voxel = stp_space_at(s, at[0], at[1], at[2]);
         count_one(&s->count[voxel]);
@@ -156,12 +164,13 @@ static void find_room(stp_space *s, size_t voxels)
 }
 
 stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t station,
-                            stp_error *err)
+                            const stp_dbox *within, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_space s = {0};
     size_t voxels = 1;
-    STP_TRY(find_box(&s.box, cloud, station, err));
+    counting c = {&s, cloud, {station, within}};
+    STP_TRY(find_box(&s.box, cloud, &c.chosen, err));
     s.side = stp_dbox_side(&s.box) / (STP_SPACE_SIDE - 2 * MARGIN - 1);
     const double least = 1e-9 * (stp_dvec3_length(s.box.min) + stp_dvec3_length(s.box.max));
     s.side = s.side > least ? s.side : fmax(least, 1e-30);
@@ -178,7 +187,6 @@ stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t sta
         s.level[axis] = s.count + axis * voxels;
         s.upright[axis] = s.count + (2 + axis) * voxels;
     }
-    counting c = {&s, cloud, station};
     STP_TRY(stp_cloud_in_turn(cloud, count_points, &c, s.count, 5 * voxels * sizeof *s.count, err));
     find_room(&s, voxels);
     *out = s;

@@ -32,10 +32,11 @@ typedef struct stp_space_hit {
     size_t voxel;
 } stp_space_hit;
 
-/* Makes the grid. The cloud has points. station: only this station's points; 0: all points. Errors:
- * OUT_OF_MEMORY, and if ranks share the cloud IO, CANCELLED. */
+/* Makes the grid. The cloud has points. station: only this station's points; 0: all points. within:
+ * only points in this box; NULL: all. Errors: OUT_OF_MEMORY, and if ranks share the cloud IO,
+ * CANCELLED. */
 stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t station,
-                            stp_error *err);
+                            const stp_dbox *within, stp_error *err);
 void stp_space_clear(stp_space *space);
 
 static inline size_t stp_space_at(const stp_space *s, int x, int y, int z)

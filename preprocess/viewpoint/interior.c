@@ -32,6 +32,7 @@
 #define LEVEL_LEAST 0.55
 #define UPRIGHT_LEAST 0.4
 #define WITHIN_LEAST 0.1
+#define LINING_LEAST 0.5
 #define FLAT_MOST 0.8
 #define AGREED 0.8
 /* The view. */
@@ -70,29 +71,31 @@ static bool is_enclosed(const stp_space *s, stp_dvec3 eye, const stp_dvec3 rays[
     return (double)(RAYS_FEW - left) / RAYS_FEW >= ENCLOSED_LEAST;
 }
 
-/* Whether the box allows an eye here. */
-static bool is_central(const stp_space *s, stp_dvec3 p, int up_axis)
+/* Whether the box allows an eye here. middle_part: as MIDDLE_PART. */
+static bool is_central(const stp_space *s, stp_dvec3 p, int up_axis, double middle_part)
 {
     const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
     const stp_dvec3 from = stp_dvec3_sub(p, s->box.min);
     for (int axis = 0; axis < 3; axis++) {
         const double part = along(from, axis) / fmax(along(size, axis), 1e-300);
         if (axis == up_axis ? part < LOWEST_PART || part > HIGHEST_PART
-                            : fabs(part - 0.5) > MIDDLE_PART)
+                            : fabs(part - 0.5) > middle_part)
             return false;
     }
     return true;
 }
 
 /* Finds the best eye. An enclosed place goes before others; then room and nearness to the middle
- * count. */
-static void find_eye(stp_interior *in, const stp_space *s)
+ * count. False if no place is enclosed. */
+static bool find_eye(stp_interior *in, const stp_space *s, double middle_part)
 {
     const stp_dvec3 middle = stp_dbox_middle(&s->box);
     const double for_closed = 2.0 * stp_dbox_side(&s->box);
     stp_dvec3 rays[RAYS_FEW];
     double best = -INFINITY;
+    bool found = false;
     in->eye = middle;
+    in->room = 0.0;
     for (int i = 0; i < RAYS_FEW; i++)
         rays[i] = stp_space_direction(i, RAYS_FEW);
     for (int z = 0; z < s->size[2]; z += STEP)
@@ -100,19 +103,22 @@ static void find_eye(stp_interior *in, const stp_space *s)
             for (int x = 0; x < s->size[0]; x += STEP) {
                 const stp_dvec3 p = stp_space_middle(s, x, y, z);
                 const double room = s->room[stp_space_at(s, x, y, z)] / STP_SPACE_ROOM * s->side;
-                if (room < 2.0 * s->side || !is_central(s, p, in->up_axis))
+                if (room < 2.0 * s->side || !is_central(s, p, in->up_axis, middle_part))
                     continue;
                 const double off = stp_dvec3_length(stp_dvec3_sub(p, middle));
                 const double open = room - OFF_MIDDLE * off;
                 if (!(open + for_closed > best))
                     continue;
-                const double score = open + (is_enclosed(s, p, rays) ? for_closed : 0.0);
+                const bool closed = is_enclosed(s, p, rays);
+                const double score = open + (closed ? for_closed : 0.0);
+                found = found || closed;
                 if (score > best) {
                     best = score;
                     in->eye = p;
                     in->room = room;
                 }
             }
+    return found;
 }
 
 /* Measures what rays from the eye hit. */
@@ -148,11 +154,20 @@ static bool is_within(const stp_space *s, stp_dvec3 p, const stp_dvec3 rays[OUTS
     return left <= OUTSIDE_MOST;
 }
 
+/* Whether a side of the point's surface is enclosed. */
+static bool has_enclosed_side(const stp_space *s, const stp_cloud_point *p,
+                              const stp_dvec3 rays[RAYS_FEW])
+{
+    const stp_dvec3 off = stp_dvec3_scale(stp_dvec3_from_float(p->normal), 2.5 * s->side);
+    return stp_has_normal(p) && (is_enclosed(s, stp_dvec3_add(p->position, off), rays) ||
+                                 is_enclosed(s, stp_dvec3_sub(p->position, off), rays));
+}
+
 static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp_space *s,
                              stp_error *err)
 {
-    uint32_t count = 0, within = 0, given = 0, facing = 0;
-    stp_dvec3 rays[OUTSIDE_RAYS];
+    uint32_t count = 0, within = 0, given = 0, facing = 0, lining = 0;
+    stp_dvec3 rays[OUTSIDE_RAYS], few[RAYS_FEW];
     stp_cloud_point *points = NULL;
     const stp_status status =
         stp_cloud_every(cloud, cloud->count / POINTS + 1, &points, &count, err);
@@ -160,9 +175,12 @@ static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp
         return status;
     for (int i = 0; i < OUTSIDE_RAYS; i++)
         rays[i] = stp_space_direction(i, OUTSIDE_RAYS);
+    for (int i = 0; i < RAYS_FEW; i++)
+        few[i] = stp_space_direction(i, RAYS_FEW);
     for (const stp_cloud_point *p = points; p < points + count; p++) {
         const stp_dvec3 d = stp_dvec3_sub(p->position, in->eye);
         within += is_within(s, p->position, rays);
+        lining += in->aside && has_enclosed_side(s, p, few);
         if (!p->given)
             continue;
         const stp_space_hit hit = stp_space_cast(s, in->eye, stp_dvec3_normalize(d));
@@ -172,6 +190,7 @@ static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp
         facing += stp_dvec3_dot(d, stp_dvec3_from_float(p->normal)) < 0.0;
     }
     in->within = (double)within / count;
+    in->lining = (double)lining / count;
     in->facing = given >= GIVEN_LEAST ? (double)facing / given : 0.5;
     free(points);
     return STP_OK;
@@ -185,13 +204,19 @@ stp_status stp_interior_find(stp_interior *out, const stp_cloud *cloud, const st
     const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
     in.height = along(size, in.up_axis);
     in.width = fmax(size.x, in.up_axis == 1 ? size.z : size.y);
-    find_eye(&in, s);
+    /* the middle of corridors about a corner or a court is outside: the eye may stand anywhere, if
+     * nearly all there is is within */
+    stp_interior elsewhere = in;
+    if (!find_eye(&in, s, MIDDLE_PART) && find_eye(&elsewhere, s, 0.5)) {
+        in = elsewhere;
+        in.aside = true;
+    }
     look_around(&in, s);
     STP_TRY(ask_points(&in, cloud, s, err));
     const bool built = in.level >= LEVEL_LEAST && in.upright >= UPRIGHT_LEAST &&
                        (in.within >= WITHIN_LEAST || in.height <= FLAT_MOST * in.width);
-    in.found = in.room >= ROOM_LEAST * in.height && in.room > 0.0 &&
-               in.enclosed >= ENCLOSED_LEAST && in.facing > 1.0 - AGREED &&
+    in.found = (!in.aside || in.lining >= LINING_LEAST) && in.room >= ROOM_LEAST * in.height &&
+               in.room > 0.0 && in.enclosed >= ENCLOSED_LEAST && in.facing > 1.0 - AGREED &&
                (built || in.facing >= AGREED);
     *out = in;
 done:

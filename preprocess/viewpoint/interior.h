@@ -1,7 +1,9 @@
 /* Decides whether a cloud is the inside of something, and where to stand in it.
  *
  * The eye is a clear place near the middle. Among the voxels there, one from which few rays leave
- * the cloud goes first; then much room around and a small distance from the middle count.
+ * the cloud goes first; then much room around and a small distance from the middle count. If no
+ * voxel there is enclosed, as in corridors around a corner or a court, the eye may be anywhere, if
+ * half of the points have an enclosed side.
  *
  * Seen from the eye, the cloud is an interior if most rays are enclosed and it is built like a
  * room:
@@ -27,6 +29,8 @@ typedef struct stp_interior {
     double upright;  /* upright share of what level rays hit */
     double room;     /* from the eye to the nearest surface */
     double within;   /* share of points not seen from outside */
+    bool aside;      /* no place near the middle is enclosed, but the eye is */
+    double lining;   /* if so: share of points with an enclosed side */
     double facing;   /* share of given normals in sight that face the eye; 0.5 if there are few */
     double height, width; /* of the box: along up, and the longer side across */
     bool found;           /* the cloud is an interior */

@@ -3,6 +3,7 @@
 #include "base/sort.h"
 #include "tests/fixtures/first_view_fixture.h"
 
+#include "preprocess/viewpoint/free_space.h"
 #include "preprocess/viewpoint/seen_from.h"
 #include "runtime/camera/camera.h"
 #include "tests/fixtures/prep_fixture.h"
@@ -430,6 +431,83 @@ static void strays_are_not_the_view(void **state)
     }
 }
 
+/* Two objects so far apart that both would be specks: the one with more points is seen. In rows,
+ * objects are seen together. */
+static void far_parts_are_not_the_view(void **state)
+{
+    (void)state;
+    const stp_dvec3 low = {-0.4, -0.3, 0.0}, high = {0.4, 0.3, 1.6};
+    for (int kind = 0; kind < 2; kind++) {
+        const double far = kind == 0 ? 3000.0 : 9.0;
+        positions p = {0};
+        room_box(&p, low, high, 0);
+        const size_t larger = p.count;
+        room_box(&p, (stp_dvec3){far - 0.2, -0.2, 0.0}, (stp_dvec3){far + 0.2, 0.2, 1.2}, 0);
+        write_points("parts.ply", &p, NULL);
+        const stp_first_camera first = first_prep("parts.ply", 2).first;
+        assert_int_equal(first.why, kind == 0 ? STP_FIRST_PART : STP_FIRST_WHOLE);
+        for (size_t i = 0; i < larger && kind == 0; i++) {
+            const stp_view view = view_of(&first, 100, 100);
+            const stp_dvec3 seen = stp_view_project(&view, p.at[i]);
+            assert_true(seen.z > 0.0 && seen.z < 5.0);
+            assert_true(fabs(seen.x - 50.0) < 50.0 && fabs(seen.y - 50.0) < 50.0);
+        }
+        free(p.at);
+    }
+}
+
+/* A corridor around a corner has no enclosed place near the middle of its box. */
+static void corridors_are_seen_from_inside(void **state)
+{
+    (void)state;
+    positions p = {0};
+    room_box(&p, (stp_dvec3){0.0, 0.0, 0.0}, (stp_dvec3){12.0, 2.0, 2.6}, 8u);
+    room_box(&p, (stp_dvec3){0.0, 2.0, 0.0}, (stp_dvec3){2.0, 12.0, 2.6}, 4u);
+    room_face(&p, (stp_dvec3){2.0, 2.0, 0.0}, (stp_dvec3){10.0, 0.0, 0.0},
+              (stp_dvec3){0.0, 0.0, 2.6});
+    write_points("corner.ply", &p, NULL);
+    const stp_first_camera first = first_prep("corner.ply", 2).first;
+    assert_int_equal(first.why, STP_FIRST_INTERIOR);
+    assert_true(fmin(first.eye.x, first.eye.y) > 0.5 && fmin(first.eye.x, first.eye.y) < 1.5);
+    assert_true(first.eye.z > 0.7 && first.eye.z < 1.9);
+    assert_true(first.up.z > 0.999);
+    assert_true(stp_dvec3_length(stp_dvec3_sub(first.look, first.eye)) > 3.0);
+    free(p.at);
+}
+
+/* An egg on a broad base, alone or in a row: what it stands on tells what is up. Of an egg alone,
+ * its length does. */
+static void what_things_stand_on_is_below(void **state)
+{
+    (void)state;
+    const stp_dvec3 x_axis = {1.0, 0.0, 0.0};
+    for (int kind = 0; kind < 6; kind++) {
+        const bool turned = kind % 2 > 0; /* y is up */
+        positions p = {0};
+        for (int i = 0; i < (kind < 2 ? 1 : 3) && (kind < 4 || i < 1); i++) {
+            const double x = 4.0 * i;
+            if (kind < 4)
+                room_box(&p, (stp_dvec3){x - 0.7, -0.6, 0.0}, (stp_dvec3){x + 0.7, 0.6, 0.15}, 0);
+            for (int k = 0; k < 4000; k++) {
+                const stp_dvec3 d = stp_space_direction(k, 4000);
+                positions_add(&p, x + 0.45 * d.x, 0.45 * d.y, 0.95 + 0.8 * d.z);
+            }
+        }
+        room_turn(&p, x_axis, turned ? -M_PI / 2.0 : 0.0);
+        write_points("stands.ply", &p, NULL);
+        const stp_first_camera first = first_prep("stands.ply", 2).first;
+        assert_int_equal(first.why, STP_FIRST_WHOLE);
+        if (first.model_up.z != (turned ? 0.0 : 1.0) || first.model_up.y != 0.0)
+            fail_msg("kind %d: up is %g %g %g", kind, first.model_up.x, first.model_up.y,
+                     first.model_up.z);
+        stp_chunk_file *file = prep_open_verified("first.stipple");
+        const char *json = stp_chunk_file_get_info(file)->metadata_json;
+        assert_int_equal(strstr(json, "\"up\":[0, 0, 1]") != NULL, !turned);
+        stp_chunk_file_close(&file);
+        free(p.at);
+    }
+}
+
 /* ---- the file ---- */
 
 /* Any number of threads must give the same bytes, with the camera in the metadata. */
@@ -509,6 +587,9 @@ int main(void)
         cmocka_unit_test(given_normals_decide),
         cmocka_unit_test(objects_are_seen_whole),
         cmocka_unit_test(strays_are_not_the_view),
+        cmocka_unit_test(far_parts_are_not_the_view),
+        cmocka_unit_test(corridors_are_seen_from_inside),
+        cmocka_unit_test(what_things_stand_on_is_below),
         cmocka_unit_test(the_file_says_it),
         cmocka_unit_test(odd_clouds),
         cmocka_unit_test(hidden_shares),

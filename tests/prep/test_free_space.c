@@ -72,7 +72,7 @@ static void leaps_are_steps(void **state)
         assert_non_null(cloud.points);
         for (size_t i = 0; i < COUNT; i++)
             cloud.points[i].position = point(shape, i);
-        assert_int_equal(stp_space_create(&s, &cloud, 0, NULL), STP_OK);
+        assert_int_equal(stp_space_create(&s, &cloud, 0, NULL, NULL), STP_OK);
         for (size_t i = 0; i < RAYS; i++) {
             const stp_dvec3 from = begin(&s, i);
             const stp_dvec3 way =
@@ -103,7 +103,7 @@ static void room_is_the_least_cost(void **state)
     stp_cloud_point two[2] = {{.position = {0.0, 0.0, 0.0}}, {.position = {1.0, 0.7, 0.4}}};
     const stp_cloud cloud = {.points = two, .count = 2, .capacity = 2};
     stp_space s;
-    assert_int_equal(stp_space_create(&s, &cloud, 0, NULL), STP_OK);
+    assert_int_equal(stp_space_create(&s, &cloud, 0, NULL, NULL), STP_OK);
     int at[3];
     for (at[2] = 0; at[2] < s.size[2]; at[2]++)
         for (at[1] = 0; at[1] < s.size[1]; at[1]++)

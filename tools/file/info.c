@@ -268,6 +268,7 @@ static void print_first_view(const stp_chunk_file_info *info)
                strcmp(why->valuestring, "scanner") == 0    ? "where the scanner was"
                : strcmp(why->valuestring, "interior") == 0 ? "inside"
                : strcmp(why->valuestring, "main") == 0     ? "all but what lies far away"
+               : strcmp(why->valuestring, "part") == 0     ? "the part with the most points"
                                                            : "for another reason");
     cJSON_Delete(metadata);
 }

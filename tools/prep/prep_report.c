@@ -147,7 +147,10 @@ static void print_orientation(const stp_prep_stats *s)
                                         "known in part"};
     static const char *const views[] = {[STP_FIRST_SCANNER] = "from where the scanner was",
                                         [STP_FIRST_INTERIOR] = "from inside",
-                                        [STP_FIRST_MAIN] = "of all but what lies far away"};
+                                        [STP_FIRST_MAIN] = "of all but what lies far away",
+                                        [STP_FIRST_PART] =
+                                            "of the part that has the most points; others lie far "
+                                            "away (--view whole shows all)"};
     if (s->orientation == STP_ORIENTATION_POSITION && s->station_count > 1)
         fprintf(stderr, "orientation from %u scanner positions", s->station_count);
     else

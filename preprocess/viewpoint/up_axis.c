@@ -1,0 +1,42 @@
+/* Compares what lies level at the low ends of y and z. */
+#include "preprocess/viewpoint/up_axis.h"
+
+/* A floor has at least this share, and this many times as much as the other axis has. */
+#define FLOOR_LEAST 0.15
+#define FLOOR_TIMES 2.0
+/* A tall thing: so many times as long as it is wide. What is longer still is a tunnel or a street.
+ */
+#define TALL_LEAST 1.5
+#define TALL_MOST 6.0
+
+double stp_floor_share(const stp_space *s, int axis)
+{
+    const int other = 3 - axis;           /* x and this axis lie across */
+    const int layers = s->size[axis] - 2; /* the grid has a margin of one voxel */
+    const int end = layers > 14 ? (layers + 5) / 10 : 1;
+    uint32_t columns = 0, floors = 0;
+    for (int i = 0; i < s->size[other]; i++)
+        for (int x = 0; x < s->size[0]; x++) {
+            bool any = false, level = false;
+            for (int h = 0; h < s->size[axis]; h++) {
+                const size_t at = axis == 1 ? stp_space_at(s, x, h, i) : stp_space_at(s, x, i, h);
+                any = any || s->count[at] > 0;
+                level = level ||
+                        (h <= end && s->count[at] > 0 && 2 * s->level[axis][at] > s->count[at]);
+            }
+            columns += any;
+            floors += level;
+        }
+    return columns > 0 ? (double)floors / columns : 0.0;
+}
+
+bool stp_up_is_z(const stp_space *s)
+{
+    const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
+    const double wide = fmax(size.x, size.y);
+    const double z = stp_floor_share(s, 2), y = stp_floor_share(s, 1);
+    if (z >= FLOOR_LEAST && z >= FLOOR_TIMES * y)
+        return true;
+    const bool lies = y >= FLOOR_LEAST && y >= FLOOR_TIMES * z;
+    return !lies && size.z >= TALL_LEAST * wide && size.z <= TALL_MOST * wide;
+}

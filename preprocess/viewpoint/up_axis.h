@@ -1,0 +1,17 @@
+/* Tells from a cloud's points whether z points up, where neither its file nor the shape of its box
+ * says so: an object that was scanned alone.
+ *
+ * z is up if something level lies at the low end of z, under much of what is there: a floor, or
+ * what an object stands on; or if the cloud is a tall thing along z, and nothing lies so at the low
+ * end of y. Else y is up, as objects have it. Threads: any (pure function). */
+#ifndef STP_PREPROCESS_VIEWPOINT_UP_AXIS_H
+#define STP_PREPROCESS_VIEWPOINT_UP_AXIS_H
+
+#include "preprocess/viewpoint/free_space.h"
+
+/* Share of the columns of voxels along an axis (1: y, 2: z) whose lowest tenth of the cloud's
+ * extent has a level voxel, among all columns with points. */
+double stp_floor_share(const stp_space *space, int axis);
+bool stp_up_is_z(const stp_space *space);
+
+#endif
