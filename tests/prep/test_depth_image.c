@@ -336,13 +336,15 @@ static found *prepare_steps(bool waves, unsigned bits, size_t *bytes)
     return f;
 }
 
-/* Where normals change from pixel to pixel they have fewer than 8 bits, but not fewer than 6; if
- * the bits are given, all have them. */
-static void rough_normals_have_fewer_bits(void **state)
+/* Noisy normals follow from merged ones, unless they are 10 degrees off, and take fewer bytes;
+ * where they change from pixel to pixel they have fewer than 8 bits, but not fewer than 6. If the
+ * bits are given, all have them, and their own directions. */
+static void noisy_normals_follow(void **state)
 {
     (void)state;
     for (int waves = 0; waves < 2; waves++) {
-        size_t bytes[3], coarse = 0;
+        size_t bytes[3];
+        double sum = 0.0;
         found *fine = prepare_steps(waves, 12, &bytes[0]),
               *own = prepare_steps(waves, 0, &bytes[1]);
         found *given = prepare_steps(waves, 8, &bytes[2]);
@@ -350,13 +352,12 @@ static void rough_normals_have_fewer_bits(void **state)
             const float off = glms_vec3_norm(glms_vec3_sub(fine->normals[i], own->normals[i]));
             const float same = glms_vec3_norm(glms_vec3_sub(fine->normals[i], given->normals[i]));
             assert_true((double)same <= 1.1 * stp_normal_grid_angle(8));
-            assert_true((double)off <= 1.1 * stp_normal_grid_angle(6));
-            coarse += (double)off > 1.1 * stp_normal_grid_angle(8);
+            assert_true((double)off <= 0.175 + 1.1 * stp_normal_grid_angle(6));
+            sum += (double)off;
         }
-        print_message("%zu of %d coarse, %zu bytes, with 8 bits %zu\n", coarse, COUNT, bytes[1],
-                      bytes[2]);
-        assert_int_equal(coarse > 0, waves);
-        assert_true(waves ? bytes[1] < bytes[2] - bytes[2] / 20 : bytes[1] == bytes[2]);
+        print_message("%g off, %zu bytes, with 8 bits %zu\n", sum / COUNT, bytes[1], bytes[2]);
+        assert_true(sum / COUNT < stp_normal_grid_angle(waves ? 6 : 8));
+        assert_in_range(bytes[1], 1, bytes[2] - bytes[2] / (waves ? 10 : 30));
         free(fine);
         free(own);
         free(given);
@@ -498,7 +499,7 @@ int main(void)
         cmocka_unit_test(patches_are_squares),
         cmocka_unit_test(images_of_two_cameras),
         cmocka_unit_test(squares_save_bytes),
-        cmocka_unit_test(rough_normals_have_fewer_bits),
+        cmocka_unit_test(noisy_normals_follow),
         cmocka_unit_test(rough_rays_become_points),
         cmocka_unit_test(turned_cameras),
         cmocka_unit_test(scanners),
