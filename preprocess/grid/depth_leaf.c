@@ -269,6 +269,27 @@ static stp_status derive_normals(const making *m, uint32_t begin, uint32_t end,
     return stp_depth_normals_derive(&block, err);
 }
 
+/* Makes discs of a square as wide as their stored normals ask for, which the codec expects. */
+static void fit_radii(const making *m, uint32_t index)
+{
+    const stp_cloud *cloud = m->images->cloud;
+    const stp_depth_square *square = &m->squares[m->order[index]];
+    const stp_dvec3 station = m->images->pieces.rays[square->rays].station;
+    for (uint32_t i = index > 0 ? m->ends[index - 1] : 0; i < m->ends[index]; i++) {
+        stp_item *item = &m->items[i];
+        const uint32_t point = m->points[i];
+        if (!stp_has_normal(&cloud->points[point]) || m->params->resolution.exact)
+            continue;
+        const stp_dvec3 ray =
+            stp_dvec3_normalize(stp_dvec3_sub(cloud->points[point].position, station));
+        const stp_dvec3 own = stp_dvec3_from_float(stp_cloud_normal(cloud, point));
+        const stp_dvec3 stored = stp_dvec3_from_float(stp_normal_decode(item->normal));
+        const double was = stp_stretch(stp_dvec3_dot(own, ray));
+        item->disc.radius *= sqrt(stp_stretch(stp_dvec3_dot(stored, ray)) / was);
+        item->disc.reach = item->disc.bound = item->disc.radius;
+    }
+}
+
 /* The raster of a piece in a chunk. All but [k][0] are floats. */
 static stp_raster raster_of(const stp_depth_rays *rays, bool turned, stp_dvec3 origin)
 {
@@ -361,6 +382,8 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
         for (uint32_t i = begin; i < m.together[r]; i++)
             add_square(&m, i, &noise);
         STP_TRY(derive_normals(&m, begin, m.together[r], &noise, err));
+        for (uint32_t i = begin; i < m.together[r]; i++)
+            fit_radii(&m, i);
     }
     const stp_item_group group = {.items = m.items,
                                   .run_ends = m.ends,
