@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/square/square.h"
+#include "preprocess/patch/patch_build.h"
 
 #include <limits.h>
 #include <math.h>
@@ -11,8 +12,6 @@
 
 /* Neighbours on one surface lie this near to each other's planes, in pixels' widths. */
 #define STEP_WIDTHS 2.0
-/* A disc is at most as wide as that of a pixel this many times as large. */
-#define WIDEST_PIXEL 4.0
 /* Images whose patches have fewer pixels in the mean, as they lie apart, become points. */
 #define PATCH_LEAST 8u
 /* Discs have sizes of so many steps an octave, lest noise makes each a size of its own. */
@@ -37,8 +36,8 @@ double stp_depth_spacing(const stp_depth_images *images, uint32_t rays, uint32_t
     const stp_dvec3 ray = stp_dvec3_normalize(stp_dvec3_sub(p->position, r->station));
     const double facing =
         stp_has_normal(p) ? fabs(stp_dvec3_dot(stp_dvec3_from_float(p->normal), ray)) : 1.0;
-    const double wide = sqrt(fmin(1.0 / fmax(facing, 1e-3), WIDEST_PIXEL));
-    return exp2(nearbyint(SIZE_STEPS * log2(wide * pixel_side(images, r, point))) / SIZE_STEPS);
+    const double side = nearbyint(SIZE_STEPS * log2(pixel_side(images, r, point)));
+    return exp2(side / SIZE_STEPS) * sqrt(stp_stretch(facing));
 }
 
 stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t rays, uint32_t point)

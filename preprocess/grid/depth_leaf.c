@@ -4,7 +4,7 @@
 #include "formats/chunk/block_cut.h"
 #include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/normal_grid.h"
-#include "preprocess/grid/depth_image.h"
+#include "preprocess/grid/depth_normals.h"
 #include "preprocess/patch/partition.h"
 #include "preprocess/surface/normal_error.h"
 
@@ -25,6 +25,7 @@ typedef struct making {
     uint32_t *ends;        /* of the squares' items */
     uint32_t *together;    /* ends, among the squares, of those that lie together */
     stp_patch_grid *grids; /* by square, in order */
+    stp_dvec3 *merged;     /* by square, in order: room for normals of level 1 */
     double *angles;        /* room for those between neighbouring normals */
     uint32_t square_count, count, together_count;
 } making;
@@ -241,6 +242,54 @@ static void add_square(making *m, uint32_t index, const pixel_noise *noise)
             move_to_ray(m, square, k, finest, &m->items[i++]);
 }
 
+/* Lets the normals of a block follow from merged ones, if they are so noisy that those are told as
+ * finely, and the file does not bring them. */
+static stp_status derive_normals(const making *m, uint32_t begin, uint32_t end,
+                                 const pixel_noise *noise, stp_error *err)
+{
+    const stp_depth_block block = {.cloud = m->images->cloud,
+                                   .squares = m->squares,
+                                   .order = m->order,
+                                   .begin = begin,
+                                   .end = end,
+                                   .ends = m->ends,
+                                   .points = m->points,
+                                   .items = m->items,
+                                   .grids = m->grids,
+                                   .merged = m->merged,
+                                   .bits = noise->normal_bits,
+                                   .merged_bits = stp_merged_bits(noise->normal_bits)};
+    if (m->images->least_bits >= m->params->normal_bits || block.merged_bits <= block.bits)
+        return STP_OK;
+    for (uint32_t i = begin > 0 ? m->ends[begin - 1] : 0; i < m->count; i++) {
+        const stp_cloud_point *point = &m->images->cloud->points[m->points[i]];
+        if (point->given == STP_GIVEN_INPUT || !stp_has_normal(point))
+            return STP_OK;
+    }
+    return stp_depth_normals_derive(&block, err);
+}
+
+/* Makes discs of a square as wide as their stored normals ask for, which the codec expects. */
+static void fit_radii(const making *m, uint32_t index)
+{
+    const stp_cloud *cloud = m->images->cloud;
+    const stp_depth_square *square = &m->squares[m->order[index]];
+    const stp_dvec3 station = m->images->pieces.rays[square->rays].station;
+    for (uint32_t i = index > 0 ? m->ends[index - 1] : 0; i < m->ends[index]; i++) {
+        stp_item *item = &m->items[i];
+        const uint32_t point = m->points[i];
+        if (!stp_has_normal(&cloud->points[point]) || m->params->resolution.exact)
+            continue;
+        const stp_dvec3 ray =
+            stp_dvec3_normalize(stp_dvec3_sub(cloud->points[point].position, station));
+        const stp_dvec3 own = stp_dvec3_from_float(stp_cloud_normal(cloud, point));
+        const stp_dvec3 stored = stp_dvec3_from_float(stp_normal_decode(item->normal));
+        const double was = stp_stretch(stp_dvec3_dot(own, ray));
+        item->disc.radius *= sqrt(stp_stretch(stp_dvec3_dot(stored, ray)) / was);
+        item->disc.reach = item->disc.bound = item->disc.radius;
+    }
+}
+
 /* The raster of a piece in a chunk. All but [k][0] are floats. */
 static stp_raster raster_of(const stp_depth_rays *rays, bool turned, stp_dvec3 origin)
 {
@@ -322,6 +371,8 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
     STP_TRY(stp_alloc(&m.ends, m.square_count, sizeof *m.ends, "patches", err));
     STP_TRY(stp_alloc(&m.together, m.square_count, sizeof *m.together, "patches", err));
     STP_TRY(stp_alloc(&m.grids, m.square_count, sizeof *m.grids, "patches", err));
+    STP_TRY(stp_alloc(&m.merged, (size_t)m.square_count * (STP_SQUARE_SAMPLES / 4),
+                      sizeof *m.merged, "normals", err));
     STP_TRY(stp_alloc(&m.angles, (size_t)2 * m.square_count * STP_SQUARE_SAMPLES, sizeof *m.angles,
                       "samples", err));
     STP_TRY(order_squares(&m, err));
@@ -330,6 +381,9 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
         const pixel_noise noise = measure_noise(&m, begin, m.together[r]);
         for (uint32_t i = begin; i < m.together[r]; i++)
             add_square(&m, i, &noise);
+        STP_TRY(derive_normals(&m, begin, m.together[r], &noise, err));
+        for (uint32_t i = begin; i < m.together[r]; i++)
+            fit_radii(&m, i);
     }
     const stp_item_group group = {.items = m.items,
                                   .run_ends = m.ends,
@@ -348,6 +402,7 @@ done:
     free(m.ends);
     free(m.together);
     free(m.grids);
+    free(m.merged);
     free(m.angles);
     return status;
 }

@@ -174,7 +174,7 @@ static void test_numbers(void **state)
     const double numbers[] = {NAN, INFINITY, -1e16};
     const double zero = 0.0;
     const uint8_t far[4] = {0, 0, 0, 0x10};                /* 2^28 */
-    const uint8_t choices[] = {128 + 6, 128 + 16, 255, 1}; /* 128: tight */
+    const uint8_t choices[] = {128 + 7, 128 + 16, 255, 1}; /* 128: tight */
     for (unsigned i = 0; i < 4; i++)
         for (unsigned k = 0; k < 3; k++)
             assert_refused(&bytes, chunk, part_of(&bytes, 0) + 8 * i, &numbers[k], 8);

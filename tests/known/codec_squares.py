@@ -263,7 +263,7 @@ def rung_of(patch, axis, z, steps, cell, ladder):
 
 def decode_level(block, level, how, more, parents, tables, ladder):
     """The samples of a level. tables: of elder and of last children. ladder: heights; empty: there is none."""
-    require(how & 7 <= 5, "a level of squares begins wrong")
+    require(how & 7 <= 6, "a level of squares begins wrong")
     multiple = more & 15
     require(not (level == 0 and multiple), "a level of squares goes on wrong")
     on, samples, cells = block.levels[level], [], []
@@ -349,7 +349,7 @@ def code_of(direction, cells, shift, folded, sides=False):
 def add_normals(block, level, reach, samples, cells, shift, parents, more):
     on, last, coarse = block.levels[level], {}, more >> 5
     families = None
-    if reach == 5:
+    if reach >= 5:
         units = [unit_normal(s.u, s.v) for s in parents]
         families = families_of(block, level, [[n[k] for n in units] for k in range(3)])
     for i, (s, (patch, row)) in enumerate(zip(samples, cells)):
@@ -357,11 +357,11 @@ def add_normals(block, level, reach, samples, cells, shift, parents, more):
             family, k = next(families)
             left = [0.0] * 3 if k == 0 else left
             expected, share = family.expected(on.places[i]), 1.0 / (family.count - k)
-            direction = [e + share * t for e, t in zip(expected, left)]
+            direction = [e + (share * t if reach == 5 else 0.0) for e, t in zip(expected, left)]
         else:
             direction = normal_of(block, level, i, block.fitted(level, i, reach) if reach else
                                   block.slopes(level, i, on.z))
-        folded = reach == 5 or block.rasters[on.rasters[i]].spreads
+        folded = reach >= 5 or block.rasters[on.rasters[i]].spreads
         s.u, s.v = code_of(direction, row[3:5], shift, folded, bool(more & 16))
         if families:
             left = [t + (e - n) for t, e, n in zip(left, expected, unit_normal(s.u, s.v))]

@@ -237,4 +237,19 @@ for codec in raw draco zstd; do
     "$program" prep steps.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "sides/2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" sides/2_0_raw.stipple >sides/2_0.samples
-rm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+# From here on normals of noisy images follow from merged ones.
+mkdir -p turns
+awk 'BEGIN {
+    print "P2\n72 40\n65535"
+    for (r = 0; r < 40; r++)
+        for (c = 0; c < 72; c++) {
+            noise = (c * c * 31 + r * r * 17 + c * r * 7) % 60 / 100
+            d = 2200 + 9 * c + (c > 40 && r > 10 ? 700 : 0) + 40 * sin(c / 9) * cos(r / 7)
+            print (c - 20) ^ 2 + (r - 20) ^ 2 < 9 ? 0 : int(4e5 / int(4e5 / d + noise))
+        }
+}' >turns.pgm
+for codec in raw draco zstd; do
+    "$program" prep turns.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "turns/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" turns/2_0_raw.stipple >turns/2_0.samples
+rm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

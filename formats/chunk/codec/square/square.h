@@ -17,6 +17,8 @@
 #define STP_SQUARE_REACH_MOST 4u
 /* In place of a reach: normals follow from those of the parents, not from heights. */
 #define STP_SQUARE_REACH_PARENTS 5u
+/* The same, whatever is left of the parents' normals. */
+#define STP_SQUARE_REACH_LOOSE 6u
 /* Columns and rows of squares are less. */
 #define STP_SQUARE_PLACES_LIMIT (UINT32_C(1) << 28)
 

@@ -114,7 +114,7 @@ stp_status stp_square_choice_read(stp_cursor *c, int level, bool tight, stp_squa
                                .follow = byte & FOLLOW,
                                .loose = byte & LOOSE,
                                .tight = byte & TIGHT};
-    if (out->reach > STP_SQUARE_REACH_PARENTS || out->tight != tight ||
+    if (out->reach > STP_SQUARE_REACH_LOOSE || out->tight != tight ||
         (ladder && (level > 0 || !tight)))
         return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
     stp_cursor_skip(c, BYTES);

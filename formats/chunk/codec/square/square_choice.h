@@ -6,7 +6,7 @@
 #include "formats/chunk/codec/square/square_map.h"
 
 typedef struct stp_square_choice {
-    unsigned reach; /* of the windows of normals, 1 to 4; 0 and 5: square.h */
+    unsigned reach; /* of the windows of normals, 1 to 4; 0, 5 and 6: square.h */
     bool follow;    /* red and blue change as green does */
     bool loose;     /* colours do not follow from what is left of the parent's */
     bool tight;     /* the tables that follow are one run (tight.h) */

@@ -393,10 +393,10 @@ static void set_parents_normals(const coder *c)
 }
 
 /* Codes the normal of child k as its parent, and those around, let expect it. */
-static void code_turned(const coder *c, family *f, unsigned k, const table_row *r)
+static void code_turned(const coder *c, family *f, unsigned k, bool loose, const table_row *r)
 {
     stp_sample *s = &c->block->samples[c->level][f->first + k];
-    const double share = 1.0 / (f->count - k);
+    const double share = loose ? 0.0 : 1.0 / (f->count - k);
     double expected[VALUE_COUNT], toward[3], direction[2];
     expect(c, f, k, expected);
     for (int i = 0; i < 3; i++)
@@ -428,7 +428,8 @@ STP_WIDE
 static void code_normals(coder *c, unsigned reach)
 {
     walk w = {0};
-    const bool by_parents = reach == STP_SQUARE_REACH_PARENTS;
+    const bool by_parents = reach >= STP_SQUARE_REACH_PARENTS;
+    const bool loose = reach == STP_SQUARE_REACH_LOOSE;
     const stp_square_normals normals =
         stp_square_normals_begin(c->map, c->level, by_parents ? 0 : reach);
     if (by_parents)
@@ -439,7 +440,7 @@ static void code_normals(coder *c, unsigned reach)
         for (unsigned k = 0; k < w.f.count; k++) {
             const table_row next = next_row(c, &w.next, k + 1 == w.f.count);
             if (by_parents)
-                code_turned(c, &w.f, k, &next);
+                code_turned(c, &w.f, k, loose, &next);
             else
                 code_by_slopes(c, &normals, w.f.first + k, &next);
         }
@@ -513,11 +514,12 @@ static uint64_t normals_cost(const stp_level_tables *tables)
 static void choose_reach(coder *c, stp_square_choice *choice)
 {
     const bool spreads = stp_raster_spreads(stp_square_grid_of(c->map, 0)->raster);
-    const unsigned reaches[3] = {0, choice->reach, STP_SQUARE_REACH_PARENTS};
+    const unsigned reaches[4] = {0, choice->reach, STP_SQUARE_REACH_PARENTS,
+                                 STP_SQUARE_REACH_LOOSE};
     const uint32_t count = c->tables->elder.row_count + c->tables->last.row_count;
     unsigned coded = 0;
     uint64_t least = UINT64_MAX;
-    for (unsigned i = c->level > 0 || spreads ? 0 : 1; i < 3; i++) {
+    for (unsigned i = c->level > 0 || spreads ? 0 : 1; i < (spreads ? 4 : 3); i++) {
         if (i == 2 && !spreads && least <= count)
             break;
         code_normals(c, reaches[i]);

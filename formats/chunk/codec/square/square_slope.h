@@ -51,4 +51,31 @@ STP_INLINE double stp_slope_twist(const int32_t corner[4], const double *values)
            4.0;
 }
 
+/* What a value is expected to be around a sample of a level. */
+typedef struct stp_slope_field {
+    double value, by_column, by_row, across;
+} stp_slope_field;
+
+STP_INLINE stp_slope_field stp_slope_field_at(const stp_square_level *on, int level, int32_t sample,
+                                              const double *values)
+{
+    const int column = stp_square_cell(on->column[sample], level);
+    const int row = stp_square_cell(on->row[sample], level);
+    const stp_slope_samples by_column = stp_slope_find(on, level, sample, true);
+    const stp_slope_samples by_row = stp_slope_find(on, level, sample, false);
+    int32_t corner[4];
+    for (int k = 0; k < 4; k++)
+        corner[k] = stp_square_at(on, column + (k & 1 ? 1 : -1), row + (k & 2 ? 1 : -1));
+    return (stp_slope_field){values[sample], stp_slope_of(&by_column, values),
+                             stp_slope_of(&by_row, values), stp_slope_twist(corner, values)};
+}
+
+/* At a child, off by so many sides of the sample's cell. children: of the sample. */
+STP_INLINE double stp_slope_field_value(const stp_slope_field *f, double column, double row,
+                                        unsigned children)
+{
+    const double plane = f->value + (column * f->by_column + row * f->by_row);
+    return children == 4 ? plane + column * row * f->across : plane;
+}
+
 #endif
