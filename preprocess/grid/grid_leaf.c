@@ -268,7 +268,7 @@ STP_INLINE stp_dvec3 place_of(const tile *t, const stp_raster_frame *frame, uint
                        : stp_scan_raster_at(&t->grid->raster, c, r, z);
 }
 
-static stp_item item_of(const tile *t, const found *s, stp_dvec3 position)
+STP_INLINE void set_item(stp_item *out, const tile *t, const found *s, stp_dvec3 position)
 {
     const stp_height_grid *grid = t->grid;
     const uint64_t place =
@@ -284,7 +284,7 @@ static stp_item item_of(const tile *t, const found *s, stp_dvec3 position)
             STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED | STP_FIT_GIVEN << STP_SAMPLE_FIT_SHIFT};
     for (int k = 0; grid->rgb && k < 3; k++)
         facts.rgb[k] = grid->rgb[place][k];
-    return stp_point_item_on(&facts, s->exponent, t->params);
+    stp_point_item_set(out, &facts, s->exponent, t->params);
 }
 
 /* stp_run_maker, of a tile: a run is a square. */
@@ -297,7 +297,7 @@ static void make_items(const void *context, uint32_t begin, uint32_t end, stp_it
                  t->row + (first->row & ~(STP_SQUARE_SIDE - 1u)));
     for (uint32_t i = begin; i < end; i++) {
         const found *s = &t->found[i];
-        items[i - begin] = item_of(t, s, place_of(t, &frame, s->column, s->row));
+        set_item(&items[i - begin], t, s, place_of(t, &frame, s->column, s->row));
     }
 }
 
@@ -320,7 +320,8 @@ STP_INLINE void add_sample(tile *t, uint32_t column, uint32_t row, const windows
         t->spacing = out->spacing;
         t->exponent = stp_point_exponent(place, out->spacing, t->params);
         out->exponent = (int16_t)t->exponent;
-        const stp_item item = item_of(t, out, place);
+        stp_item item;
+        set_item(&item, t, out, place);
         stp_chunk_extent_add(&t->extent, place, item.area, item.disc.bound, item.exponent);
     }
     out->exponent = (int16_t)t->exponent;
@@ -436,7 +437,8 @@ static void measure_displacement(const tile *t, stp_built_chunk *out)
             const uint64_t row = t->row + s->row, column = t->column + s->column;
             const double *xy = t->grid->xy[row * t->grid->raster.columns + column];
             const stp_dvec3 read = {xy[0], xy[1], *height_at(t, s->column, s->row)};
-            const stp_item item = item_of(t, s, read);
+            stp_item item;
+            set_item(&item, t, s, read);
             stp_displacement_add(&out->displacement, &item, stp_dvec3_add(out->origin, own),
                                  &resolution);
         }
