@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define READ_POINTS 65536u
+/* Few enough to stay in a core's own cache until they are taken. */
+#define READ_POINTS 8192u
 
 void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *p)
 {

@@ -26,6 +26,17 @@
 /* Radius of a disc at the border of a hole over half the diagonal of a cell. */
 #define BORDER_SHARE 1.06
 
+/* What is found of a sample. Its item, six times as large, is made just before it goes into a
+ * patch.
+ */
+typedef struct found {
+    double spacing;
+    vec3s normal;
+    uint8_t normal_code[3];
+    int16_t exponent;
+    uint16_t column, row; /* in the tile */
+} found;
+
 /* A tile with the samples around it, as far as normals reach. */
 typedef struct tile {
     const stp_height_grid *grid;
@@ -36,9 +47,10 @@ typedef struct tile {
     double diagonal;        /* of its cells, the greater one */
     double spacing;         /* of the sample before, and its lattice; 0: there is none */
     int exponent;
-    double *z;             /* SIDE_WITH_REACH squared; NaN: none */
-    stp_item *items;       /* of square after square */
-    uint32_t *ends;        /* of the squares' items */
+    double *z;      /* SIDE_WITH_REACH squared; NaN: none */
+    found *found;   /* of square after square */
+    uint32_t *ends; /* of the squares' samples */
+    stp_chunk_extent extent;
     stp_patch_grid *grids; /* by square */
     uint32_t *together;    /* ends, among the squares, of those that lie together */
     uint32_t count, squares, together_count;
@@ -233,47 +245,86 @@ STP_INLINE double spacing_of(const tile *t, const double *middle, bool whole, do
 
 /* Where a bent raster's sample is, or where its frame, as a chunk has it, has it: places of such
  * samples need no bytes. */
-static stp_dvec3 bent_place(const tile *t, uint64_t place, uint32_t column, uint32_t row, double z)
+static stp_dvec3 bent_place(const stp_height_grid *grid, const stp_raster_frame *f, uint32_t column,
+                            uint32_t row, double z)
 {
-    const stp_raster_frame *f = &t->frame;
-    const double *xy = t->grid->xy[place];
+    const double *xy = grid->xy[(uint64_t)row * grid->raster.columns + column];
     double at[2];
     for (int k = 0; k < 2; k++)
         at[k] = f->at[k] + (column - f->first[0]) * (double)(float)f->by_column[k] +
                 (row - f->first[1]) * (double)(float)f->by_row[k];
-    if (hypot(at[0] - xy[0], at[1] - xy[1]) <= t->grid->move_most)
+    if (hypot(at[0] - xy[0], at[1] - xy[1]) <= grid->move_most)
         return (stp_dvec3){at[0], at[1], z};
     return (stp_dvec3){xy[0], xy[1], z};
 }
 
-STP_INLINE void add_sample(tile *t, uint32_t column, uint32_t row, const windows *sums)
+/* The place of a sample of the tile. frame: of its square. */
+STP_INLINE stp_dvec3 place_of(const tile *t, const stp_raster_frame *frame, uint32_t column,
+                              uint32_t row)
+{
+    const double z = *height_at(t, column, row);
+    const uint32_t c = t->column + column, r = t->row + row;
+    return t->grid->xy ? bent_place(t->grid, frame, c, r, z)
+                       : stp_scan_raster_at(&t->grid->raster, c, r, z);
+}
+
+STP_INLINE void set_item(stp_item *out, const tile *t, const found *s, stp_dvec3 position)
 {
     const stp_height_grid *grid = t->grid;
-    const stp_scan_raster *r = &grid->raster;
+    const uint64_t place =
+        (uint64_t)(t->row + s->row) * grid->raster.columns + t->column + s->column;
+    stp_point_facts facts = {
+        .position = position,
+        .spacing = s->spacing,
+        .normal = s->normal,
+        .normal_code = {s->normal_code[0], s->normal_code[1], s->normal_code[2]},
+        .source = (uint32_t)place,
+        .rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY},
+        .flags =
+            STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED | STP_FIT_GIVEN << STP_SAMPLE_FIT_SHIFT};
+    for (int k = 0; grid->rgb && k < 3; k++)
+        facts.rgb[k] = grid->rgb[place][k];
+    stp_point_item_set(out, &facts, s->exponent, t->params);
+}
+
+/* stp_run_maker, of a tile: a run is a square. */
+static void make_items(const void *context, uint32_t begin, uint32_t end, stp_item *items)
+{
+    const tile *t = context;
+    const found *first = &t->found[begin];
+    const stp_raster_frame frame =
+        frame_at(t->grid, t->column + (first->column & ~(STP_SQUARE_SIDE - 1u)),
+                 t->row + (first->row & ~(STP_SQUARE_SIDE - 1u)));
+    for (uint32_t i = begin; i < end; i++) {
+        const found *s = &t->found[i];
+        set_item(&items[i - begin], t, s, place_of(t, &frame, s->column, s->row));
+    }
+}
+
+STP_INLINE void add_sample(tile *t, uint32_t column, uint32_t row, const windows *sums)
+{
     const double *z = height_at(t, column, row);
     if (isnan(*z))
         return;
-    const uint32_t c = t->column + column, w = t->row + row;
-    const uint64_t place = (uint64_t)w * r->columns + c;
     const unsigned lane = column % STP_SQUARE_SIDE;
-    const stp_dvec3 normal = normal_of(t, z, sums, lane);
-    stp_point_facts facts = {.position = stp_scan_raster_at(r, c, w, *z),
-                             .spacing = spacing_of(t, z, is_whole(sums, lane), normal.z),
-                             .normal = stp_dvec3_to_float(normal),
-                             .source = (uint32_t)place,
-                             .rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY},
-                             .flags = STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED |
-                                      STP_FIT_GIVEN << STP_SAMPLE_FIT_SHIFT};
-    if (grid->xy)
-        facts.position = bent_place(t, place, c, w, *z);
-    for (int k = 0; grid->rgb && k < 3; k++)
-        facts.rgb[k] = grid->rgb[place][k];
-    encode_normal(normal, t->params->normal_bits, facts.normal_code);
-    if (facts.spacing != t->spacing) { /* most samples have the one of the sample before */
-        t->spacing = facts.spacing;
-        t->exponent = stp_point_exponent(facts.position, facts.spacing, t->params);
+    const stp_dvec3 normal = normal_of(t, z, sums, lane),
+                    place = place_of(t, &t->frame, column, row);
+    found *out = &t->found[t->count++];
+    out->spacing = spacing_of(t, z, is_whole(sums, lane), normal.z);
+    out->normal = stp_dvec3_to_float(normal);
+    out->column = (uint16_t)column;
+    out->row = (uint16_t)row;
+    encode_normal(normal, t->params->normal_bits, out->normal_code);
+    stp_dbox_add(&t->extent.box, place);
+    if (out->spacing != t->spacing) { /* most samples have the one of the sample before */
+        t->spacing = out->spacing;
+        t->exponent = stp_point_exponent(place, out->spacing, t->params);
+        out->exponent = (int16_t)t->exponent;
+        stp_item item;
+        set_item(&item, t, out, place);
+        stp_chunk_extent_add(&t->extent, place, item.area, item.disc.bound, item.exponent);
     }
-    t->items[t->count++] = stp_point_item_on(&facts, t->exponent, t->params);
+    out->exponent = (int16_t)t->exponent;
 }
 
 /* Samples stand in Morton order, so that those that a level merges are next to each other. */
@@ -382,9 +433,12 @@ static void measure_displacement(const tile *t, stp_built_chunk *out)
     for (uint32_t p = 0; p < chunk->patch_count; p++)
         for (; i < chunk->level_begin[0][p + 1]; i++) {
             const stp_dvec3 own = stp_sample_position(&chunk->samples[0][i], &chunk->patches[p]);
-            stp_item item = t->items[i];
-            const double *xy = t->grid->xy[item.source];
-            item.disc.centre = (stp_dvec3){xy[0], xy[1], item.disc.centre.z};
+            const found *s = &t->found[i];
+            const uint64_t row = t->row + s->row, column = t->column + s->column;
+            const double *xy = t->grid->xy[row * t->grid->raster.columns + column];
+            const stp_dvec3 read = {xy[0], xy[1], *height_at(t, s->column, s->row)};
+            stp_item item;
+            set_item(&item, t, s, read);
             stp_displacement_add(&out->displacement, &item, stp_dvec3_add(out->origin, own),
                                  &resolution);
         }
@@ -403,18 +457,21 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
     tile t = {.grid = grid,
               .params = params,
               .column = index % grid->tile_columns * STP_TILE_SIDE,
-              .row = index / grid->tile_columns * STP_TILE_SIDE};
+              .row = index / grid->tile_columns * STP_TILE_SIDE,
+              .extent = stp_chunk_extent_none(params->vertex_least)};
     t.columns = least(grid->raster.columns - t.column, STP_TILE_SIDE);
     t.rows = least(grid->raster.rows - t.row, STP_TILE_SIDE);
     STP_TRY(stp_alloc_unset(&t.z, (size_t)SIDE_WITH_REACH * SIDE_WITH_REACH, sizeof *t.z, "heights",
                             err));
-    STP_TRY(stp_alloc_unset(&t.items, grid->tile_samples[index], sizeof *t.items, "samples", err));
+    STP_TRY(stp_alloc_unset(&t.found, grid->tile_samples[index], sizeof *t.found, "samples", err));
     STP_TRY(stp_alloc(&t.ends, TILE_SQUARES, sizeof *t.ends, "patches", err));
     STP_TRY(stp_alloc(&t.together, TILE_SQUARES, sizeof *t.together, "patches", err));
     STP_TRY(stp_alloc(&t.grids, TILE_SQUARES, sizeof *t.grids, "patches", err));
     load(&t);
     add_squares(&t);
-    const stp_item_group group = {.items = t.items,
+    const stp_item_group group = {.make = make_items,
+                                  .context = &t,
+                                  .extent = &t.extent,
                                   .run_ends = t.ends,
                                   .together_ends = t.together,
                                   .run_grids = t.grids,
@@ -427,7 +484,7 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
     STP_TRY(add_rasters(&t, out, err));
 done:
     free(t.z);
-    free(t.items);
+    free(t.found);
     free(t.ends);
     free(t.together);
     free(t.grids);

@@ -217,7 +217,9 @@ static stp_item make_item(making *m, const stp_map_square *square, const window 
         stp_dvec3_length(stp_dvec3_sub(facts.position, stp_map_world(m->map, column, row)));
     m->moved += moved;
     m->moved_most = stp_max(m->moved_most, moved);
-    stp_item item = stp_point_item_make(&facts, m->params);
+    stp_item item;
+    stp_point_item_set(&item, &facts, stp_point_exponent(facts.position, facts.spacing, m->params),
+                       m->params);
     item.exponent = w->exponent[j + STP_MAP_NORMAL_REACH][i + STP_MAP_NORMAL_REACH];
     return item;
 }

@@ -82,8 +82,8 @@ static double loose_of(const stp_point_facts *facts, int exponent, const stp_res
     return r->precision > 0.0 ? stp_min(most, r->precision) : most;
 }
 
-stp_item stp_point_item_on(const stp_point_facts *facts, int exponent,
-                           const stp_point_item_params *params)
+void stp_point_item_set(stp_item *out, const stp_point_facts *facts, int exponent,
+                        const stp_point_item_params *params)
 {
     double spacing = facts->spacing;
     if (params->resolution.exact)
@@ -91,30 +91,28 @@ stp_item stp_point_item_on(const stp_point_facts *facts, int exponent,
             stp_min(spacing, ldexp(1.0 - 0x1p-20, exponent + RADIUS_OCTAVES) / params->lambda);
     const double full = params->lambda * spacing;
     const double radius = facts->measured ? stp_radius_on_grid(full, 0.0) : full;
-    stp_item item = {.area = spacing * spacing,
-                     .loose = facts->measured ? loose_of(facts, exponent, &params->resolution) : 0,
-                     .exponent = exponent,
-                     .sheet = facts->sheet,
-                     .source = facts->source,
-                     .intensity = facts->intensity,
-                     .class_id = facts->class_id,
-                     .flags = facts->flags};
-    item.disc = (stp_disc){.centre = facts->position,
-                           .normal = stp_dvec3_from_float(facts->normal),
-                           .radius = radius,
-                           .reach = radius,
-                           .bound = radius};
-    if (facts->normal_bits > 0)
-        stp_normal_encode_on(facts->normal, facts->normal_bits, item.normal);
-    else
-        memcpy(item.normal, facts->normal_code, sizeof item.normal);
+    memset(out, 0, sizeof *out);
+    out->disc.centre = facts->position;
+    out->disc.normal = stp_dvec3_from_float(facts->normal);
+    out->disc.radius = out->disc.reach = out->disc.bound = radius;
     for (int c = 0; c < 3; c++)
-        item.disc.rgb[c] = (double)facts->rgb[c] / 257.0;
-    return item;
+        out->disc.rgb[c] = (double)facts->rgb[c] / 257.0;
+    out->area = spacing * spacing;
+    out->loose = facts->measured ? loose_of(facts, exponent, &params->resolution) : 0.0;
+    out->exponent = exponent;
+    out->sheet = facts->sheet;
+    out->source = facts->source;
+    out->intensity = facts->intensity;
+    out->class_id = facts->class_id;
+    out->flags = facts->flags;
+    if (facts->normal_bits > 0)
+        stp_normal_encode_on(facts->normal, facts->normal_bits, out->normal);
+    else
+        memcpy(out->normal, facts->normal_code, sizeof out->normal);
 }
 
-static stp_item item_of(const stp_cloud *cloud, uint32_t i, double spacing, bool measured,
-                        const stp_point_item_params *params)
+static void set_item(stp_item *out, const stp_cloud *cloud, uint32_t i, double spacing,
+                     bool measured, const stp_point_item_params *params)
 {
     const stp_cloud_point *point = &cloud->points[i];
     const stp_point_facts facts = {
@@ -129,13 +127,15 @@ static stp_item item_of(const stp_cloud *cloud, uint32_t i, double spacing, bool
         .intensity = stp_point_intensity(point->intensity, params->intensity_max),
         .class_id = point->class_id,
         .flags = flags_of(cloud, i)};
-    return stp_point_item_make(&facts, params);
+    stp_point_item_set(out, &facts, stp_point_exponent(facts.position, spacing, params), params);
 }
 
 stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
                            const stp_point_item_params *params)
 {
-    return item_of(cloud, i, spacing, false, params);
+    stp_item item;
+    set_item(&item, cloud, i, spacing, false, params);
+    return item;
 }
 
 /* Points that only rounding separates ask for lattices too fine for any chunk's width. They get the
@@ -161,7 +161,7 @@ uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t 
     uint32_t count = 0;
     for (uint32_t i = begin; i < end; i++)
         if (!only || only[i / 64] >> i % 64 & 1u)
-            items[count++] = item_of(cloud, i, (double)cloud->points[i].spacing, true, params);
+            set_item(&items[count++], cloud, i, (double)cloud->points[i].spacing, true, params);
     lift_rounding(items, count);
     return count;
 }

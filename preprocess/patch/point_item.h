@@ -42,14 +42,8 @@ typedef struct stp_point_facts {
 
 /* Makes one point an item on a lattice, that of stp_point_exponent. If exact and the disc is too
  * large to have a code on the point's lattice, it gets the largest radius that has one. */
-stp_item stp_point_item_on(const stp_point_facts *facts, int exponent,
-                           const stp_point_item_params *params);
-static inline stp_item stp_point_item_make(const stp_point_facts *facts,
-                                           const stp_point_item_params *params)
-{
-    return stp_point_item_on(facts, stp_point_exponent(facts->position, facts->spacing, params),
-                             params);
-}
+void stp_point_item_set(stp_item *out, const stp_point_facts *facts, int exponent,
+                        const stp_point_item_params *params);
 /* Makes a point of a cloud an item whose disc has a spacing of its own. */
 stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
                            const stp_point_item_params *params);

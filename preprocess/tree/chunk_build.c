@@ -91,12 +91,13 @@ static void add_kept(stp_chunk_extent *e, const stp_kept_patches *kept)
 
 static stp_dvec3 choose_origin(const stp_item_group *groups, uint32_t group_count, int vertex_least)
 {
-    stp_chunk_extent extent = stp_chunk_extent_none(vertex_least);
+    stp_chunk_extent extent =
+        groups[0].make ? *groups[0].extent : stp_chunk_extent_none(vertex_least);
     for (uint32_t g = 0; g < group_count; g++)
         if (groups[g].kept)
             add_kept(&extent, groups[g].kept);
     for (uint32_t g = 0; g < group_count; g++)
-        for (uint32_t i = 0; i < groups[g].count; i++) {
+        for (uint32_t i = 0; i < groups[g].count && !groups[g].make; i++) {
             const stp_item *item = &groups[g].items[i];
             stp_chunk_extent_add(&extent, item->disc.centre, item->area, item->disc.bound,
                                  item->exponent);
@@ -336,6 +337,7 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
     uint32_t *order = NULL, *own_ends = NULL;
     const uint32_t *ends = group->run_ends;
     uint32_t run_count = group->run_count, next = 0;
+    stp_item made[STP_PATCH_SAMPLES];
     STP_TRY(stp_alloc(&order, group->count, sizeof *order, "samples", err));
     for (uint32_t i = 0; i < group->count; i++)
         order[i] = i;
@@ -345,9 +347,12 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
         ends = own_ends;
     }
     for (uint32_t run = 0; run < run_count; run++) {
-        uint32_t begin = run ? ends[run - 1] : 0;
+        const uint32_t begin = run ? ends[run - 1] : 0;
         const stp_patch_grid *grid = group->run_grids ? &group->run_grids[run] : NULL;
-        STP_TRY(build_run(a, group->items, order + begin, ends[run] - begin, child, grid, err));
+        if (group->make)
+            group->make(group->context, begin, ends[run], made);
+        STP_TRY(build_run(a, group->make ? made : group->items, order + (group->make ? 0 : begin),
+                          ends[run] - begin, child, grid, err));
         STP_TRY(end_together(a, group, run, &next, err));
     }
 done:

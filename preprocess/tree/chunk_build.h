@@ -23,10 +23,25 @@ typedef struct stp_kept_patches {
     uint32_t child; /* its place among the children of `above` */
 } stp_kept_patches;
 
+/* The extremes of a chunk's items. */
+typedef struct stp_chunk_extent {
+    stp_dbox box; /* world */
+    double area, bound;
+    int finest, coarsest; /* exponents of lattices */
+} stp_chunk_extent;
+
+/* Makes items [begin, end), at most STP_PATCH_SAMPLES. */
+typedef void stp_run_maker(const void *context, uint32_t begin, uint32_t end, stp_item *items);
+
 /* Items that one child chunk refines. All items of a leaf are one group. */
 typedef struct stp_item_group {
     const stp_kept_patches *kept; /* in place of items; NULL: none */
     const stp_item *items;
+    /* In place of items, of a leaf whose runs are known: makes those of a run just before they
+     * become a patch, lest large items of all samples go through memory. NULL: items has them. */
+    stp_run_maker *make;
+    const void *context;
+    const stp_chunk_extent *extent; /* then: of all items */
     /* The ends of the runs of items that become patches, linked to the child's. NULL: the build
      * finds the runs. Set in all groups or in none. */
     const uint32_t *run_ends;
@@ -37,13 +52,6 @@ typedef struct stp_item_group {
     const stp_patch_grid *run_grids;           /* by run, of squares; NULL: none */
     uint32_t count, run_count, together_count; /* of items; of runs; of runs that lie together */
 } stp_item_group;
-
-/* The extremes of a chunk's items. */
-typedef struct stp_chunk_extent {
-    stp_dbox box; /* world */
-    double area, bound;
-    int finest, coarsest; /* exponents of lattices */
-} stp_chunk_extent;
 
 /* The extent of no items. vertex_least: exponent of the finest lattice of patch vertices. */
 stp_chunk_extent stp_chunk_extent_none(int vertex_least);

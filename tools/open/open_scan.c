@@ -143,6 +143,8 @@ static stp_status run(open_scan *scan, bool *full, stp_error *err)
     STP_TRY(prep_inputs_survey(&in, &source, err));
     STP_TRY(stp_pool_create(&pool, (unsigned)common->threads, err));
     in.params.pool = pool;
+    if (stp_prep_size_of(&source, &params).grid)
+        in.params.recompute_normals = true; /* a grid computes its own */
     status = stp_prep_run(scan->path, &source, &params, pool, progress, &stats, err);
     scan->partial = prep_inputs_unreadable(&in) > 0;
     *full = status == STP_IO && scan->folder;

@@ -65,6 +65,8 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
         goto done;
     }
     in->params.pool = pool;
+    if (!o->append && stp_prep_size_of(&source, params).grid)
+        in->params.recompute_normals = true; /* a grid computes its own */
     if (o->rejects)
         STP_TRY(prep_inputs_begin_rejects(in, o->rejects, o->force, err));
     else

@@ -29,6 +29,8 @@ _Static_assert(BESIDE_COUNT == STP_CELL_BESIDES, "sizes of cells beside");
 #define LARGE_LEAST 3u
 /* Items of a cell: symbol, low bits, length of what is beyond, what is beyond. */
 #define CELL_ITEMS 4u
+/* Rows that items are reserved for at a time. */
+#define ROWS_AHEAD 16u
 /* No symbol's odds are less than this at first. */
 #define ODDS_LEAST 4
 #define SHARED_ODDS (STP_ODDS_ALL - ODDS_LEAST * STP_ODDS_SYMBOLS)
@@ -172,7 +174,7 @@ INLINE void take(column *c, int32_t cell, int32_t high)
     c->mean = mean_after(c->mean, cell);
 }
 
-static void put_far(stp_symbol_writer *w, unsigned lane, int32_t high)
+INLINE void put_far(stp_symbol_writer *w, unsigned lane, int32_t high)
 {
     const uint32_t beyond = (uint32_t)(abs(high) - HIGH_MOST);
     const unsigned length = significant_bits(beyond) - 1;
@@ -315,11 +317,14 @@ STP_WIDE
 static void put_row(stp_symbol_writer *w, const columns *all, uint32_t row)
 {
     const int shift = stp_odds_shift(row);
-    for (column *c = all->of; c < all->of + all->count; c++)
+    stp_symbol_writer own = *w; /* nothing else points to it: it stays in registers */
+    column *const end = all->of + all->count;
+    for (column *c = all->of; c < end; c++)
         if (c->is_kinds)
-            put_kind(w, c, (uint8_t)c->cells[row], shift);
+            put_kind(&own, c, (uint8_t)c->cells[row], shift);
         else
-            put_number(w, c, c->cells[row], shift);
+            put_number(&own, c, c->cells[row], shift);
+    *w = own;
 }
 
 static stp_status put_rows(const columns *all, uint32_t rows, stp_symbol_writer *w, stp_error *err)
@@ -327,7 +332,8 @@ static stp_status put_rows(const columns *all, uint32_t rows, stp_symbol_writer 
     stp_status status = STP_OK;
     begin_known_means(all);
     for (uint32_t i = 0; i < rows; i++) {
-        STP_TRY(stp_symbols_reserve(w, (size_t)CELL_ITEMS * all->count, err));
+        if (i % ROWS_AHEAD == 0)
+            STP_TRY(stp_symbols_reserve(w, (size_t)CELL_ITEMS * all->count * ROWS_AHEAD, err));
         put_row(w, all, i);
         if (i == 0)
             begin_known_means(all);

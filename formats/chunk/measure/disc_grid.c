@@ -111,19 +111,40 @@ static void take_disc(stp_disc_grid *g, uint32_t disc, const stp_flat_disc *worl
          (float)(carry.tangential_error * g->scale), (float)(carry.error * g->scale)}};
 }
 
+/* Adds a patch's discs to the box around all. */
+static void add_to_box(const stp_sample_lanes *lanes, uint32_t count, stp_dbox *box)
+{
+    for (uint32_t i = 0; i < count; i++)
+        stp_dbox_add(box,
+                     (stp_dvec3){lanes->centre[0][i], lanes->centre[1][i], lanes->centre[2][i]});
+}
+
+static void set_box(stp_disc_grid *g, const stp_dbox *box)
+{
+    const stp_dvec3 low = box->min, high = box->max;
+    const double from[3] = {low.x, low.y, low.z}, to[3] = {high.x, high.y, high.z};
+    for (int a = 0; a < 3; a++) {
+        g->low[a] = (float)(from[a] * g->scale);
+        g->high[a] = (float)(to[a] * g->scale);
+    }
+}
+
 static void take_discs(stp_disc_grid *g)
 {
     const stp_chunk *chunk = g->chunk;
     stp_sample_lanes lanes;
+    stp_dbox box = stp_dbox_empty();
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const uint32_t first = chunk->level_begin[0][p], count = chunk->patches[p].counts[0];
         stp_samples_decode(&chunk->samples[0][first], count, &chunk->patches[p], &lanes);
+        add_to_box(&lanes, count, &box);
         for (uint32_t i = 0; i < count; i++) {
             stp_flat_disc own = stp_flat_disc_from_lanes(&lanes, i);
             take_disc(g, first + i, &own);
             g->patch_of[first + i] = (uint16_t)p;
         }
     }
+    set_box(g, &box);
     for (uint32_t d = g->own_count; d < g->count; d++)
         take_disc(g, d, &g->around[d - g->own_count]);
 }

@@ -26,6 +26,7 @@ typedef struct stp_disc_grid {
     float width, margin; /* of a cell; how far discs may reach out of their cells */
     uint32_t *begin, mask;
     stp_lane_disc *numbers;   /* by disc */
+    float low[3], high[3];    /* least and greatest coordinates of the chunk's own discs' centres */
     uint16_t *patch_of;       /* by own disc: the patch that holds it */
     stp_disc_columns columns; /* by entry */
     uint32_t entries;

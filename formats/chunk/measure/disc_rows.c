@@ -19,6 +19,9 @@
 /* A disc lies this near to its place, in sides of a cell. No comparison here is with what is not
  * finite: the compiler takes all numbers for finite. */
 #define OFF_MOST 0.03125f
+/* A float of less magnitude, added to the second number, loses its fraction. */
+#define WHOLE_MOST 0x1p22f
+#define WHOLE_ADDED 0x1.8p23f
 /* Cells a grid unit: floats tell a place to less than 1/128 cell. */
 #define INVERSE_MOST 0x1p16
 /* Places for each disc, at most, and so many more. */
@@ -35,27 +38,25 @@
 static bool find_place(const stp_disc_rows *r, const float centre[3], int out[2])
 {
     for (int a = 0; a < 2; a++) {
-        const float at = (centre[a] - r->first[a]) * r->inverse[a], whole = floorf(at + 0.5f);
-        if (!(fabsf(at - whole) <= OFF_MOST) || fabsf(whole) > 0x1p24f)
+        const float at = (centre[a] - r->first[a]) * r->inverse[a];
+        const float whole = (at + WHOLE_ADDED) - WHOLE_ADDED;
+        if (!(fabsf(at - whole) <= OFF_MOST) || fabsf(at) >= WHOLE_MOST)
             return false;
         out[a] = (int)whole;
     }
     return true;
 }
 
-/* Sets columns, rows and the first place from the chunk's own discs. False if they are in no rows
- * or too far apart. */
+/* Sets columns, rows and the first place from the box of the chunk's own discs. False if its
+ * corners are off their places, or too far apart. */
 static bool find_extent(stp_disc_rows *r, const stp_disc_grid *g)
 {
-    int low[2] = {INT32_MAX, INT32_MAX}, high[2] = {INT32_MIN, INT32_MIN};
-    for (uint32_t d = 0; d < g->own_count; d++) {
-        int at[2];
-        if (!find_place(r, g->numbers[d].numbers, at))
-            return false;
-        for (int a = 0; a < 2; a++) {
-            low[a] = at[a] < low[a] ? at[a] : low[a];
-            high[a] = at[a] > high[a] ? at[a] : high[a];
-        }
+    int from[2], to[2], low[2], high[2];
+    if (!find_place(r, g->low, from) || !find_place(r, g->high, to))
+        return false;
+    for (int a = 0; a < 2; a++) {
+        low[a] = from[a] < to[a] ? from[a] : to[a];
+        high[a] = from[a] < to[a] ? to[a] : from[a];
     }
     const uint64_t columns = (uint64_t)((int64_t)high[0] - low[0] + 1 + 2 * MARGIN);
     const uint64_t rows = (uint64_t)((int64_t)high[1] - low[1] + 1 + 2 * MARGIN);

@@ -8,8 +8,11 @@
 
 stp_flat_disc stp_flat_disc_from_sample(const stp_sample *sample, const stp_patch *patch)
 {
-    stp_disc disc = stp_disc_from_sample(sample, patch);
-    return (stp_flat_disc){disc.centre, disc.normal, disc.radius};
+    stp_flat_disc out = {.centre = stp_sample_position(sample, patch),
+                         .radius = stp_sample_radius(sample, patch)};
+    if (stp_sample_is_flat(sample))
+        out.normal = stp_dvec3_normalize(stp_dvec3_from_float(stp_normal_decode(sample->normal)));
+    return out;
 }
 
 static stp_patch_ball ball_of(const stp_placed_chunk *placed, uint32_t p)

@@ -358,21 +358,21 @@ static stp_dvec3 position_of(const grid_reader *g, uint32_t row, uint32_t column
     return (stp_dvec3){x * z, y * z, z};
 }
 
-static stp_point make_point(const grid_reader *g, uint32_t row, uint32_t column)
+/* Written in place: copied, it would be read as vectors just after its parts are written. */
+static void make_point(const grid_reader *g, uint32_t row, uint32_t column, stp_point *out)
 {
     const double z = g->z[row % ROWS_HELD][column];
-    stp_point point = {.rgb = {STP_POINT_GREY, STP_POINT_GREY, STP_POINT_GREY}};
+    memset(out, 0, sizeof *out);
     if (isnan(z)) {
-        point.reject = STP_REJECT_INVALID;
-        return point;
+        out->reject = STP_REJECT_INVALID;
+        return;
     }
-    point.position = position_of(g, row, column, z);
-    point.station = is_pinhole(g) ? 1 : 0;
+    out->position = position_of(g, row, column, z);
+    out->station = is_pinhole(g) ? 1 : 0;
     if (g->normals)
-        point.normal = normal_of(g, row, column);
-    if (g->colours != NULL)
-        memcpy(point.rgb, g->rgb[row % ROWS_HELD][column], sizeof point.rgb);
-    return point;
+        out->normal = normal_of(g, row, column);
+    for (int k = 0; k < 3; k++)
+        out->rgb[k] = g->colours ? g->rgb[row % ROWS_HELD][column][k] : STP_POINT_GREY;
 }
 
 static stp_status read_grid(void *state, stp_point *points, size_t capacity, size_t *count,
@@ -384,7 +384,7 @@ static stp_status read_grid(void *state, stp_point *points, size_t capacity, siz
     while (got < capacity && g->next_row < g->rows) {
         while (g->rows_read < g->rows && g->rows_read < g->next_row + 2)
             STP_TRY(read_row(g, err));
-        points[got++] = make_point(g, g->next_row, g->next_column);
+        make_point(g, g->next_row, g->next_column, &points[got++]);
         if (++g->next_column == g->columns) {
             g->next_column = 0;
             g->next_row++;
