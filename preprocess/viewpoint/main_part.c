@@ -5,6 +5,8 @@
 
 #include <stdlib.h>
 
+/* Fewer points are no object: from near they would be one disc. */
+#define PART_LEAST 64.0
 #define TIMES 4.0
 #define SPECK_TIMES 40.0
 #define SPECK_SHARE 0.1
@@ -75,7 +77,10 @@ stp_status stp_main_part_find(stp_main_part *out, const stp_space *space, stp_er
             out->box = box_of(space, low, high);
         }
     }
-    out->share = all > 0.0 ? most / all : 1.0;
+    if (most < PART_LEAST)
+        out->box = space->box;
+    else
+        out->share = most / all;
 done:
     free(f.seen);
     free(f.stack);

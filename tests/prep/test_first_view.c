@@ -456,6 +456,21 @@ static void far_parts_are_not_the_view(void **state)
     }
 }
 
+/* A few points are no part, however far the others are. */
+static void few_points_are_no_part(void **state)
+{
+    (void)state;
+    positions p = {0};
+    room_box(&p, (stp_dvec3){0.0, 0.0, 0.0}, (stp_dvec3){0.4, 0.3, 1.6}, 0);
+    assert_true(p.count > 40);
+    for (size_t i = 0; i < 12; i++)
+        p.at[i] = i < 8 ? p.at[3 * i] : (stp_dvec3){3000.0, (double)i, 0.0};
+    p.count = 12;
+    write_points("few.ply", &p, NULL);
+    assert_int_equal(first_prep("few.ply", 2).first.why, STP_FIRST_WHOLE);
+    free(p.at);
+}
+
 /* A corridor around a corner has no enclosed place near the middle of its box. */
 static void corridors_are_seen_from_inside(void **state)
 {
@@ -588,6 +603,7 @@ int main(void)
         cmocka_unit_test(objects_are_seen_whole),
         cmocka_unit_test(strays_are_not_the_view),
         cmocka_unit_test(far_parts_are_not_the_view),
+        cmocka_unit_test(few_points_are_no_part),
         cmocka_unit_test(corridors_are_seen_from_inside),
         cmocka_unit_test(what_things_stand_on_is_below),
         cmocka_unit_test(the_file_says_it),
