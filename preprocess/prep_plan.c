@@ -147,7 +147,7 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
         goto done;
     }
     if (fixed + most + fill > plan.memory_bytes) {
-        plan.temporary_bytes = surface + VIEW_BYTES;
+        plan.temporary_bytes = surface + (size->grid ? 0 : VIEW_BYTES); /* nothing is drawn */
         plan.most_temporary_bytes = most;
         STP_TRY(check_room(&plan, err));
     }

@@ -55,6 +55,21 @@ static void test_attributes(void **state)
     assert_int_equal(temporary(0, 8, size), without + 40 * POINTS / 8 + 40 * POINTS);
 }
 
+/* Ranks share a grid of heights: each has its tiles, and while it reads, a part of the rows. */
+static void test_grid(void **state)
+{
+    (void)state;
+    const uint64_t alone = temporary(0, 1, (stp_prep_size){.grid = true});
+    const stp_prep_size whole = {.grid = true, .read = POINTS};
+    stp_prep_size part = {.grid = true, .shared = true, .read = POINTS / 4};
+    assert_int_equal(temporary(1, 4, whole), alone); /* each reads everything */
+    const uint64_t share = temporary(1, 4, part);
+    assert_true(share > alone / 4);
+    assert_true(share < alone / 4 + 12 * POINTS);
+    part.bent = true;
+    assert_int_equal(temporary(1, 4, part), share + 2 * 16 * POINTS / 4);
+}
+
 /* The most that a run over POINTS needs with so many neighbours. */
 static uint64_t most(unsigned neighbours)
 {
@@ -80,6 +95,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_share),
                                        cmocka_unit_test(test_attributes),
-                                       cmocka_unit_test(test_lines)};
+                                       cmocka_unit_test(test_grid), cmocka_unit_test(test_lines)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
