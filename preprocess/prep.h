@@ -152,7 +152,10 @@ typedef struct stp_prep_stats {
     unsigned line_neighbours;    /* chosen for points in scan lines (scan_lines.h); else 0 */
     stp_first_camera first;      /* the camera that first shows the model */
     uint64_t points_unstationed; /* stored points of unknown stations, if normals need stations */
-    uint64_t temporary_bytes;    /* greatest size of temporary files at a time */
+    uint64_t points_black;       /* that are exactly black, and nearly: of clouds with colours */
+    uint64_t points_dark;
+    uint64_t points_uncoloured; /* the black ones, if that means that they have no colour */
+    uint64_t temporary_bytes;   /* greatest size of temporary files at a time */
     stp_surface_counts normals_wide;
     unsigned normal_bits;   /* of the grid of normals that the input did not give; 0: no points */
     uint32_t images;        /* of depth cameras that stay grids of pixels (depth_image.h) */

@@ -9,12 +9,31 @@
 
 /* Few enough to stay in a core's own cache until they are taken. */
 #define READ_POINTS 8192u
+/* Points are nearly black up to this in all channels. Black means "no colour" if at least one in
+ * BLACK_SHARE points is black, and BLACK_TIMES as many as are nearly so: dark things are seldom
+ * exactly black. */
+#define DARK_MOST (8u * 257u)
+#define BLACK_SHARE 100u
+#define BLACK_TIMES 20u
 
 void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *p)
 {
     stats->points_unstationed += p->station == 0;
     if (p->intensity > stats->intensity_max)
         stats->intensity_max = p->intensity;
+}
+
+static bool is_black(const stp_cloud_point *p)
+{
+    return (p->rgb[0] | p->rgb[1] | p->rgb[2]) == 0;
+}
+
+static void count_dark(stp_prep_stats *stats, const stp_cloud_point *p)
+{
+    if (is_black(p))
+        stats->points_black++;
+    else if (p->rgb[0] <= DARK_MOST && p->rgb[1] <= DARK_MOST && p->rgb[2] <= DARK_MOST)
+        stats->points_dark++;
 }
 
 static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error *err)
@@ -51,6 +70,7 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
                              .class_id = point->class_id,
                              .station = point->station};
     stp_prep_count(stats, out);
+    count_dark(stats, out);
     float length = glms_vec3_norm(point->normal);
     if (isfinite(length) && length > 0.0f) {
         out->normal = glms_vec3_scale(point->normal, 1.0f / length);
@@ -136,12 +156,42 @@ static bool leave_out(stp_prep_job *job, const stp_error *why, const read_mark *
     return true;
 }
 
+static void set_grey(stp_cloud_point *p)
+{
+    for (int c = 0; c < 3; c++)
+        p->rgb[c] = STP_POINT_GREY;
+}
+
 /* A cloud without colours is drawn in a neutral light grey. */
 static void default_colour(stp_cloud *cloud)
 {
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        for (int c = 0; c < 3; c++)
-            cloud->points[i].rgb[c] = STP_POINT_GREY;
+        set_grey(&cloud->points[i]);
+}
+
+/* Gives the grey to points that have no colour among others that have: scanners and programs write
+ * black there. The numbers of their colours are kept exactly, if attributes are. */
+static stp_status fill_colours(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = &job->cloud;
+    stp_prep_stats *stats = job->stats;
+    const stp_attribute_list *kept = job->source->kept;
+    uint64_t counts[] = {stats->points_black, stats->points_dark, cloud->count};
+    if (job->in_parts)
+        STP_TRY(stp_ranks_sum(job->params->ranks, counts, 3, err));
+    if (counts[0] == counts[2] || counts[0] < counts[2] / BLACK_SHARE + 1 ||
+        counts[0] < BLACK_TIMES * counts[1])
+        return STP_OK;
+    stats->points_uncoloured = counts[0];
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        if (is_black(&cloud->points[i]))
+            set_grey(&cloud->points[i]);
+    for (uint32_t a = 0; kept && a < kept->count; a++)
+        if (kept->items[a].coarse >= STP_COARSE_RED && kept->items[a].coarse <= STP_COARSE_BLUE)
+            job->unlike |= UINT64_C(1) << a;
+done:
+    return status;
 }
 
 /* Reads on until a file breaks off that cannot be left out, or to the end. */
@@ -205,6 +255,8 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
     }
     if (!(source->attributes & STP_POINT_HAS_COLOUR))
         default_colour(cloud);
+    else if (!stats->keeps_grid)
+        STP_TRY(fill_colours(job, err));
     if (!job->in_parts)
         stats->points_out = stats->keeps_grid ? job->grid.count : cloud->count;
     if (stats->points_out == 0 && !(source->lines && source->lines->strip_count > 0) &&

@@ -5,11 +5,10 @@
 
 #include <stdlib.h>
 
-/* Fewer points are no object: from near they would be one disc. */
-#define PART_LEAST 64.0
 #define TIMES 4.0
 #define SPECK_TIMES 40.0
 #define SPECK_SHARE 0.1
+#define SPECK_POINTS 256.0
 
 typedef struct flood {
     const stp_space *space;
@@ -77,10 +76,8 @@ stp_status stp_main_part_find(stp_main_part *out, const stp_space *space, stp_er
             out->box = box_of(space, low, high);
         }
     }
-    if (most < PART_LEAST)
-        out->box = space->box;
-    else
-        out->share = most / all;
+    out->points = most;
+    out->share = all > 0.0 ? most / all : 1.0;
 done:
     free(f.seen);
     free(f.stack);
@@ -89,9 +86,10 @@ done:
 
 static bool is_so_small(const stp_main_part *part, const stp_dbox *all, double times)
 {
+    const bool enough = part->share >= STP_MAIN_NEARLY_ALL ||
+                        (part->share >= SPECK_SHARE && part->points >= SPECK_POINTS);
     const double own = stp_dvec3_length(stp_dvec3_sub(part->box.max, part->box.min));
-    return part->share >= SPECK_SHARE && own > 0.0 &&
-           stp_dvec3_length(stp_dvec3_sub(all->max, all->min)) > times * own;
+    return enough && own > 0.0 && stp_dvec3_length(stp_dvec3_sub(all->max, all->min)) > times * own;
 }
 
 bool stp_main_part_is_small(const stp_main_part *part, const stp_dbox *all)

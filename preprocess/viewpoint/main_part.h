@@ -13,7 +13,7 @@
 
 typedef struct stp_main_part {
     stp_dbox box;
-    double share; /* of the points */
+    double points, share; /* how many points, and their share */
 } stp_main_part;
 
 /* The part that has the most points. Errors: OUT_OF_MEMORY. */
@@ -21,8 +21,8 @@ stp_status stp_main_part_find(stp_main_part *out, const stp_space *space, stp_er
 /* Whether the part may stand out, as far as voxels tell: `all` reaches 4 times as far. */
 bool stp_main_part_is_small(const stp_main_part *part, const stp_dbox *all);
 /* Whether the part alone should be shown. It is nearly all there is, and `all` reaches 4 times as
- * far; or it has a tenth of the points at least, and `all` reaches 40 times as far: it would be a
- * speck. */
+ * far; or it has 256 points and a tenth of all at least, and `all` reaches 40 times as far: it
+ * would be a speck. */
 bool stp_main_part_stands_out(const stp_main_part *part, const stp_dbox *all);
 
 #endif

@@ -70,6 +70,9 @@ static void headers(void **state)
     expect_columns("X,Y,Z\n1,2,3\n", "x,y,z");
     expect_columns("Northing;Easting;Elevation (m)\n1;2;3\n", "y,x,z");
     expect_columns("id E N H\n1 2 3 4\n", "_,x,y,z");
+    expect_columns("Hochwert;Rechtswert;H\xc3\xb6he [m]\n1;2;3\n", "y,x,z");
+    expect_columns("Rechtswert;Hochwert;H\xf6he [m];R;G;B\n1,5;2,5;3;4;5;6\n",
+                   "x,y,z,red,green,blue");
     expect_columns("x y z Red Green Blue Alpha\n1 2 3 4 5 6 255\n", "x,y,z,red,green,blue,_");
     expect_columns("x y z red green\n1 2 3 4 5\n", "x,y,z,_,_");
     expect_columns("//X Y Z R G B Scalar_Intensity\n1 2 3 4 5 6 7\n",

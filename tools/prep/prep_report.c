@@ -373,6 +373,11 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
     print_system(inputs);
     print_shapes(s, inputs);
     print_outliers(s);
+    if (s->points_uncoloured > 0)
+        fprintf(stderr,
+                "%" PRIu64 " points have no colour, though others do: they are black in the input, "
+                "light grey here\n",
+                s->points_uncoloured);
     if (s->normals_wide.averaged > 0)
         fprintf(stderr,
                 "%" PRIu64

@@ -4,11 +4,12 @@
  *
  * Names are compared without case, without what follows ( or [, without a leading `scalar_`, and
  * without the characters _ - . and space: x (also easting, east, e), y (northing, north, n), z
- * (elevation, height, altitude, h), r g b (red green blue), i (intensity, reflectance,
- * reflectivity, amplitude), nx ny nz (normalx ...), class (classification, label); columns.c has
- * them all: lon (longitude, long, lng) is x, and lat (latitude) is y. If two columns mean the same,
- * the one whose name is earlier in this list is read; if their names are equal, the first column.
- * Columns with other names are attributes (text_numbers.h).
+ * (elevation, height, altitude, h; in German rechtswert, hochwert, hoehe), r g b (red green blue),
+ * i (intensity, reflectance, reflectivity, amplitude), nx ny nz (normalx ...), class
+ * (classification, label); columns.c has them all: lon (longitude, long, lng) is x, and lat
+ * (latitude) is y. If two columns mean the same, the one whose name is earlier in this list is
+ * read; if their names are equal, the first column. Columns with other names are attributes
+ * (text_numbers.h).
  *
  * By content, of n numbers per line the first three are x y z. The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.

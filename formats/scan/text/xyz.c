@@ -108,8 +108,9 @@ static bool match_header(stp_columns *out, stp_separator *header_separator, cons
 static stp_status wrong_header(const stp_text *text, const beginning *b, stp_error *err)
 {
     const line_copy *header = &b->header;
-    const int length = header->end - header->text < 60 ? (int)(header->end - header->text) : 60;
+    char shown[61]; /* without bytes that no terminal may know */
     stp_columns columns;
+    stp_column_copy_name(shown, sizeof shown, (stp_field){header->text, header->end});
     for (int h = 0; h < STP_SEPARATOR_COUNT; h++)
         if (stp_columns_from_header(&columns, (stp_separator)h, header->text, header->end))
             return stp_error_set(
@@ -119,10 +120,10 @@ static stp_status wrong_header(const stp_text *text, const beginning *b, stp_err
                 text->source.path, (unsigned long long)header->line, columns.count,
                 (unsigned long long)b->row.line);
     return stp_error_set(err, STP_FORMAT,
-                         "%s: line %llu, `%.*s`, is neither numbers nor names of columns with x, y "
+                         "%s: line %llu, `%s`, is neither numbers nor names of columns with x, y "
                          "and z among them: name the columns with --columns, or put # before lines "
                          "that are neither",
-                         text->source.path, (unsigned long long)header->line, length, header->text);
+                         text->source.path, (unsigned long long)header->line, shown);
 }
 
 /* The number of fields per line, as far as they are used. */
