@@ -274,7 +274,9 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete,
         STP_TRY(add_wants(r, &r->cut, SIZE_MAX, &count, err));
         r->stamp++;
         stp_frame_touch(r);
-        load = (stp_cache_load){.wants = r->wants, .count = count, .stamp = r->stamp};
+        const stp_need_below below = {level_above, &view};
+        load =
+            (stp_cache_load){.wants = r->wants, .below = &below, .count = count, .stamp = r->stamp};
         if (count > 0)
             STP_TRY(stp_block_cache_load(r->cache, &load, err));
         if (load.there < load.count)

@@ -295,7 +295,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
         stp_occlude_pause(r);
         STP_TRY(stp_settle_step(r, d, err));
     } else {
-        stp_block_cache_look(r->cache, &r->frame, r->eye);
+        stp_block_cache_look(r->cache, &r->frame, r->eye, params->stream);
         r->kept = NULL;
         STP_TRY(stp_tiles_begin(&r->tiles, view->width, view->height,
                                 stp_pool_thread_count(r->pool), err));

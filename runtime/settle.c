@@ -107,7 +107,8 @@ static stp_status run(stp_renderer *r, stp_drawing *d, stp_error *err)
     stp_settling *s = &r->settling;
     bool finished = false;
     r->frame = stp_frame_describe(d->view, &s->params, &r->scene);
-    stp_block_cache_look(r->cache, &r->frame, r->eye); /* of every sample, patches ask for more */
+    /* of every sample, patches ask for more */
+    stp_block_cache_look(r->cache, &r->frame, r->eye, d->params->stream);
     stp_frame_upload(r);
     if (!s->loading)
         STP_TRY(start_load(r, r->cut.draw_count - s->begin, stp_frame_asks_headers(r), err));

@@ -305,6 +305,14 @@ static stp_rule_sight look_at_patch(const stp_gpu_frame *frame, const stp_gpu_ch
     return stp_rule_look(frame, &bound);
 }
 
+bool stp_patch_visible(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                       const stp_mirror_patch *patch)
+{
+    const stp_rule_bound bound = bound_from_eye(bound_of(patch), chunk);
+    float eye[3];
+    return stp_rule_visible(frame, &bound, eye);
+}
+
 /* The perpendicular and the tangential error. */
 static void errors_of(const stp_mirror_patch *patch, int level, int quarter, float out[2])
 {
@@ -364,8 +372,8 @@ static stp_levels choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
         out.of[0] = 3;
         return out;
     }
-    for (int q = 0; q < patch->count[2]; q++) {
-        int level = refine ? finest : 2;
+    for (int q = 0; q < (finest > 2 ? 1 : patch->count[2]); q++) {
+        int level = refine || finest > 2 ? finest : 2;
         while (level > finest && !fits(frame, &sight, patch, level, q))
             level--;
         out.of[q] = level;

@@ -136,6 +136,9 @@ int stp_opening_next(const stp_gpu_frame *frame, int i, const float centre[3], f
 /* False if the bound lies outside the frustum or the clip box, or shows only backs that are hidden.
  * If true, eye gets the bound's centre in eye space. */
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3]);
+/* The same of a patch's bound. */
+bool stp_patch_visible(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                       const stp_mirror_patch *patch);
 /* Whether every normal in the bound turns to every eye ray through it: none of its backs is seen.
  */
 bool stp_rule_faces_eye(const stp_gpu_frame *frame, const stp_rule_bound *bound);

@@ -28,9 +28,8 @@ struct stp_block_cache {
     uint32_t free_count;
     uint32_t *slot_of; /* by block */
     stp_damage_log damage;
-    stp_gpu_frame frame; /* need is measured from this view */
-    stp_dvec3 eye;
-    uint32_t look;          /* number of this view */
+    stp_patch_look from;    /* need is measured from this view */
+    uint32_t damage_seen;   /* blocks that were damaged when it began */
     stp_victims victims;    /* as of victims_stamp and this view; some may no longer have to go */
     uint64_t victims_stamp; /* 0: there is no list */
     uint64_t gpu_used;      /* bytes of the Object Texture */
@@ -114,14 +113,16 @@ bool stp_block_cache_has_news(const stp_block_cache *cache)
     return stp_stream_has_news(cache->stream);
 }
 
-void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye)
+void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye,
+                          bool streams)
 {
     /* NOLINTBEGIN(bugprone-suspicious-memory-comparison): zeros of two signs cost one look */
-    cache->look += memcmp(&cache->frame, frame, sizeof *frame) != 0 ||
-                   memcmp(&cache->eye, &eye, sizeof eye) != 0;
+    cache->from.number += memcmp(&cache->from.frame, frame, sizeof *frame) != 0 ||
+                          memcmp(&cache->from.eye, &eye, sizeof eye) != 0;
     /* NOLINTEND(bugprone-suspicious-memory-comparison) */
-    cache->frame = *frame;
-    cache->eye = eye;
+    cache->from.frame = *frame;
+    cache->from.eye = eye;
+    cache->from.ahead = streams || cache->from.number > 1;
     cache->victims_stamp = 0;
 }
 
@@ -161,7 +162,7 @@ static void list_victims(stp_block_cache *c, uint64_t stamp)
         const stp_resident *r = &c->slots[s];
         if (!may_go(c, s, stamp))
             continue;
-        float need = stp_need_of(c->scene, r->block, &c->frame, c->eye) /
+        float need = stp_need_of(c->scene, r->block, &c->from.frame, c->from.eye) /
                      (1.0f + (float)(stamp - r->last_used) / AGE_FRAMES);
         c->victims.items[c->victims.count++] = (stp_victim){need, s, r->block};
     }
@@ -214,10 +215,10 @@ static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, floa
 {
     stp_status status = STP_OK;
     uint32_t count[STP_LEVEL_COUNT], samples = 0;
-    stp_load_place p = {.look = c->look};
+    stp_load_place p = {.look = c->from.number};
     *room = *ring_full = false;
     const uint32_t slot = c->slot_of[load->want.block];
-    STP_TRY(stp_patch_levels_choose(&p.finest, count, c->scene, &c->frame, c->eye, &load->want,
+    STP_TRY(stp_patch_levels_choose(&p, count, &c->from, &load->want,
                                     slot == NO_SLOT ? NULL : &c->slots[slot], err));
     p.placement.patches.count = c->scene->blocks[load->want.block].patch_count;
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
@@ -234,11 +235,12 @@ static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, floa
         p.memory = stp_upload_ring_memory(&c->ring, p.piece);
         stp_stream_decode(c->stream, load, &p);
         p.finest = NULL;
+        p.view = NULL;
     } else {
         stp_upload_ring_give(&c->ring, p.piece);
     }
 done:
-    free(p.finest);
+    stp_patch_levels_clear(&p);
     return status;
 }
 
@@ -318,7 +320,8 @@ stp_status stp_block_cache_update(stp_block_cache *c, uint64_t stamp, stp_error 
     stp_upload_ring_fence(&c->ring);
     while ((load = stp_stream_next_fetched(c->stream)) != NULL) {
         bool room = false, ring_full = false, ahead = !c->wanted[load->want.block];
-        float limit = ahead ? stp_need_of(c->scene, load->want.block, &c->frame, c->eye) : INFINITY;
+        float limit =
+            ahead ? stp_need_of(c->scene, load->want.block, &c->from.frame, c->from.eye) : INFINITY;
         stp_status status = place(c, load, stamp, limit, false, &room, &ring_full, err);
         if (status != STP_OK || ring_full)
             return status;
@@ -393,25 +396,13 @@ static stp_status take_news(stp_block_cache *c, stp_cache_load *l, stp_error *er
     return stp_object_texture_check(&c->texture, err);
 }
 
-/* Whether a patch of a resident block lacks a level that it asks for from this view. */
-static bool lacks(stp_block_cache *c, const stp_want *want)
-{
-    stp_resident *r = &c->slots[c->slot_of[want->block]];
-    if (!r->partial || r->look == c->look)
-        return false;
-    const int finest = want->finest > r->finest ? want->finest : r->finest;
-    const bool lacks = stp_patch_levels_lack(c->scene, &c->frame, c->eye, r, finest);
-    if (!lacks && finest == r->finest)
-        r->look = c->look;
-    return lacks;
-}
-
 /* Whether a want needs nothing more. */
 static bool settled(stp_block_cache *c, const stp_want *want, uint64_t stamp)
 {
     if (c->damage.damaged[want->block])
         return true;
-    if (stp_block_cache_finest(c, want->block) > want->finest || lacks(c, want))
+    if (stp_block_cache_finest(c, want->block) > want->finest ||
+        stp_patch_levels_lack(&c->from, &c->slots[c->slot_of[want->block]], want->finest))
         return false;
     stp_block_cache_touch(c, want->block, stamp);
     return true;
@@ -456,9 +447,13 @@ stp_status stp_block_cache_load_step(stp_block_cache *c, stp_cache_load *l, bool
 {
     stp_status status = STP_OK;
     bool more = false;
-    if (!l->started)
+    if (!l->started) {
         stp_stream_want(c->stream, NULL, 0);
+        c->from.number += c->damage.count != c->damage_seen; /* patches above are drawn instead */
+        c->damage_seen = c->damage.count;
+    }
     l->started = true;
+    c->from.below = l->below;
     do {
         STP_TRY(load_round(c, l, err));
         more = l->begun < l->count && !l->full;
@@ -468,6 +463,7 @@ stp_status stp_block_cache_load_step(stp_block_cache *c, stp_cache_load *l, bool
         stp_stream_want(c->stream, l->wants + l->begun, l->count - l->begun);
     STP_TRY(stp_gl_check("uploading blocks", err));
 done:
+    c->from.below = NULL;
     if (status != STP_OK || *finished)
         stp_stream_want(c->stream, NULL, 0);
     return status;
@@ -533,6 +529,7 @@ static stp_status create_tables(stp_block_cache *c, stp_error *err)
         c->free_slots[slots - 1 - s] = s;
     }
     c->free_count = slots;
+    c->from.scene = c->scene;
 done:
     return status;
 }

@@ -57,8 +57,11 @@ bool stp_block_cache_used(const stp_block_cache *cache, uint32_t block, uint64_t
 uint32_t stp_block_cache_slot(const stp_block_cache *cache, uint32_t block);
 const stp_resident *stp_block_cache_get(const stp_block_cache *cache, uint32_t slot);
 
-/* Sets where the scene is seen from: near blocks are needed more than far ones. */
-void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye);
+/* Sets where the scene is seen from: near blocks are needed more than far ones. streams: pictures
+ * do not wait for blocks. Blocks that arrive for the first view, if it waits, have no levels that
+ * only others need. */
+void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye,
+                          bool streams);
 
 /* ---- beside the frame ---- */
 
@@ -83,7 +86,8 @@ bool stp_block_cache_has_news(const stp_block_cache *cache);
  * rest starts as zero. Evicts only blocks last used before `stamp` (frames count up). Blocks that
  * are loaded, or were resident, are marked as used at `stamp`. */
 typedef struct stp_cache_load {
-    const stp_want *wants; /* borrowed until the load ends */
+    const stp_want *wants;              /* borrowed until the load ends */
+    const struct stp_need_below *below; /* likewise; the blocks of the cut; may be NULL */
     size_t count;
     uint64_t stamp;
     bool started; /* the list of stp_block_cache_want is cleared */

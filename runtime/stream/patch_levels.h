@@ -1,23 +1,40 @@
 /* Which levels of a block are resident, patch by patch. A block is read as far as its neediest
  * patch asks, which for most of its patches is too far: their finer samples are left out on the
- * GPU. Threads: any (pure functions). */
+ * GPU. Of many patches only the vertex stays. Threads: any (pure functions). */
 #ifndef STP_RUNTIME_STREAM_PATCH_LEVELS_H
 #define STP_RUNTIME_STREAM_PATCH_LEVELS_H
 
-#include "runtime/stream/block_cache.h"
+#include "runtime/cut/need.h"
 
-/* Chooses the finest level of each patch of a wanted block: the one that the view asks for, or will
- * ask for when it is somewhat nearer, be the patch in sight or not, but none finer than is wanted;
- * all patches have level STP_NEED_HEADERS. resident: the block as it is there, NULL if it is not.
- * sample_count gets the samples of each level. *out stays NULL if all patches get what is wanted;
- * else the caller frees it. Errors: OUT_OF_MEMORY. */
-stp_status stp_patch_levels_choose(uint8_t **out, uint32_t sample_count[STP_LEVEL_COUNT],
-                                   const stp_scene *scene, const stp_gpu_frame *frame,
-                                   stp_dvec3 eye, const stp_want *want,
+/* Where blocks are seen from. */
+typedef struct stp_patch_look {
+    const stp_scene *scene;
+    stp_gpu_frame frame;
+    stp_dvec3 eye;
+    uint32_t number;
+    bool ahead;                  /* other views follow */
+    const stp_need_below *below; /* NULL: no patch is left to a block below */
+} stp_patch_look;
+
+/* Chooses the finest level of each patch of a wanted block, none finer than is wanted: the one that
+ * the view asks for if the patch is in sight, and not left to a block below. ahead:
+ * it is the one that the view will ask for when it is somewhat nearer, be the patch in sight or
+ * not, and all patches have level STP_NEED_HEADERS. resident: the block as it is there. If it is
+ * NULL, only the view is set, and only without `ahead`: the levels are chosen when the patches are
+ * decoded. sample_count gets the most samples of each level. out->finest stays NULL if all patches
+ * get what is wanted. Errors: OUT_OF_MEMORY. */
+stp_status stp_patch_levels_choose(stp_load_place *out, uint32_t sample_count[STP_LEVEL_COUNT],
+                                   const stp_patch_look *look, const stp_want *want,
                                    const stp_resident *resident, stp_error *err);
-/* Whether the view asks some patch for a level, not finer than `finest`, that is not resident. */
-bool stp_patch_levels_lack(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
-                           const stp_resident *resident, int finest);
+/* Leaves out the samples of a decoded block that are finer than its patches' levels, which are
+ * chosen now if they were not. patches: of the block. Errors: OUT_OF_MEMORY. */
+stp_status stp_patch_levels_leave(stp_load_place *place, stp_mirror_patch *patches,
+                                  stp_chunk *chunk, stp_error *err);
+/* Frees what was chosen. */
+void stp_patch_levels_clear(stp_load_place *place);
+/* Whether the view asks some patch for a level, not finer than `finest`, that is not resident.
+ * Notes in resident->look that it does not. */
+bool stp_patch_levels_lack(const stp_patch_look *look, stp_resident *resident, int finest);
 /* Leaves out the samples of each patch of a decoded block that are finer than its level in the
  * list. */
 void stp_patch_levels_keep(stp_chunk *chunk, const uint8_t *finest);

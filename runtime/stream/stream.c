@@ -269,7 +269,8 @@ static void *run_reader(void *context)
 
 /* ---- decoding ---- */
 
-/* Fills the CPU's copies of the patches, and takes the squares of level 0 from the chunk. */
+/* Fills the CPU's copies of the patches. Leaves out samples that have no place, and takes the
+ * squares of level 0 from the chunk. */
 static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk *chunk,
                                  stp_error *err)
 {
@@ -280,6 +281,7 @@ static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk 
     uint32_t block = load->want.block, of = s->scene->blocks[block].chunk;
     const stp_scene_model *model = stp_scene_find(s->scene, of);
     stp_mirror_patches_fill(m->patches, chunk, &load->place.placement, stp_scene_shapes(s->scene));
+    STP_TRY(stp_patch_levels_leave(&load->place, m->patches, chunk, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         m->briefs[p] = stp_patch_brief_of(s->scene, of, &m->patches[p], &chunk->patches[p]);
         m->briefs[p].empty = model->model->chosen ? (uint8_t)stp_chosen_empty(chunk, p) : 0;
@@ -310,8 +312,6 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch 
         STP_TRY(stp_chosen_mark(m->model->chosen, &own, chunk, err));
     if (m->model->shown)
         STP_TRY(stp_shown_fill(m->model->shown, &own, chunk, err));
-    if (load->place.finest != NULL)
-        stp_patch_levels_keep(chunk, load->place.finest);
     STP_TRY(mirror_patches(s, load, chunk, err));
     load->place.texels = stp_placement_write(&load->place.placement, load->place.memory, chunk,
                                              load->place.slot, stp_scene_shapes(s->scene));
@@ -432,8 +432,7 @@ void stp_mirror_clear(stp_mirror *mirror)
 static void drop_results(stp_load *load)
 {
     stp_mirror_clear(&load->mirror);
-    free(load->place.finest);
-    load->place.finest = NULL;
+    stp_patch_levels_clear(&load->place);
 }
 
 void stp_stream_destroy(stp_stream **stream)

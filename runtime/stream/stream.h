@@ -45,6 +45,13 @@ typedef enum stp_load_state {
     STP_LOAD_FAILED
 } stp_load_state;
 
+/* How a block is seen, for the choice of its patches' levels (runtime/stream/patch_levels.h). */
+typedef struct stp_patch_view {
+    stp_gpu_frame frame;
+    stp_gpu_chunk record;
+    bool ahead; /* the next view is somewhere near */
+} stp_patch_view;
+
 /* Where the decoded block goes. */
 typedef struct stp_load_place {
     stp_placement placement; /* in the Object Texture */
@@ -52,10 +59,11 @@ typedef struct stp_load_place {
     stp_range piece; /* of the upload ring */
     uint8_t *memory; /* of the piece: samples, then patches */
     uint32_t texels; /* of the place that the samples need, if DONE */
-    /* By patch: only levels from this one on have room; NULL: all that are wanted. The stream frees
-     * the list. */
+    /* By patch: only levels from this one on are kept; NULL: all that are wanted. If the patches
+     * are not known yet, the stream lists them for view, if that is there. It frees both. */
     uint8_t *finest;
-    uint32_t look; /* the view that the list was made for */
+    stp_patch_view *view;
+    uint32_t look; /* the view that the list is made for */
 } stp_load_place;
 
 /* What the CPU keeps of a block on the GPU: arrays by patch. */

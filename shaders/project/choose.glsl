@@ -75,8 +75,9 @@ ivec4 stp_choose_levels(uint index, stp_patch p, stp_chunk chunk)
     const ivec4 skip = ivec4(STP_LEVEL_SKIP);
     const bool orthographic = STP_ORTHOGRAPHIC != 0;
     stp_aspect a = stp_patch_aspect(p);
-    bvec4 absent = greaterThanEqual(uvec4(0u, 1u, 2u, 3u), uvec4(p.count[2]));
-    ivec4 finest = mix(ivec4(max(chunk.finest, p.finest)), skip, absent);
+    uint least = max(chunk.finest, p.finest);
+    bvec4 absent = greaterThanEqual(uvec4(0u, 1u, 2u, 3u), uvec4(least == 3u ? 1u : p.count[2]));
+    ivec4 finest = mix(ivec4(least), skip, absent);
     float scale = stp_rule_scale(-stp_to_eye(p.bound_centre).z, a.range, p.bound_radius, viewport.z, viewport.w,
                                  orthographic);
     if (quality.x <= 0.0 || scale < 0.0)

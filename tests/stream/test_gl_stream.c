@@ -450,6 +450,39 @@ static void coarse_comes_first(void **state)
     stp_model_close(&f.model);
 }
 
+/* For a first picture that waits, patches of inner chunks that are left to blocks below keep their
+ * vertices alone. */
+static void left_patches_are_vertices(void **state)
+{
+    flight f = {.model = *state};
+    size_t vertices = 0, finer = 0;
+    if (f.model->info->depth < 3) /* under the thread sanitizer */
+        skip();
+    take_off(&f, 256 << 20, 256 << 20);
+    const stp_view view = view_at(&f, 0.0);
+    check_ok(
+        stp_renderer_draw(f.waiting, &view, &(stp_draw_params){.threshold_px = 0.3}, NULL, err));
+    const stp_inspection look = stp_renderer_inspect(f.waiting);
+    for (size_t i = 0; i < look.cut->draw_count; i++) {
+        const stp_draw *draw = &look.cut->draws[i];
+        const stp_resident *r =
+            stp_block_cache_get(look.cache, stp_block_cache_slot(look.cache, draw->block));
+        const stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(look.looked.scene, draw, look.eye);
+        for (uint32_t p = 0; p < r->placement.patches.count; p++) {
+            const stp_mirror_patch *patch = &r->mirror.patches[p];
+            if (r->finest == 0 && !stp_scene_is_root(look.looked.scene, r->block) &&
+                r->mirror.briefs[p].block != STP_BLOCK_NONE &&
+                stp_patch_visible(look.frame, &chunk, patch) &&
+                !stp_patch_in_sight(look.sight, &look.looked, draw, r->mirror.briefs, p))
+                *(patch->finest == 3 ? &vertices : &finer) += 1;
+        }
+    }
+    print_message("%zu left patches are vertices, %zu are finer\n", vertices, finer);
+    assert_true(vertices > 0);
+    assert_int_equal(finer, 0);
+    land(&f);
+}
+
 /* Prepares the model, and cuts it into larger blocks. */
 static void build_model(void)
 {
@@ -471,9 +504,12 @@ int main(void)
     build_model();
     check_ok(stp_model_open(&model, path, err));
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_prestate(flights, model), cmocka_unit_test_prestate(repaired, model),
-        cmocka_unit_test_prestate(refined, model), cmocka_unit_test_prestate(scenes, model),
+        cmocka_unit_test_prestate(flights, model),
+        cmocka_unit_test_prestate(repaired, model),
+        cmocka_unit_test_prestate(refined, model),
+        cmocka_unit_test_prestate(scenes, model),
         cmocka_unit_test(coarse_comes_first),
+        cmocka_unit_test_prestate(left_patches_are_vertices, model),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     stp_model_close(&model);
