@@ -25,7 +25,7 @@ typedef struct making {
     uint32_t *ends;        /* of the squares' items */
     uint32_t *together;    /* ends, among the squares, of those that lie together */
     stp_patch_grid *grids; /* by square, in order */
-    stp_dvec3 *merged;     /* by square, in order: room for normals of level 1 */
+    stp_dvec3 *merged;     /* by square, in order: room for merged normals */
     double *angles;        /* room for those between neighbouring normals */
     uint32_t square_count, count, together_count;
 } making;
@@ -371,8 +371,8 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
     STP_TRY(stp_alloc(&m.ends, m.square_count, sizeof *m.ends, "patches", err));
     STP_TRY(stp_alloc(&m.together, m.square_count, sizeof *m.together, "patches", err));
     STP_TRY(stp_alloc(&m.grids, m.square_count, sizeof *m.grids, "patches", err));
-    STP_TRY(stp_alloc(&m.merged, (size_t)m.square_count * (STP_SQUARE_SAMPLES / 4),
-                      sizeof *m.merged, "normals", err));
+    STP_TRY(stp_alloc(&m.merged, (size_t)m.square_count * STP_DEPTH_MERGED, sizeof *m.merged,
+                      "normals", err));
     STP_TRY(stp_alloc(&m.angles, (size_t)2 * m.square_count * STP_SQUARE_SAMPLES, sizeof *m.angles,
                       "samples", err));
     STP_TRY(order_squares(&m, err));

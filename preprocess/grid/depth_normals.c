@@ -10,136 +10,166 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Squares of a rectangle in which a block's squares of one piece lie, for each of them. */
 #define SPARSEST 4u
-/* The level that normals of pixels follow from. */
-#define LEVEL 1
-/* A pixel whose normal is farther off, 10 degrees, has an edge: it keeps its own. As a cosine. */
-#define ALIKE 0.985
+/* Normals of level 2 are means; those of levels 1 and 0 follow. */
+#define COARSEST 2
+/* A normal that is farther off has an edge, and stays as it is. By level: the cosines of 10 and 5
+ * degrees. */
+static const double alike_least[COARSEST] = {0.9848, 0.9962};
 
-/* The merged samples of a block's squares of one piece, as a codec sees them. */
+/* The samples of a level of a block's squares of one piece, as a codec sees them. */
 typedef struct merged {
     stp_square_level on;
-    double *value[3];               /* of unit normals */
-    uint32_t least[2], greatest[2]; /* columns and rows of squares */
-    uint32_t count, limit;
+    double *value[3]; /* of unit normals */
+    uint32_t count;
 } merged;
 
-static bool has_piece(const stp_depth_block *b, uint32_t i, uint32_t rays)
-{
-    return b->squares[b->order[i]].rays == rays;
-}
+typedef struct piece {
+    const stp_depth_block *block;
+    uint32_t rays;
+    uint32_t least[2], greatest[2]; /* columns and rows of squares */
+    uint32_t square_count;
+    merged level[COARSEST + 1]; /* that of level 0 is empty */
+} piece;
 
-/* Finds the rectangle. False if it is too large, or holds but one square. */
-static bool find_extent(const stp_depth_block *b, uint32_t rays, merged *m)
+/* The samples of a square: their places, and the sums of their pixels' normals. */
+typedef struct square_samples {
+    unsigned counts[COARSEST + 1];
+    double column[COARSEST + 1][STP_SQUARE_SAMPLES], row[COARSEST + 1][STP_SQUARE_SAMPLES];
+    stp_dvec3 sum[COARSEST + 1][STP_SQUARE_SAMPLES];
+} square_samples;
+
+/* ---- making room ---- */
+
+/* Finds the rectangle. False if it is too large. */
+static bool find_extent(piece *p)
 {
-    uint32_t squares = 0;
-    m->least[0] = m->least[1] = UINT32_MAX;
-    m->greatest[0] = m->greatest[1] = 0;
+    const stp_depth_block *b = p->block;
+    p->least[0] = p->least[1] = UINT32_MAX;
     for (uint32_t i = b->begin; i < b->end; i++) {
         const stp_depth_square *square = &b->squares[b->order[i]];
         const uint32_t at[2] = {square->column, square->row};
-        if (square->rays != rays)
+        if (square->rays != p->rays)
             continue;
-        squares++;
+        p->square_count++;
         for (int k = 0; k < 2; k++) {
-            m->least[k] = at[k] < m->least[k] ? at[k] : m->least[k];
-            m->greatest[k] = at[k] > m->greatest[k] ? at[k] : m->greatest[k];
+            p->least[k] = at[k] < p->least[k] ? at[k] : p->least[k];
+            p->greatest[k] = at[k] > p->greatest[k] ? at[k] : p->greatest[k];
         }
     }
-    m->limit = squares * STP_SQUARE_SAMPLES;
     const uint64_t all =
-        ((uint64_t)m->greatest[0] - m->least[0] + 1) * ((uint64_t)m->greatest[1] - m->least[1] + 1);
-    return all <= (uint64_t)SPARSEST * squares;
+        ((uint64_t)p->greatest[0] - p->least[0] + 1) * ((uint64_t)p->greatest[1] - p->least[1] + 1);
+    return all <= (uint64_t)SPARSEST * p->square_count;
 }
 
-static stp_status allocate(merged *m, stp_error *err)
+static stp_status allocate(piece *p, int level, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t side = STP_SQUARE_SIDE >> LEVEL;
-    stp_square_level *on = &m->on;
-    on->cell_columns = (int)((m->greatest[0] - m->least[0] + 1) * side);
-    on->cell_rows = (int)((m->greatest[1] - m->least[1] + 1) * side);
-    const size_t cells = (size_t)on->cell_columns * (size_t)on->cell_rows;
-    STP_TRY(stp_alloc(&on->column, m->limit, sizeof *on->column, "normals", err));
-    STP_TRY(stp_alloc(&on->row, m->limit, sizeof *on->row, "normals", err));
-    STP_TRY(stp_alloc(&on->cells, cells, sizeof *on->cells, "normals", err));
+    const uint32_t side = STP_SQUARE_SIDE >> level;
+    const size_t most = (size_t)p->square_count * STP_SQUARE_SAMPLES >> level;
+    merged *m = &p->level[level];
+    m->on.cell_columns = (int)((p->greatest[0] - p->least[0] + 1) * side);
+    m->on.cell_rows = (int)((p->greatest[1] - p->least[1] + 1) * side);
+    const size_t cells = (size_t)m->on.cell_columns * (size_t)m->on.cell_rows;
+    STP_TRY(stp_alloc(&m->on.column, most, sizeof *m->on.column, "normals", err));
+    STP_TRY(stp_alloc(&m->on.row, most, sizeof *m->on.row, "normals", err));
+    STP_TRY(stp_alloc(&m->on.cells, cells, sizeof *m->on.cells, "normals", err));
     for (int k = 0; k < 3; k++)
-        STP_TRY(stp_alloc(&m->value[k], m->limit, sizeof *m->value[k], "normals", err));
+        STP_TRY(stp_alloc(&m->value[k], most, sizeof *m->value[k], "normals", err));
     for (size_t i = 0; i < cells; i++)
-        on->cells[i] = -1;
+        m->on.cells[i] = -1;
 done:
     return status;
 }
 
-static void clear(merged *m)
+static void clear(piece *p)
 {
-    free(m->on.column);
-    free(m->on.row);
-    free(m->on.cells);
-    for (int k = 0; k < 3; k++)
-        free(m->value[k]);
-}
-
-/* Where a pixel of a square is, from the rectangle's corner on. */
-typedef struct pixel {
-    double column, row;
-} pixel;
-
-static unsigned find_pixels(const merged *m, const stp_depth_square *square,
-                            pixel out[STP_SQUARE_SAMPLES])
-{
-    unsigned count = 0;
-    for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++)
-        if (square->samples >> k & 1u)
-            out[count++] =
-                (pixel){(square->column - m->least[0]) * STP_SQUARE_SIDE + stp_square_column(k),
-                        (square->row - m->least[1]) * STP_SQUARE_SIDE + stp_square_row(k)};
-    return count;
-}
-
-/* Room for a square's merged normals. */
-static stp_dvec3 *merged_of(const stp_depth_block *b, uint32_t index)
-{
-    return b->merged + (size_t)index * (STP_SQUARE_SAMPLES / 4);
-}
-
-/* Merges the normals of a square's items, which begin at `first`. */
-static void merge_square(const stp_depth_block *b, uint32_t index, uint32_t first, merged *m)
-{
-    pixel pixels[STP_SQUARE_SAMPLES];
-    const unsigned finer = find_pixels(m, &b->squares[b->order[index]], pixels);
-    const unsigned count = stp_level_count_above(finer);
-    for (unsigned j = 0; j < count; j++) {
-        const unsigned begin = stp_level_children_begin(j, count, finer);
-        const unsigned end = stp_level_children_begin(j + 1, count, finer);
-        stp_dvec3 sum = {0.0, 0.0, 0.0};
-        double column = 0.0, row = 0.0;
-        uint8_t code[3];
-        int32_t uv[2];
-        for (unsigned i = begin; i < end; i++) {
-            const vec3s normal = stp_cloud_normal(b->cloud, b->points[first + i]);
-            sum = stp_dvec3_add(sum, stp_dvec3_from_float(normal));
-            column += pixels[i].column;
-            row += pixels[i].row;
-        }
-        stp_normal_encode_on(stp_dvec3_to_float(stp_dvec3_normalize(sum)), b->merged_bits, code);
-        stp_normal_code_side(code, b->merged_bits);
-        stp_normal_codes_get(code, uv);
-        const stp_ivec3 unit = stp_unit_normal(stp_integer_normal(uv[0], uv[1]));
-        const uint32_t sample = m->count++;
+    for (int level = 1; level <= COARSEST; level++) {
+        merged *m = &p->level[level];
+        free(m->on.column);
+        free(m->on.row);
+        free(m->on.cells);
         for (int k = 0; k < 3; k++)
-            m->value[k][sample] = unit.v[k];
-        m->on.column[sample] = column / (end - begin);
-        m->on.row[sample] = row / (end - begin);
-        m->on.cells[(size_t)stp_square_cell(m->on.row[sample], LEVEL) * (size_t)m->on.cell_columns +
-                    (size_t)stp_square_cell(m->on.column[sample], LEVEL)] = (int32_t)sample;
-        merged_of(b, index)[j] = stp_dvec3_from_float(stp_normal_decode(code));
+            free(m->value[k]);
     }
 }
 
-/* The code that a codec expects of a direction, on the grid of the block's pixels. */
+/* ---- one square ---- */
+
+static uint32_t first_item(const stp_depth_block *b, uint32_t index)
+{
+    return index > 0 ? b->ends[index - 1] : 0;
+}
+
+static const stp_depth_square *square_of(const stp_depth_block *b, uint32_t index)
+{
+    return &b->squares[b->order[index]];
+}
+
+/* Room for a square's merged normals of a level. */
+static stp_dvec3 *room_of(const stp_depth_block *b, uint32_t index, int level)
+{
+    return b->merged + (size_t)index * STP_DEPTH_MERGED + (level > 1 ? STP_SQUARE_SAMPLES / 4 : 0);
+}
+
+static void find_samples(const piece *p, uint32_t index, square_samples *out)
+{
+    const stp_depth_block *b = p->block;
+    const stp_depth_square *square = square_of(b, index);
+    const uint32_t first = first_item(b, index);
+    unsigned count = 0;
+    for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
+        if (!(square->samples >> k & 1u))
+            continue;
+        out->column[0][count] =
+            (square->column - p->least[0]) * STP_SQUARE_SIDE + stp_square_column(k);
+        out->row[0][count] = (square->row - p->least[1]) * STP_SQUARE_SIDE + stp_square_row(k);
+        out->sum[0][count] =
+            stp_dvec3_from_float(stp_cloud_normal(b->cloud, b->points[first + count]));
+        count++;
+    }
+    out->counts[0] = count;
+    for (int l = 1; l <= COARSEST; l++) {
+        out->counts[l] = stp_level_count_above(out->counts[l - 1]);
+        for (unsigned j = 0; j < out->counts[l]; j++) {
+            const unsigned begin = stp_level_children_begin(j, out->counts[l], out->counts[l - 1]);
+            const unsigned end =
+                stp_level_children_begin(j + 1, out->counts[l], out->counts[l - 1]);
+            stp_dvec3 sum = {0.0, 0.0, 0.0};
+            double column = 0.0, row = 0.0;
+            for (unsigned i = begin; i < end; i++) {
+                sum = stp_dvec3_add(sum, out->sum[l - 1][i]);
+                column += out->column[l - 1][i];
+                row += out->row[l - 1][i];
+            }
+            out->sum[l][j] = sum;
+            out->column[l][j] = column / (end - begin);
+            out->row[l][j] = row / (end - begin);
+        }
+    }
+}
+
+/* Adds a sample of a square, whose normal has a code, to a level. */
+static void add_sample(int level, const square_samples *s, unsigned j, const uint8_t code[3],
+                       merged *m)
+{
+    int32_t uv[2];
+    stp_normal_codes_get(code, uv);
+    const stp_ivec3 unit = stp_unit_normal(stp_integer_normal(uv[0], uv[1]));
+    const uint32_t sample = m->count++;
+    for (int k = 0; k < 3; k++)
+        m->value[k][sample] = unit.v[k];
+    m->on.column[sample] = s->column[level][j];
+    m->on.row[sample] = s->row[level][j];
+    const size_t row = (size_t)stp_square_cell(m->on.row[sample], level);
+    m->on.cells[row * (size_t)m->on.cell_columns +
+                (size_t)stp_square_cell(m->on.column[sample], level)] = (int32_t)sample;
+}
+
+/* The code that a codec expects of a direction, on a grid. */
 static void encode_expected(const double toward[3], unsigned bits, uint8_t code[3])
 {
     const unsigned shift = STP_NORMAL_BITS - bits;
@@ -158,84 +188,118 @@ static void encode_expected(const double toward[3], unsigned bits, uint8_t code[
     stp_normal_codes_put(place, code);
 }
 
-static bool is_alike(const stp_depth_block *b, uint32_t item, const double toward[3])
+static void encode_own(stp_dvec3 sum, unsigned bits, uint8_t code[3])
 {
-    const stp_dvec3 own = stp_dvec3_from_float(stp_cloud_normal(b->cloud, b->points[item]));
-    const stp_dvec3 other = {toward[0], toward[1], toward[2]};
-    return stp_dvec3_dot(own, stp_dvec3_normalize(other)) >= ALIKE;
+    stp_normal_encode_on(stp_dvec3_to_float(stp_dvec3_normalize(sum)), bits, code);
+    stp_normal_code_side(code, bits);
 }
 
-/* Sets the normals of a square's items. sample: the first merged one of the square. */
-static void derive_square(const stp_depth_block *b, uint32_t index, uint32_t first, const merged *m,
-                          uint32_t sample)
+/* ---- levels ---- */
+
+/* Keeps the code of a sample's normal where the chunk is made from. */
+static void keep(const piece *p, uint32_t index, int level, const square_samples *s, unsigned j,
+                 const uint8_t code[3])
 {
-    pixel pixels[STP_SQUARE_SAMPLES];
-    const unsigned finer = find_pixels(m, &b->squares[b->order[index]], pixels);
-    const unsigned count = stp_level_count_above(finer);
-    const double side = (double)(1 << LEVEL);
-    for (unsigned j = 0; j < count; j++, sample++) {
-        const unsigned begin = stp_level_children_begin(j, count, finer);
-        const unsigned end = stp_level_children_begin(j + 1, count, finer);
-        stp_slope_field field[3];
-        for (int k = 0; k < 3; k++)
-            field[k] = stp_slope_field_at(&m->on, LEVEL, (int32_t)sample, m->value[k]);
-        for (unsigned i = begin; i < end; i++) {
-            const double c = (pixels[i].column - m->on.column[sample]) / side;
-            const double r = (pixels[i].row - m->on.row[sample]) / side;
-            double toward[3];
-            for (int k = 0; k < 3; k++)
-                toward[k] = stp_slope_field_value(&field[k], c, r, end - begin);
-            stp_item *item = &b->items[first + i];
-            if (!is_alike(b, first + i, toward))
-                continue;
-            encode_expected(toward, b->bits, item->normal);
-            item->disc.normal = stp_dvec3_from_float(stp_normal_decode(item->normal));
-        }
+    const stp_depth_block *b = p->block;
+    const stp_dvec3 normal = stp_dvec3_from_float(stp_normal_decode(code));
+    if (level > 0) {
+        room_of(b, index, level)[j] = normal;
+        b->grids[index].merged[level - 1] = room_of(b, index, level);
+        b->grids[index].merged_counts[level - 1] = s->counts[level];
+        return;
+    }
+    stp_item *item = &b->items[first_item(b, index) + j];
+    memcpy(item->normal, code, sizeof item->normal);
+    item->disc.normal = normal;
+}
+
+/* Means of the coarsest level. */
+static void merge(piece *p, uint32_t index, const square_samples *s)
+{
+    for (unsigned j = 0; j < s->counts[COARSEST]; j++) {
+        uint8_t code[3];
+        encode_own(s->sum[COARSEST][j], p->block->merged_bits, code);
+        add_sample(COARSEST, s, j, code, &p->level[COARSEST]);
+        keep(p, index, COARSEST, s, j, code);
     }
 }
 
-static uint32_t first_item(const stp_depth_block *b, uint32_t index)
+/* The children of sample j of the next coarser level, which is `parent` there. */
+static void derive_family(piece *p, uint32_t index, const square_samples *s, int level, unsigned j,
+                          uint32_t parent)
 {
-    return index > 0 ? b->ends[index - 1] : 0;
+    const merged *above = &p->level[level + 1];
+    const unsigned above_count = s->counts[level + 1], count = s->counts[level];
+    const unsigned begin = stp_level_children_begin(j, above_count, count);
+    const unsigned end = stp_level_children_begin(j + 1, above_count, count);
+    const unsigned bits = level > 0 ? p->block->merged_bits : p->block->bits;
+    const double side = (double)(1 << (level + 1)), alike = alike_least[level];
+    stp_slope_field field[3];
+    for (int k = 0; k < 3; k++)
+        field[k] = stp_slope_field_at(&above->on, level + 1, (int32_t)parent, above->value[k]);
+    for (unsigned i = begin; i < end; i++) {
+        const double c = (s->column[level][i] - above->on.column[parent]) / side;
+        const double r = (s->row[level][i] - above->on.row[parent]) / side;
+        double toward[3];
+        uint8_t code[3];
+        for (int k = 0; k < 3; k++)
+            toward[k] = stp_slope_field_value(&field[k], c, r, end - begin);
+        const stp_dvec3 way = stp_dvec3_normalize((stp_dvec3){toward[0], toward[1], toward[2]});
+        if (stp_dvec3_dot(stp_dvec3_normalize(s->sum[level][i]), way) >= alike)
+            encode_expected(toward, bits, code);
+        else
+            encode_own(s->sum[level][i], bits, code);
+        if (level > 0)
+            add_sample(level, s, i, code, &p->level[level]);
+        keep(p, index, level, s, i, code);
+    }
 }
 
-static stp_status derive_piece(const stp_depth_block *b, uint32_t rays, stp_error *err)
+static void derive_level(piece *p, int level, square_samples *s)
+{
+    const stp_depth_block *b = p->block;
+    uint32_t parent = 0;
+    for (uint32_t i = b->begin; i < b->end; i++) {
+        if (square_of(b, i)->rays != p->rays)
+            continue;
+        find_samples(p, i, s);
+        if (level == COARSEST)
+            merge(p, i, s);
+        for (unsigned j = 0; level < COARSEST && j < s->counts[level + 1]; j++)
+            derive_family(p, i, s, level, j, parent++);
+    }
+}
+
+static stp_status derive_piece(const stp_depth_block *b, uint32_t rays, square_samples *s,
+                               stp_error *err)
 {
     stp_status status = STP_OK;
-    merged m = {0};
-    uint32_t sample = 0;
-    if (!find_extent(b, rays, &m))
+    piece p = {.block = b, .rays = rays};
+    if (!find_extent(&p))
         return STP_OK;
-    STP_TRY(allocate(&m, err));
-    for (uint32_t i = b->begin; i < b->end; i++)
-        if (has_piece(b, i, rays))
-            merge_square(b, i, first_item(b, i), &m);
-    for (uint32_t i = b->begin; i < b->end; i++) {
-        if (!has_piece(b, i, rays))
-            continue;
-        derive_square(b, i, first_item(b, i), &m, sample);
-        const unsigned count =
-            stp_level_count_above((unsigned)__builtin_popcountll(b->squares[b->order[i]].samples));
-        sample += count;
-        b->grids[i].merged = merged_of(b, i);
-        b->grids[i].merged_count = count;
-    }
+    for (int level = 1; level <= COARSEST; level++)
+        STP_TRY(allocate(&p, level, err));
+    for (int level = COARSEST; level >= 0; level--)
+        derive_level(&p, level, s);
 done:
-    clear(&m);
+    clear(&p);
     return status;
 }
 
 stp_status stp_depth_normals_derive(const stp_depth_block *b, stp_error *err)
 {
     stp_status status = STP_OK;
+    square_samples *s = NULL;
+    STP_TRY(stp_alloc(&s, 1, sizeof *s, "normals", err));
     for (uint32_t i = b->begin; i < b->end; i++) {
-        const uint32_t rays = b->squares[b->order[i]].rays;
+        const uint32_t rays = square_of(b, i)->rays;
         bool done = false;
         for (uint32_t j = b->begin; j < i && !done; j++)
-            done = has_piece(b, j, rays);
+            done = square_of(b, j)->rays == rays;
         if (!done)
-            STP_TRY(derive_piece(b, rays, err));
+            STP_TRY(derive_piece(b, rays, s, err));
     }
 done:
+    free(s);
     return status;
 }

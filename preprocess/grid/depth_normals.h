@@ -1,13 +1,16 @@
 /* Lets the normals of depth images' pixels follow from merged ones, where they are noisy: a chunk
- * then stores merged normals alone.
+ * then stores the normals of 4 x 4 pixels alone.
  *
- * A merged normal is the mean of those of its pixels, on its grid. A pixel's is what a codec
- * expects of it by the merged ones around (formats/SPEC.md, "Squares", reach 6), on the grid of
- * pixels, to the same bits, unless its own is far off. Threads: any. */
+ * Such a normal is the mean of those of its pixels, on its grid. Those of 2 x 2 pixels, and then of
+ * pixels, are what a codec expects of them by the merged ones around (formats/SPEC.md, "Squares",
+ * reach 6), on the grid of pixels, to the same bits, unless its own is far off. Threads: any. */
 #ifndef STP_PREPROCESS_GRID_DEPTH_NORMALS_H
 #define STP_PREPROCESS_GRID_DEPTH_NORMALS_H
 
 #include "preprocess/grid/depth_image.h"
+
+/* Merged normals of a square, of levels 1 and 2. */
+#define STP_DEPTH_MERGED (STP_SQUARE_SAMPLES / 4 + STP_SQUARE_SAMPLES / 16)
 
 /* A run of squares that become a block: [begin, end) of `order`. */
 typedef struct stp_depth_block {
@@ -19,7 +22,7 @@ typedef struct stp_depth_block {
     const uint32_t *points;     /* by item */
     stp_item *items;            /* their normals are set */
     stp_patch_grid *grids;      /* by place in `order`: their merged normals are set */
-    stp_dvec3 *merged;          /* by place in `order`: room for a quarter of a square's samples */
+    stp_dvec3 *merged;          /* by place in `order`: room for STP_DEPTH_MERGED */
     unsigned bits, merged_bits; /* of the grids of normals */
 } stp_depth_block;
 

@@ -399,9 +399,8 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
         stp_disc disc = merge(b, level, begin, end, &like, &area);
         if (b->ground->grid)
             disc.centre = place_on_grid(b, level, begin, end, disc.centre, step);
-        if (level == 1 && b->ground->grid && b->ground->grid->merged &&
-            b->ground->grid->merged_count == count)
-            disc.normal = b->ground->grid->merged[j];
+        if (b->ground->grid && level <= 2 && b->ground->grid->merged_counts[level - 1] == count)
+            disc.normal = b->ground->grid->merged[level - 1][j];
         b->places[level][j] = disc.centre;
         disc.radius = merged_radius(b, &disc, level, begin, end, area, lattice);
         store(b, level, j, &disc, on, like);

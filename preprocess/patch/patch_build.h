@@ -71,9 +71,9 @@ typedef struct stp_patch_grid {
     bool level;           /* columns and rows are those of a level raster */
     bool spreads;         /* the samples lie on rays from the station, world */
     stp_dvec3 station;
-    const stp_dvec3
-        *merged; /* normals of level 1, which those of level 0 follow from; NULL: means */
-    unsigned merged_count;
+    /* Normals of levels 1 and 2, by which finer ones are told; counts 0: means. */
+    const stp_dvec3 *merged[2];
+    unsigned merged_counts[2];
 } stp_patch_grid;
 
 /* How much larger a map's surface is than its plane counts in steps of sqrt(2), up to this many:
