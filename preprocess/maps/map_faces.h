@@ -36,9 +36,11 @@ void stp_map_faces_clear(stp_map_faces *faces);
 /* Sets covered[row * columns + column] of all places under own triangles. */
 void stp_map_faces_cover(const stp_map_faces *faces, uint32_t columns, uint32_t rows,
                          uint8_t *covered);
-/* Replaces heights, in spacings, by those of the nearest triangle, if one is near. NaN stays NaN.
- * slopes: of the surface at each place, squared. lifted: scratch for as many heights. */
+/* Replaces heights, in spacings, by those of the nearest triangle, if one is near, and if they do
+ * not jump where the heights before did not: a fold of the mesh. NaN stays NaN. slopes: of the
+ * surface at each place, squared. jumps: more than what neighbours in a row, and across a diagonal,
+ * may differ by. lifted: scratch for as many heights. */
 void stp_map_faces_lift(const stp_map_faces *faces, uint32_t columns, uint32_t rows,
-                        const float *slopes, float *heights, float *lifted);
+                        const float *slopes, const double jumps[2], float *heights, float *lifted);
 
 #endif

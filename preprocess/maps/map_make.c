@@ -83,6 +83,16 @@ static void choose_frame(making *m, const stp_normal_cone *cone, stp_dvec3 *far)
     *far = stp_dvec3_sub(box.max, box.min);
 }
 
+double stp_map_jump(double cone_rad, double way)
+{
+    return way * tan(fmin(cone_rad + BEYOND_CONE, SLOPE_MOST)) + JUMP_LEAST;
+}
+
+double stp_map_squares_most(uint32_t count)
+{
+    return SQUARES_MOST * count + SQUARES_LEAST;
+}
+
 /* Whether a quadrant around a place has a point within CLOSED_SQUARES. */
 static bool has_points(const stp_map_points *p, int64_t column, int64_t row, bool right, bool down)
 {
@@ -176,10 +186,12 @@ static stp_status lift(making *m, stp_error *err)
 {
     stp_status status = STP_OK;
     float *lifted = NULL;
+    const double limits[2] = {stp_map_jump(m->cone_rad, 1.0), stp_map_jump(m->cone_rad, M_SQRT2)};
     if (m->faces.count == 0)
         return STP_OK;
     STP_TRY(stp_alloc(&lifted, (size_t)m->map.columns * m->map.rows, sizeof *lifted, "maps", err));
-    stp_map_faces_lift(&m->faces, m->map.columns, m->map.rows, m->slopes, m->heights, lifted);
+    stp_map_faces_lift(&m->faces, m->map.columns, m->map.rows, m->slopes, limits, m->heights,
+                       lifted);
 done:
     free(lifted);
     return status;
@@ -191,7 +203,6 @@ static bool jumps(const making *m)
 {
     static const int right[4] = {1, 0, 1, -1}, down[4] = {0, 1, 1, 1};
     const int64_t columns = m->map.columns, rows = m->map.rows;
-    const double slope = tan(fmin(m->cone_rad + BEYOND_CONE, SLOPE_MOST));
     for (int64_t row = 0; row < rows; row++)
         for (int64_t column = 0; column < columns; column++)
             for (int k = 0; k < 4; k++) {
@@ -201,7 +212,7 @@ static bool jumps(const making *m)
                 const double step = (double)m->heights[r * columns + c] -
                                     (double)m->heights[row * columns + column];
                 const double way = right[k] && down[k] ? M_SQRT2 : 1.0;
-                if (fabs(step) > slope * way + JUMP_LEAST) /* false without support */
+                if (fabs(step) > stp_map_jump(m->cone_rad, way)) /* false without support */
                     return true;
             }
     return false;
@@ -331,7 +342,7 @@ stp_status stp_map_make(stp_map *out, bool *fits, const stp_cloud *cloud,
     choose_frame(&m, cone, &far);
     const double columns = floor(far.x / m.map.frame.spacing) + 1.0;
     const double rows = floor(far.y / m.map.frame.spacing) + 1.0;
-    if (!(m.map.frame.spacing > 0.0) || !(columns * rows <= SQUARES_MOST * m.count + SQUARES_LEAST))
+    if (!(m.map.frame.spacing > 0.0) || columns * rows > stp_map_squares_most(m.count))
         return STP_OK;
     m.map.columns = (uint32_t)columns + 1;
     m.map.rows = (uint32_t)rows + 1;

@@ -155,10 +155,16 @@ static stp_status merge_parts(work *w, stp_error *err)
     stp_part_pair *pairs = NULL;
     size_t pair_count = 0;
     uint32_t *roots = NULL;
+    stp_part_field field = {0};
+    const double cone_rad = w->params->cone_deg * M_PI / 180.0;
     STP_TRY(list_pairs(w, &pairs, &pair_count, err));
-    STP_TRY(stp_parts_merge(w->parts, w->part_count, pairs, pair_count, w->cosine, &roots, err));
+    STP_TRY(stp_part_field_create(&field, w->cloud, w->numbers, w->part_count, cone_rad, err));
+    STP_TRY(stp_parts_merge(w->parts, w->part_count, pairs, pair_count, w->cosine, &field, &roots,
+                            err));
+    stp_part_field_clear(&field);
     STP_TRY(order_places(w, roots, err));
 done:
+    stp_part_field_clear(&field);
     free(pairs);
     free(roots);
     return status;

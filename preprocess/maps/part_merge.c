@@ -202,7 +202,8 @@ done:
 }
 
 stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_pair *pairs,
-                           size_t pair_count, double cosine, uint32_t **out, stp_error *err)
+                           size_t pair_count, double cosine, stp_part_field *field, uint32_t **out,
+                           stp_error *err)
 {
     stp_status status = STP_OK;
     merging m = {.parts = parts, .cosine = cosine};
@@ -210,9 +211,16 @@ stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_
     STP_TRY(stp_alloc(&roots, part_count, sizeof *roots, "maps", err));
     STP_TRY(begin(&m, part_count, pairs, pair_count, err));
     while (m.heap_count > 0) {
+        stp_normal_cone cone;
+        bool fits = false;
         const candidate c = pop(&m);
         if (m.versions[c.a] != c.version_a || m.versions[c.b] != c.version_b)
             continue;
+        STP_TRY(cone_of_both(&m, &parts[c.a], &parts[c.b], &cone, err));
+        STP_TRY(stp_part_field_fits(field, c.a, c.b, &cone, &fits, err));
+        if (!fits)
+            continue;
+        stp_part_field_join(field, c.a, c.b);
         STP_TRY(merge(&m, c.a, c.b, err));
         STP_TRY(meet_again(&m, c.a, c.b, err));
     }

@@ -1,9 +1,10 @@
-/* Merges touching parts as long as the cone holds: the pair first whose union adds least to the sum
- * of all parts' errors (stp_part_error). Threads: one. */
+/* Merges touching parts as long as the cone holds and they are a height field (part_field.h): the
+ * pair first whose union adds least to the sum of all parts' errors (stp_part_error). Threads: one.
+ */
 #ifndef STP_PREPROCESS_MAPS_PART_MERGE_H
 #define STP_PREPROCESS_MAPS_PART_MERGE_H
 
-#include "preprocess/maps/part.h"
+#include "preprocess/maps/part_field.h"
 
 /* Most points of a merged part. */
 #define STP_PART_POINTS_MOST 65536u
@@ -11,9 +12,10 @@
 #define STP_PART_SPACINGS 2.0
 
 /* Merges parts; those that become part of another lose their corners. pairs: sorted, a < b.
- * cosine: of the cone's angle. *out: by part, the number of the part that it became part of, or its
- * own; free with free(). Errors: OUT_OF_MEMORY. */
+ * cosine: of the cone's angle. field: of these parts, none joined yet. *out: by part, the number of
+ * the part that it became part of, or its own; free with free(). Errors: OUT_OF_MEMORY. */
 stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_pair *pairs,
-                           size_t pair_count, double cosine, uint32_t **out, stp_error *err);
+                           size_t pair_count, double cosine, stp_part_field *field, uint32_t **out,
+                           stp_error *err);
 
 #endif

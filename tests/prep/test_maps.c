@@ -1,11 +1,9 @@
-/* Tests elevation maps: parts and merged parts keep the cone; each point is within the stated
- * distance of a map, or stays a point; planes, spheres, noise, ramps that turn above each other,
- * volumes, and hardly any points; meshes; the same bytes for any threads and memory. */
+/* Tests elevation maps: each point is within the stated distance of a map, or stays a point;
+ * planes, spheres, noise, ramps that turn above each other, volumes, and hardly any points; meshes;
+ * the same bytes for any threads and memory. */
 #include "preprocess/maps/face_tree.h"
 #include "preprocess/maps/map_distance.h"
 #include "preprocess/maps/maps_make.h"
-#include "preprocess/maps/part_cut.h"
-#include "preprocess/maps/part_merge.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/surface_fixture.h"
 
@@ -19,40 +17,6 @@ static surface_cloud oriented(gen_shape shape, uint32_t count, double noise)
     surface_prepare(&s, STP_PREP_NEIGHBOURS);
     surface_orient(&s, (stp_orient_params){.mode = STP_ORIENT_PROPAGATE});
     return s;
-}
-
-static void test_parts_keep_the_cone(void **state)
-{
-    surface_cloud s = oriented(GEN_TORUS, 20000, 0.0);
-    const double cosine = cos(50.0 * DEGREE);
-    uint32_t *numbers = calloc(s.cloud.count, sizeof *numbers), *roots = NULL, merged = 0;
-    stp_cell_parts cut = {0};
-    stp_error err = {0};
-    (void)state;
-    assert_non_null(numbers);
-    assert_int_equal(s.cloud.cell_count, 1);
-    assert_int_equal(stp_cell_parts_cut(&cut, &s.cloud, 0, cosine, numbers, &err), STP_OK);
-    assert_true(cut.part_count > 20);
-    assert_int_equal(
-        stp_parts_merge(cut.parts, cut.part_count, cut.pairs, cut.pair_count, cosine, &roots, &err),
-        STP_OK);
-    for (uint32_t p = 0; p < cut.part_count; p++)
-        merged += roots[p] == p;
-    assert_true(merged < 0.6 * cut.part_count);
-    uint32_t points = 0;
-    for (uint32_t i = 0; i < s.cloud.count; i++) {
-        assert_true(numbers[i] < cut.part_count);
-        const stp_part *part = &cut.parts[roots[numbers[i]]];
-        const stp_dvec3 n = stp_dvec3_from_float(stp_cloud_normal(&s.cloud, i));
-        assert_true(stp_dvec3_dot(n, part->cone.axis) >= cosine - 1e-6);
-    }
-    for (uint32_t p = 0; p < cut.part_count; p++)
-        points += roots[p] == p ? cut.parts[p].points : 0;
-    assert_int_equal(points, s.cloud.count);
-    free(roots);
-    free(numbers);
-    stp_cell_parts_clear(&cut);
-    surface_clear(&s);
 }
 
 /* Makes maps and checks that all points are accounted for. Returns the points that were there,
@@ -553,19 +517,12 @@ static void test_empty(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parts_keep_the_cone),
-        cmocka_unit_test(test_coverage),
-        cmocka_unit_test(test_error),
-        cmocka_unit_test(test_noise),
-        cmocka_unit_test(test_plane),
-        cmocka_unit_test(test_squares),
-        cmocka_unit_test(test_rough),
-        cmocka_unit_test(test_ramp),
-        cmocka_unit_test(test_mesh),
-        cmocka_unit_test(test_wide_triangles),
-        cmocka_unit_test(test_face_tree),
-        cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test(test_no_surface),
+        cmocka_unit_test(test_coverage),       cmocka_unit_test(test_error),
+        cmocka_unit_test(test_noise),          cmocka_unit_test(test_plane),
+        cmocka_unit_test(test_squares),        cmocka_unit_test(test_rough),
+        cmocka_unit_test(test_ramp),           cmocka_unit_test(test_mesh),
+        cmocka_unit_test(test_wide_triangles), cmocka_unit_test(test_face_tree),
+        cmocka_unit_test(test_same_bytes),     cmocka_unit_test(test_no_surface),
         cmocka_unit_test(test_empty),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,191 @@
+/* Tells whether parts together are a height field. */
+#include "preprocess/maps/part_field.h"
+
+#include "base/memory.h"
+#include "preprocess/maps/map_make.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Least component of a normal along the axis: slopes stay finite. */
+#define NORMAL_LEAST 0.1
+
+typedef struct stp_field_square {
+    float least, most, sum; /* heights, in spacings of the grid */
+    uint32_t count;
+} stp_field_square;
+
+typedef struct grid {
+    stp_part_field *field;
+    stp_map_frame frame;
+    uint32_t columns, rows;
+} grid;
+
+/* The points of a part and of those joined with it, one after another. */
+typedef struct walk {
+    const stp_part_field *field;
+    uint32_t part, at;
+} walk;
+
+static bool walk_next(walk *w, uint32_t *place)
+{
+    while (w->part != STP_PART_NONE && w->at == w->field->begins[w->part + 1]) {
+        w->part = w->field->next[w->part];
+        w->at = w->part == STP_PART_NONE ? 0 : w->field->begins[w->part];
+    }
+    if (w->part == STP_PART_NONE)
+        return false;
+    *place = w->field->places[w->at++];
+    return true;
+}
+
+static walk walk_of(const stp_part_field *field, uint32_t part)
+{
+    return (walk){field, part, field->begins[part]};
+}
+
+/* Adds the points of a part to the grid's box and to the area over its plane. */
+static uint32_t measure(const grid *g, uint32_t part, stp_dbox *box, double *area)
+{
+    const stp_cloud *cloud = g->field->cloud;
+    walk w = walk_of(g->field, part);
+    uint32_t place, count = 0;
+    for (; walk_next(&w, &place); count++) {
+        const double spacing = (double)cloud->points[place].spacing;
+        const stp_dvec3 n = stp_dvec3_from_float(stp_cloud_normal(cloud, place));
+        *area += spacing * spacing * stp_max(stp_dvec3_dot(n, g->frame.axes[2]), 0.0);
+        stp_dbox_add(box, stp_map_frame_local(&g->frame, cloud->points[place].position));
+    }
+    return count;
+}
+
+/* Puts the points of a part into their squares. */
+static void fill(const grid *g, uint32_t part)
+{
+    const stp_cloud *cloud = g->field->cloud;
+    const stp_map_frame *frame = &g->frame;
+    walk w = walk_of(g->field, part);
+    uint32_t place;
+    while (walk_next(&w, &place)) {
+        const stp_dvec3 at = stp_dvec3_scale(
+            stp_map_frame_local(frame, cloud->points[place].position), 1.0 / frame->spacing);
+        const stp_dvec3 n = stp_dvec3_from_float(stp_cloud_normal(cloud, place));
+        const double column = stp_max(floor(at.x), 0.0), row = stp_max(floor(at.y), 0.0);
+        const double right = column + 0.5 - at.x, down = row + 0.5 - at.y;
+        const double up = stp_max(stp_dvec3_dot(n, frame->axes[2]), NORMAL_LEAST);
+        const double slope =
+            right * stp_dvec3_dot(n, frame->axes[0]) + down * stp_dvec3_dot(n, frame->axes[1]);
+        const float height = (float)(at.z - slope / up);
+        stp_field_square *s = &g->field->squares[(size_t)row * g->columns + (size_t)column];
+        s->least = s->count == 0 ? height : fminf(s->least, height);
+        s->most = s->count == 0 ? height : fmaxf(s->most, height);
+        s->sum += height;
+        s->count++;
+    }
+}
+
+static float mean_of(const stp_field_square *s)
+{
+    return s->sum / (float)s->count;
+}
+
+static bool is_field(const grid *g)
+{
+    static const int right[4] = {1, 0, 1, -1}, down[4] = {0, 1, 1, 1};
+    const float jump = (float)stp_map_jump(g->field->cone_rad, 1.0);
+    const float diagonal = (float)stp_map_jump(g->field->cone_rad, M_SQRT2);
+    for (int64_t row = 0; row < g->rows; row++)
+        for (int64_t column = 0; column < g->columns; column++) {
+            const stp_field_square *s = &g->field->squares[row * g->columns + column];
+            if (s->count == 0)
+                continue;
+            if (s->most - s->least > jump)
+                return false;
+            for (int k = 0; k < 4; k++) {
+                const int64_t c = column + right[k], r = row + down[k];
+                if (c < 0 || c >= g->columns || r >= g->rows)
+                    continue;
+                const stp_field_square *t = &g->field->squares[r * g->columns + c];
+                const float most = right[k] && down[k] ? diagonal : jump;
+                if (t->count > 0 && fabsf(mean_of(s) - mean_of(t)) > most)
+                    return false;
+            }
+        }
+    return true;
+}
+
+stp_status stp_part_field_fits(stp_part_field *field, uint32_t a, uint32_t b,
+                               const stp_normal_cone *cone, bool *fits, stp_error *err)
+{
+    stp_status status = STP_OK;
+    grid g = {.field = field};
+    stp_dbox box = stp_dbox_empty();
+    double area = 0.0;
+    *fits = false;
+    g.frame.origin = field->cloud->points[field->places[field->begins[a]]].position;
+    stp_dvec3_axes(g.frame.axes, cone->axis);
+    const uint32_t count = measure(&g, a, &box, &area) + measure(&g, b, &box, &area);
+    g.frame.origin = stp_map_frame_world(&g.frame, box.min);
+    g.frame.spacing = sqrt(area / count);
+    const double columns = floor((box.max.x - box.min.x) / g.frame.spacing) + 2.0;
+    const double rows = floor((box.max.y - box.min.y) / g.frame.spacing) + 2.0;
+    if (!(g.frame.spacing > 0.0) || columns * rows > stp_map_squares_most(count))
+        return STP_OK;
+    g.columns = (uint32_t)columns;
+    g.rows = (uint32_t)rows;
+    const size_t squares = (size_t)g.columns * g.rows;
+    STP_TRY(
+        stp_grow(&field->squares, &field->capacity, squares, sizeof *field->squares, "maps", err));
+    memset(field->squares, 0, squares * sizeof *field->squares);
+    fill(&g, a);
+    fill(&g, b);
+    *fits = is_field(&g);
+done:
+    return status;
+}
+
+void stp_part_field_join(stp_part_field *field, uint32_t a, uint32_t b)
+{
+    field->next[field->last[a]] = b;
+    field->last[a] = field->last[b];
+}
+
+stp_status stp_part_field_create(stp_part_field *out, const stp_cloud *cloud,
+                                 const uint32_t *numbers, uint32_t part_count, double cone_rad,
+                                 stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_part_field made = {.cloud = cloud, .cone_rad = cone_rad};
+    STP_TRY(stp_alloc(&made.begins, (size_t)part_count + 2, sizeof *made.begins, "maps", err));
+    STP_TRY(stp_alloc(&made.next, part_count, sizeof *made.next, "maps", err));
+    STP_TRY(stp_alloc(&made.last, part_count, sizeof *made.last, "maps", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &made.places, cloud->count, sizeof *made.places, "maps",
+                            err));
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        if (numbers[i] != STP_PART_NONE)
+            made.begins[numbers[i] + 2]++;
+    for (uint32_t p = 0; p < part_count; p++) {
+        made.begins[p + 2] += made.begins[p + 1];
+        made.next[p] = STP_PART_NONE;
+        made.last[p] = p;
+    }
+    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        if (numbers[i] != STP_PART_NONE)
+            made.places[made.begins[numbers[i] + 1]++] = i;
+    *out = made;
+    made = (stp_part_field){0};
+done:
+    stp_part_field_clear(&made);
+    return status;
+}
+
+void stp_part_field_clear(stp_part_field *field)
+{
+    if (field->cloud)
+        stp_spill_free(field->cloud->spill, field->places);
+    free(field->begins);
+    free(field->next);
+    free(field->last);
+    free(field->squares);
+    *field = (stp_part_field){0};
+}
