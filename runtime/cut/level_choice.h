@@ -26,6 +26,7 @@ typedef struct stp_mirror_patch {
     uint8_t count[STP_LEVEL_COUNT];
     uint8_t finest; /* resident level */
     uint8_t flags;  /* STP_PATCH_* */
+    uint16_t spots; /* of a wide patch: 1 + the number of its first spot (stream/spots.h); else 0 */
     uint8_t colour_error[STP_LEVEL_COUNT];
     /* Levels 2, then 1: perpendicular, tangential; by quarter. */
     float quarter_error[2][2][STP_PATCH_QUARTERS];

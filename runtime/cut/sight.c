@@ -40,6 +40,58 @@ static void mark_tiles(const stp_sight_params *params, unsigned worker, const fl
                    frame->centre[1] + eye[1] * scale, reach);
 }
 
+/* A patch in sight, and what is known of it. */
+typedef struct seen_patch {
+    const stp_draw *draw;
+    const stp_resident *resident;
+    uint32_t at; /* of the patches of the block */
+    const stp_rule_bound *bound;
+    const float *eye; /* of the bound's centre, in eye space */
+} seen_patch;
+
+/* Whether a patch is drawn at its finest level, also if its errors are `slack` times as small. */
+static bool is_finest(const stp_sight_params *params, const seen_patch *seen, float slack)
+{
+    stp_gpu_frame frame = *params->frame;
+    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(params->scene, seen->draw, params->eye);
+    frame.quality[0] *= slack;
+    frame.quality[1] *= slack;
+    stp_levels levels =
+        stp_levels_choose(&frame, &chunk, &seen->resident->mirror.patches[seen->at]);
+    bool finest = seen->draw->finest == 0;
+    for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+        finest = finest && (levels.of[q] == 0 || (q > 0 && levels.of[q] == STP_LEVEL_SKIP));
+    return finest;
+}
+
+/* The GPU rounds in its own way: it chooses level 0, too, if errors this much smaller do not
+ * change that. */
+#define ROUNDING_SLACK 1.25f
+
+/* Marks the tiles that a patch may cover. vertex: only its patch vertex is drawn. */
+static void mark_patch(const stp_sight_params *params, unsigned worker, const seen_patch *seen,
+                       bool vertex)
+{
+    const stp_gpu_frame *frame = params->frame;
+    const stp_mirror_patch *patch = &seen->resident->mirror.patches[seen->at];
+    const float stretch = stp_frame_stretch(frame);
+    if (patch->spots == 0 || vertex || !is_finest(params, seen, ROUNDING_SLACK)) {
+        mark_tiles(params, worker, seen->eye, seen->bound->radius * stretch);
+        return;
+    }
+    const stp_spot *spots = seen->resident->mirror.spots + patch->spots - 1;
+    const float reach = stretch * stp_spot_reach(patch->bound_radius, patch->radius[0]);
+    for (unsigned i = 0; i < patch->count[0]; i++) {
+        const float *const axes[3] = {frame->axis_right, frame->axis_up, frame->axis_back};
+        float offset[3], eye[3];
+        stp_spot_offset(&spots[i], patch->bound_radius, offset);
+        for (int k = 0; k < 3; k++)
+            eye[k] = seen->eye[k] + axes[k][0] * offset[0] + axes[k][1] * offset[1] +
+                     axes[k][2] * offset[2];
+        mark_tiles(params, worker, eye, reach);
+    }
+}
+
 /* The state of the block that refines a patch. */
 static size_t state_below(const stp_sight *s, const stp_patch_brief *brief)
 {
@@ -121,12 +173,7 @@ static bool is_wide_square(const look *l, const stp_draw *draw, const stp_reside
     if (!(radius_px >
           (stp_raster_is_map(raster_of(r, at)) ? l->params->maps_px : l->params->grids_px)))
         return false;
-    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(l->params->scene, draw, l->params->eye);
-    stp_levels levels = stp_levels_choose(l->params->frame, &chunk, patch);
-    bool finest = true;
-    for (int q = 0; q < STP_PATCH_QUARTERS; q++)
-        finest = finest && (levels.of[q] == 0 || (q > 0 && levels.of[q] == STP_LEVEL_SKIP));
-    return finest;
+    return is_finest(l->params, &(seen_patch){.draw = draw, .resident = r, .at = at}, 1.0f);
 }
 
 /* The greatest projected radius of the pixels of a square (shape.glsl, map.glsl). */
@@ -202,9 +249,9 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
         if (below >= STP_CUT_LINKED &&
             leave_below(l, below, draw, &r->mirror.patches[i], brief, &sight))
             continue;
-        mark_tiles(params, worker, eye, bound.radius * stp_frame_stretch(params->frame));
         float radius_px = brief->vertex_radius * sight.scale;
         const bool vertex = params->vertices && stp_vertex_does(params->frame, &sight, brief);
+        mark_patch(params, worker, &(seen_patch){draw, r, i, &bound, eye}, vertex);
         if (!has_any(brief, vertex ? STP_LEVEL_COUNT - 1 : draw->finest))
             continue;
         if (vertex) {

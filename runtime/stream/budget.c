@@ -21,7 +21,10 @@ static const uint64_t ring_most_bytes[2] = {UINT64_C(32) << 20, UINT64_C(8) << 2
 #define SPARE_SLOTS_LEAST 16
 /* What else is kept of each block: entries of tables of the model, the cache and the stream. */
 #define TABLE_BYTES 160
-#define PATCH_MIRROR_BYTES (sizeof(stp_mirror_patch) + sizeof(stp_patch_brief) + sizeof(stp_square))
+/* A block has squares or spots, not both. */
+#define PATCH_MIRROR_BYTES                                                                         \
+    (sizeof(stp_mirror_patch) + sizeof(stp_patch_brief) + STP_SPOTS_A_PATCH * sizeof(stp_spot))
+_Static_assert(sizeof(stp_square) <= STP_SPOTS_A_PATCH * sizeof(stp_spot), "squares take less");
 
 /* Sums and maxima over a scene's blocks. */
 typedef struct demand {

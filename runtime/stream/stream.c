@@ -286,6 +286,7 @@ static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk 
         m->briefs[p] = stp_patch_brief_of(s->scene, of, &m->patches[p], &chunk->patches[p]);
         m->briefs[p].empty = model->model->chosen ? (uint8_t)stp_chosen_empty(chunk, p) : 0;
     }
+    STP_TRY(stp_spots_list(&m->spots, m->patches, chunk, err));
     if (chunk->finest_level == 0 && stp_chunk_is_squares(chunk)) {
         m->squares = chunk->squares;
         m->rasters = chunk->rasters;
@@ -426,6 +427,7 @@ void stp_mirror_clear(stp_mirror *mirror)
     free(mirror->briefs);
     free(mirror->squares);
     free(mirror->rasters);
+    free(mirror->spots);
     *mirror = (stp_mirror){0};
 }
 

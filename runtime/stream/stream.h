@@ -20,6 +20,7 @@
 #include "runtime/cut/scene.h"
 #include "runtime/stream/object_texture.h"
 #include "runtime/stream/payload_store.h"
+#include "runtime/stream/spots.h"
 
 /* Reads join neighbours, which may be far less wanted and then wait for their turn. So there are
  * many more loads than reads in flight. */
@@ -72,6 +73,7 @@ typedef struct stp_mirror {
     stp_patch_brief *briefs;
     stp_square *squares; /* if level 0 is of squares of a grid; else NULL */
     stp_raster *rasters; /* of the squares */
+    stp_spot *spots;     /* of wide patches; may be NULL */
 } stp_mirror;
 
 void stp_mirror_clear(stp_mirror *mirror);

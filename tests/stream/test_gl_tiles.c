@@ -4,6 +4,7 @@
  * With each road that chooses levels, the same pixels must have a sample (which one may differ
  * where depths tie). */
 #include "runtime/cut/tiles.h"
+#include "runtime/stream/spots.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan/scan_fixture.h"
@@ -173,6 +174,14 @@ static void terrain(void **state)
     judge(&(model_recipe){.shape = GEN_TERRAIN, .point_count = 5000});
 }
 
+/* Samples so small that patches are wide: their spots say which tiles they cover. */
+static void wide(void **state)
+{
+    (void)state;
+    judge(&(model_recipe){
+        .shape = GEN_STATUE, .point_count = 10000, .true_normals = true, .lambda = 0.25});
+}
+
 /* A sample whose place or reach is not a number, or infinite, may be anywhere. */
 static void no_number(void **state)
 {
@@ -189,14 +198,55 @@ static void no_number(void **state)
     }
 }
 
+/* Samples of a wide patch are known by their spots, to within their reach; those of a dense patch,
+ * or of one with more samples than there is room for, are not. */
+static void spots(void **state)
+{
+    enum { MOST = STP_SPOTS_A_PATCH + 1 };
+    static const uint16_t places[3][3] = {{0, 0, 0}, {40000, 1, 65535}, {65535, 32768, 3}};
+    static stp_sample samples[MOST];
+    stp_patch patch = {.exponent = 0};
+    uint32_t begin[2] = {0, 3};
+    const stp_chunk chunk = {
+        .patch_count = 1, .patches = &patch, .level_begin = {begin}, .samples = {samples}};
+    stp_spot *found = NULL;
+    (void)state;
+    for (int i = 0; i < 3; i++)
+        memcpy(samples[i].position, places[i], sizeof places[i]);
+    stp_mirror_patch wide = {.bound_centre = {32768.0f, 32768.0f, 32768.0f},
+                             .bound_radius = 60000.0f,
+                             .radius = {100.0f},
+                             .count = {3}};
+    stp_mirror_patch dense = wide, full = wide;
+    check_ok(stp_spots_list(&found, &wide, &chunk, err));
+    assert_int_equal(wide.spots, 1);
+    for (int i = 0; i < 3; i++) {
+        float offset[3], square = 0.0f;
+        stp_spot_offset(&found[i], wide.bound_radius, offset);
+        for (int k = 0; k < 3; k++) {
+            const float off = wide.bound_centre[k] + offset[k] - (float)places[i][k];
+            square += off * off;
+        }
+        assert_true(sqrtf(square) <= stp_spot_reach(wide.bound_radius, 0.0f));
+        assert_true(stp_spot_reach(wide.bound_radius, 0.0f) < 500.0f);
+    }
+    free(found);
+    found = NULL;
+    dense.radius[0] = 10000.0f;
+    check_ok(stp_spots_list(&found, &dense, &chunk, err));
+    assert_true(found == NULL && dense.spots == 0);
+    full.count[0] = MOST;
+    begin[1] = MOST;
+    check_ok(stp_spots_list(&found, &full, &chunk, err));
+    assert_true(found == NULL && full.spots == 0);
+}
+
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(while_loading),
-        cmocka_unit_test(statue),
-        cmocka_unit_test(terrain),
-        cmocka_unit_test(no_number),
+        cmocka_unit_test(while_loading), cmocka_unit_test(statue),    cmocka_unit_test(terrain),
+        cmocka_unit_test(wide),          cmocka_unit_test(no_number), cmocka_unit_test(spots),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);
