@@ -11,12 +11,18 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
+/* Cells are cut into parts that keep this share of the cone, and at most so many degrees. If parts
+ * are small, merging chooses where maps meet: there are fewer maps. But cuts by planes are
+ * straighter, so gaps between them are filled better. */
+#define CUT_SHARE 0.75
+#define CUT_MOST 45.0
+
 typedef struct work {
     stp_cloud *cloud;
     const stp_maps_params *params;
     const stp_progress *progress;
     stp_face_tree faces;
-    double cosine;
+    double cut_cosine; /* of the cone that parts keep before they are merged */
     stp_cell_parts *cells;
     uint32_t cell_count;  /* before points leave the cloud, and cells with them */
     uint32_t *cell_first; /* by cell: the number of its first part among all */
@@ -47,7 +53,7 @@ static stp_status cut_cell(void *context, size_t place, unsigned worker, stp_err
     const uint32_t index = w->own.begin + (uint32_t)place;
     const stp_cell *cell = &w->cloud->cells[index];
     (void)worker;
-    STP_TRY(stp_cell_parts_cut(&w->cells[index], w->cloud, index, w->cosine, w->numbers, err));
+    STP_TRY(stp_cell_parts_cut(&w->cells[index], w->cloud, index, w->cut_cosine, w->numbers, err));
     STP_TRY(advance(w, cell->end - cell->begin, err));
 done:
     return status;
@@ -159,8 +165,8 @@ static stp_status merge_parts(work *w, stp_error *err)
     const double cone_rad = w->params->cone_deg * M_PI / 180.0;
     STP_TRY(list_pairs(w, &pairs, &pair_count, err));
     STP_TRY(stp_part_field_create(&field, w->cloud, w->numbers, w->part_count, cone_rad, err));
-    STP_TRY(stp_parts_merge(w->parts, w->part_count, pairs, pair_count, w->cosine, &field, &roots,
-                            err));
+    STP_TRY(stp_parts_merge(w->parts, w->part_count, pairs, pair_count, cos(cone_rad), &field,
+                            &roots, err));
     stp_part_field_clear(&field);
     STP_TRY(order_places(w, roots, err));
 done:
@@ -332,11 +338,13 @@ stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params 
                          stp_pool *pool, const stp_progress *progress, stp_error *err)
 {
     stp_status status = STP_OK;
+    const double cone = params->cone_deg;
+    const double cut_deg = params->fill ? cone : fmin(CUT_SHARE * cone, CUT_MOST);
     work w = {.cloud = cloud,
               .cell_count = cloud->cell_count,
               .params = params,
               .progress = progress,
-              .cosine = cos(params->cone_deg * M_PI / 180.0)};
+              .cut_cosine = cos(cut_deg * M_PI / 180.0)};
     STP_TRY(stp_alloc(&w.cells, cloud->cell_count, sizeof *w.cells, "maps", err));
     STP_TRY(
         stp_spill_alloc(cloud->spill, &w.numbers, cloud->count, sizeof *w.numbers, "maps", err));

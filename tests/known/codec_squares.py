@@ -106,8 +106,7 @@ class Block:
             self.first[raster] = [min(n) * SIDE for n in own]
             self.size[raster] = [(max(n) - min(n) + 1) * SIDE for n in own]
             area += self.size[raster][0] * self.size[raster][1] // 64
-        free = 256 if any(rasters[s[3]].spreads for s in squares) else 64
-        require(area <= min(4 * len(patches), sum(p.counts[0] for p in patches)) + free, f"{name}: squares far apart")
+        require(area <= min(4 * len(patches), sum(p.counts[0] for p in patches)) + 256, f"{name}: squares far apart")
         self.exponent = min(p.exponent for p in patches)
         require(max(p.exponent for p in patches) - self.exponent <= 8, f"{name}: lattices too unlike")
         for square, patch in zip(squares, patches):

@@ -11,9 +11,7 @@
  * more: memory is bounded by what the block has. */
 #define SQUARES_PER_PATCH 4u
 #define SQUARES_PER_SAMPLE 1u
-#define SQUARES_FREE 64u
-/* The same if a raster spreads: its patches may lie apart, since depths jump. */
-#define SQUARES_FREE_SPREAD 256u
+#define SQUARES_FREE 256u
 /* Lattices of patches differ by at most so many octaves, so sums of heights are exact. */
 #define OCTAVES_MOST 8
 
@@ -65,14 +63,6 @@ static const char *find_lattice(const stp_chunk *block, stp_square_map *map)
                                                : NULL;
 }
 
-static bool spreads(const stp_chunk *block, const stp_square_map *map)
-{
-    for (uint32_t r = 0; r < map->grid_count; r++)
-        if (stp_raster_spreads(&block->rasters[map->first_raster + r]))
-            return true;
-    return false;
-}
-
 /* Finds the squares of each raster. *squares: as many as all extents hold. */
 static const char *find_extents(const stp_chunk *block, const stp_square_map *map, extent *extents,
                                 size_t *squares)
@@ -88,8 +78,7 @@ static const char *find_extents(const stp_chunk *block, const stp_square_map *ma
     const uint64_t of_patches = (uint64_t)block->patch_count * SQUARES_PER_PATCH;
     const uint64_t of_samples =
         (uint64_t)block->level_begin[0][block->patch_count] * SQUARES_PER_SAMPLE;
-    const uint64_t most = (of_patches < of_samples ? of_patches : of_samples) +
-                          (spreads(block, map) ? SQUARES_FREE_SPREAD : SQUARES_FREE);
+    const uint64_t most = (of_patches < of_samples ? of_patches : of_samples) + SQUARES_FREE;
     for (uint32_t r = 0; r < map->grid_count && count <= most; r++)
         if (!is_empty(&extents[r]))
             count += width(&extents[r].columns) * width(&extents[r].rows);
