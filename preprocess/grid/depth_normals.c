@@ -205,6 +205,7 @@ static void keep(const piece *p, uint32_t index, int level, const square_samples
     if (level > 0) {
         room_of(b, index, level)[j] = normal;
         b->grids[index].merged[level - 1] = room_of(b, index, level);
+        // cppcheck-suppress arrayIndexOutOfBoundsCond ; levels end with COARSEST
         b->grids[index].merged_counts[level - 1] = s->counts[level];
         return;
     }
@@ -250,6 +251,7 @@ static void derive_family(piece *p, uint32_t index, const square_samples *s, int
         else
             encode_own(s->sum[level][i], bits, code);
         if (level > 0)
+            // cppcheck-suppress arrayIndexOutOfBoundsCond ; likewise
             add_sample(level, s, i, code, &p->level[level]);
         keep(p, index, level, s, i, code);
     }

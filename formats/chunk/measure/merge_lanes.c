@@ -102,6 +102,7 @@ static inline void take_centre(const near_discs *d, stp_merged_points *out)
     out->nearest[0] = 0;
     out->height[0] = FAR;
     for (unsigned i = d->count; i-- > 0;)
+        // cppcheck-suppress uninitvar ; all that are filled have been set, and these are more
         if (squared[i] == least) {
             out->nearest[0] = i;
             out->height[0] = height[i];
