@@ -26,7 +26,7 @@ static stp_spot spot_of(const stp_sample *sample, const stp_patch *stored,
         const double share =
             0.5 + 0.5 * (at[k] - (double)patch->bound_centre[k]) / (double)patch->bound_radius;
         const double code = STEPS * share;
-        spot.at[k] = code <= 0.0 ? 0 : code >= STEPS - 1.0f ? UINT8_MAX : (uint8_t)code;
+        spot.at[k] = (uint8_t)fmin(fmax(code, 0.0), STEPS - 1.0);
     }
     return spot;
 }

@@ -136,7 +136,7 @@ static int32_t code_step(const coder *c, const family *f, const table_row *r, do
     const int32_t place = (stp_square_whole(expected) - first + (1 << shift >> 1)) >> shift;
     const int32_t own = c->decode ? 0 : (position - first) >> shift;
     const int32_t coded = code(c, r, STP_COLUMN_POSITION_C, place, own, 0xffff >> shift);
-    return (first + (coded << shift)) & 0xffff;
+    return (first + coded * (1 << shift)) & 0xffff;
 }
 
 STP_INLINE void code_height(const coder *c, const family *f, const table_row *r, uint32_t child,
@@ -354,7 +354,8 @@ STP_INLINE void code_radius(const coder *c, const table_row *r, const stp_patch 
     const int shift = (int)c->choice->radii, half = 1 << shift >> 1;
     const int32_t place = (*of_kind - lattice - 1 + half) >> shift;
     const int32_t own = (s->radius - 1) >> shift;
-    s->radius = (uint8_t)((code(c, r, STP_COLUMN_RADIUS, place, own, 0xff >> shift) << shift) + 1);
+    s->radius =
+        (uint8_t)(code(c, r, STP_COLUMN_RADIUS, place, own, 0xff >> shift) * (1 << shift) + 1);
     *of_kind = s->radius + lattice;
 }
 
