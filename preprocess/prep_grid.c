@@ -68,12 +68,13 @@ void stp_prep_grid_add(stp_prep_job *job, const stp_point *point, uint64_t recor
                        stp_reject *reject)
 {
     stp_height_grid *grid = &job->grid;
-    if (job->in_parts && *reject == STP_REJECT_NONE)
-        stp_grid_records_set(&job->grid_records, record, point);
-    else if (job->in_parts)
-        stp_grid_records_leave_out(&job->grid_records, record);
-    if (job->in_parts)
+    if (job->in_parts) {
+        if (*reject == STP_REJECT_NONE)
+            stp_grid_records_set(&job->grid_records, record, point);
+        else
+            stp_grid_records_leave_out(&job->grid_records, record);
         return;
+    }
     const bool parts = stp_prep_grid_has_parts(job);
     const uint64_t place =
         parts ? stp_grid_part_place(&job->part, &grid->raster, record - job->part.first)

@@ -20,6 +20,11 @@
 #define STP_MAP_ORIENTED 2u /* the side that the normal points to is known */
 #define STP_MAP_CLOSED 4u   /* the back of the nearest point is hidden (closed/enclosure.h) */
 
+/* The places of a grid beside each place, by column and row: each pair of neighbours once. The last
+ * two lie across a diagonal. */
+#define STP_MAP_BESIDE 4
+static const int8_t stp_map_beside[STP_MAP_BESIDE][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
+
 typedef struct stp_map_sample {
     int32_t height; /* in steps, 0 or more */
     uint16_t intensity;

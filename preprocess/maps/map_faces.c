@@ -128,21 +128,21 @@ static void lift(const stp_dvec3 at[3], uint32_t columns, uint32_t rows, const f
 }
 
 /* Drops the lifted heights of neighbours that jump; false if there are none. */
-static bool drop_jumps(uint32_t columns, uint32_t rows, const double jumps[2], const float *heights,
-                       float *lifted)
+static bool drop_jumps(uint32_t columns, uint32_t rows, const double jumps[STP_MAP_BESIDE],
+                       const float *heights, float *lifted)
 {
-    static const int right[4] = {1, 0, 1, -1}, down[4] = {0, 1, 1, 1};
     bool dropped = false;
     for (int64_t p = 0; p < (int64_t)columns * rows; p++)
-        for (int k = 0; k < 4; k++) {
-            const int64_t c = p % columns + right[k], r = p / columns + down[k];
+        for (int k = 0; k < STP_MAP_BESIDE; k++) {
+            const int64_t c = p % columns + stp_map_beside[k][0];
+            const int64_t r = p / columns + stp_map_beside[k][1];
             const int64_t q = r * columns + c;
             if (c < 0 || c >= columns || r >= rows || (isnan(lifted[p]) && isnan(lifted[q])))
                 continue;
             const float a = isnan(lifted[p]) ? heights[p] : lifted[p];
             const float b = isnan(lifted[q]) ? heights[q] : lifted[q];
-            if (fabsf(a - b) > (float)jumps[k >= 2] &&
-                fabsf(heights[p] - heights[q]) <= (float)jumps[k >= 2]) {
+            if (fabsf(a - b) > (float)jumps[k] &&
+                fabsf(heights[p] - heights[q]) <= (float)jumps[k]) {
                 lifted[p] = lifted[q] = NAN;
                 dropped = true;
             }
@@ -151,7 +151,8 @@ static bool drop_jumps(uint32_t columns, uint32_t rows, const double jumps[2], c
 }
 
 void stp_map_faces_lift(const stp_map_faces *faces, uint32_t columns, uint32_t rows,
-                        const float *slopes, const double jumps[2], float *heights, float *lifted)
+                        const float *slopes, const double jumps[STP_MAP_BESIDE], float *heights,
+                        float *lifted)
 {
     const size_t all = (size_t)columns * rows;
     for (size_t i = 0; i < all; i++)

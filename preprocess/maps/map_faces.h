@@ -38,9 +38,10 @@ void stp_map_faces_cover(const stp_map_faces *faces, uint32_t columns, uint32_t 
                          uint8_t *covered);
 /* Replaces heights, in spacings, by those of the nearest triangle, if one is near, and if they do
  * not jump where the heights before did not: a fold of the mesh. NaN stays NaN. slopes: of the
- * surface at each place, squared. jumps: more than what neighbours in a row, and across a diagonal,
- * may differ by. lifted: scratch for as many heights. */
+ * surface at each place, squared. jumps: stp_map_jumps (map_make.h). lifted: scratch for as many
+ * heights. */
 void stp_map_faces_lift(const stp_map_faces *faces, uint32_t columns, uint32_t rows,
-                        const float *slopes, const double jumps[2], float *heights, float *lifted);
+                        const float *slopes, const double jumps[STP_MAP_BESIDE], float *heights,
+                        float *lifted);
 
 #endif

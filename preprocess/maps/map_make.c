@@ -83,9 +83,11 @@ static void choose_frame(making *m, const stp_normal_cone *cone, stp_dvec3 *far)
     *far = stp_dvec3_sub(box.max, box.min);
 }
 
-double stp_map_jump(double cone_rad, double way)
+void stp_map_jumps(double cone_rad, double out[STP_MAP_BESIDE])
 {
-    return way * tan(fmin(cone_rad + BEYOND_CONE, SLOPE_MOST)) + JUMP_LEAST;
+    const double slope = tan(fmin(cone_rad + BEYOND_CONE, SLOPE_MOST));
+    for (int k = 0; k < STP_MAP_BESIDE; k++)
+        out[k] = slope * hypot(stp_map_beside[k][0], stp_map_beside[k][1]) + JUMP_LEAST;
 }
 
 double stp_map_squares_most(uint32_t count)
@@ -186,12 +188,12 @@ static stp_status lift(making *m, stp_error *err)
 {
     stp_status status = STP_OK;
     float *lifted = NULL;
-    const double limits[2] = {stp_map_jump(m->cone_rad, 1.0), stp_map_jump(m->cone_rad, M_SQRT2)};
+    double most[STP_MAP_BESIDE];
     if (m->faces.count == 0)
         return STP_OK;
+    stp_map_jumps(m->cone_rad, most);
     STP_TRY(stp_alloc(&lifted, (size_t)m->map.columns * m->map.rows, sizeof *lifted, "maps", err));
-    stp_map_faces_lift(&m->faces, m->map.columns, m->map.rows, m->slopes, limits, m->heights,
-                       lifted);
+    stp_map_faces_lift(&m->faces, m->map.columns, m->map.rows, m->slopes, most, m->heights, lifted);
 done:
     free(lifted);
     return status;
@@ -201,18 +203,18 @@ done:
  * allows. */
 static bool jumps(const making *m)
 {
-    static const int right[4] = {1, 0, 1, -1}, down[4] = {0, 1, 1, 1};
     const int64_t columns = m->map.columns, rows = m->map.rows;
+    double most[STP_MAP_BESIDE];
+    stp_map_jumps(m->cone_rad, most);
     for (int64_t row = 0; row < rows; row++)
         for (int64_t column = 0; column < columns; column++)
-            for (int k = 0; k < 4; k++) {
-                const int64_t c = column + right[k], r = row + down[k];
+            for (int k = 0; k < STP_MAP_BESIDE; k++) {
+                const int64_t c = column + stp_map_beside[k][0], r = row + stp_map_beside[k][1];
                 if (c < 0 || c >= columns || r >= rows)
                     continue;
                 const double step = (double)m->heights[r * columns + c] -
                                     (double)m->heights[row * columns + column];
-                const double way = right[k] && down[k] ? M_SQRT2 : 1.0;
-                if (fabs(step) > stp_map_jump(m->cone_rad, way)) /* false without support */
+                if (fabs(step) > most[k]) /* false without support */
                     return true;
             }
     return false;

@@ -39,9 +39,8 @@
 stp_status stp_map_make(stp_map *out, bool *fits, const stp_cloud *cloud,
                         const stp_map_places *places, const stp_normal_cone *cone, double cone_rad,
                         stp_error *err);
-/* How much heights of samples may differ that are so far apart in the plane. Unit: spacings of the
- * grid. */
-double stp_map_jump(double cone_rad, double way);
+/* By neighbour (stp_map_beside): how much its height may differ, in spacings of the grid. */
+void stp_map_jumps(double cone_rad, double out[STP_MAP_BESIDE]);
 /* How many squares the grid of so many points may have. */
 double stp_map_squares_most(uint32_t count);
 

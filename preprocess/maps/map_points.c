@@ -12,8 +12,6 @@
 /* R is at most so many squares of the grid: the search stays small where spacings differ. */
 #define REACH_MOST 8.0f
 #define REACH_LEAST 1.5f
-/* Least component of a normal along the map's axis: slopes stay finite. */
-#define NORMAL_LEAST 0.1f
 /* The same of points around the map, else they do not count. */
 #define AROUND_NORMAL_LEAST 0.2f
 /* Times that weights are taken from a height found before. */
@@ -34,7 +32,7 @@ static stp_map_point make_point(const stp_cloud *cloud, uint32_t place, const st
     const stp_dvec3 p = stp_map_frame_local(frame, cloud->points[place].position);
     const stp_dvec3 n = stp_dvec3_from_float(stp_cloud_normal(cloud, place));
     const float upwards = (float)stp_dvec3_dot(n, frame->axes[2]);
-    const float nz = own ? fmaxf(upwards, NORMAL_LEAST) : upwards;
+    const float nz = own ? fmaxf(upwards, STP_MAP_NORMAL_LEAST) : upwards;
     return (stp_map_point){.x = (float)(p.x / frame->spacing),
                            .y = (float)(p.y / frame->spacing),
                            .z = (float)(p.z / frame->spacing),

@@ -42,6 +42,9 @@ typedef struct stp_map_places {
 /* Squares beyond the map's grid in which points are taken. */
 #define STP_MAP_MARGIN 5u
 
+/* Least component of a point's normal along the map's axis: slopes stay finite. */
+#define STP_MAP_NORMAL_LEAST 0.1f
+
 /* Squares around a grid place in which points are looked for. */
 #define STP_MAP_RINGS 4
 

@@ -17,14 +17,19 @@ typedef struct giving {
     stp_map_list *lists;
     const uint32_t *begins, *places;
     bool *mapped;
+    uint32_t list_count;
+    stp_rank_part (*part)(const struct giving *, unsigned rank); /* the items that a rank has */
     stp_status (*pack)(const struct giving *, uint32_t index, stp_bytes *, stp_error *);
     stp_status (*take)(struct giving *, uint32_t index, stp_cursor *, stp_error *);
 } giving;
 
-/* Gives items [begin, end), which rank `from` has, to all others. */
-static stp_status give(giving *g, unsigned from, uint32_t begin, uint32_t end, stp_error *err)
+/* Gives the items that rank `from` has to all others. */
+static stp_status give(giving *g, unsigned from, stp_error *err)
 {
     stp_status status = STP_OK;
+    const stp_rank_part part = g->part(g, from);
+    uint32_t begin = part.begin;
+    const uint32_t end = part.end;
     stp_bytes packet = {0};
     while (begin < end) {
         packet.size = 0;
@@ -41,7 +46,21 @@ done:
     return status;
 }
 
+static stp_status give_all(giving *g, stp_error *err)
+{
+    const unsigned count = stp_ranks_count(g->ranks);
+    stp_status status = STP_OK;
+    for (unsigned rank = 0; rank < count && count > 1 && status == STP_OK; rank++)
+        status = give(g, rank, err);
+    return status;
+}
+
 /* ---- parts of cells ---- */
+
+static stp_rank_part cells_of(const giving *g, unsigned rank)
+{
+    return stp_cloud_cells(g->cloud, g->ranks, rank);
+}
 
 static stp_status pack_cell(const giving *g, uint32_t index, stp_bytes *out, stp_error *err)
 {
@@ -89,19 +108,14 @@ done:
 stp_status stp_cell_parts_share(stp_ranks *ranks, const stp_cloud *cloud, stp_cell_parts *cells,
                                 uint32_t *numbers, stp_error *err)
 {
-    stp_status status = STP_OK;
     giving g = {.ranks = ranks,
                 .cloud = cloud,
                 .cells = cells,
-                .numbers = numbers,
+                .part = cells_of,
                 .pack = pack_cell,
                 .take = take_cell};
-    for (unsigned rank = 0; rank < stp_ranks_count(ranks) && stp_ranks_count(ranks) > 1; rank++) {
-        const stp_rank_part part = stp_cloud_cells(cloud, ranks, rank);
-        STP_TRY(give(&g, rank, part.begin, part.end, err));
-    }
-done:
-    return status;
+    g.numbers = numbers;
+    return give_all(&g, err);
 }
 
 /* ---- maps of merged parts ---- */
@@ -181,23 +195,24 @@ stp_rank_part stp_maps_rank_part(const stp_ranks *ranks, unsigned rank, const ui
     return out;
 }
 
+static stp_rank_part lists_of(const giving *g, unsigned rank)
+{
+    return stp_maps_rank_part(g->ranks, rank, g->begins, g->list_count);
+}
+
 stp_status stp_map_lists_share(stp_ranks *ranks, const stp_cloud *cloud, stp_map_list *lists,
                                const uint32_t *begins, uint32_t count, const uint32_t *places,
                                bool *mapped, stp_error *err)
 {
-    stp_status status = STP_OK;
     giving g = {.ranks = ranks,
                 .cloud = cloud,
                 .lists = lists,
                 .begins = begins,
                 .places = places,
-                .mapped = mapped,
+                .list_count = count,
+                .part = lists_of,
                 .pack = pack_list,
                 .take = take_list};
-    for (unsigned rank = 0; rank < stp_ranks_count(ranks) && stp_ranks_count(ranks) > 1; rank++) {
-        const stp_rank_part part = stp_maps_rank_part(ranks, rank, begins, count);
-        STP_TRY(give(&g, rank, part.begin, part.end, err));
-    }
-done:
-    return status;
+    g.mapped = mapped;
+    return give_all(&g, err);
 }

@@ -3,12 +3,10 @@
 
 #include "base/memory.h"
 #include "preprocess/maps/map_make.h"
+#include "preprocess/maps/map_points.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-/* Least component of a normal along the axis: slopes stay finite. */
-#define NORMAL_LEAST 0.1
 
 typedef struct stp_field_square {
     float least, most, sum; /* heights, in spacings of the grid */
@@ -72,7 +70,7 @@ static void fill(const grid *g, uint32_t part)
         const stp_dvec3 n = stp_dvec3_from_float(stp_cloud_normal(cloud, place));
         const double column = stp_max(floor(at.x), 0.0), row = stp_max(floor(at.y), 0.0);
         const double right = column + 0.5 - at.x, down = row + 0.5 - at.y;
-        const double up = stp_max(stp_dvec3_dot(n, frame->axes[2]), NORMAL_LEAST);
+        const double up = stp_max(stp_dvec3_dot(n, frame->axes[2]), (double)STP_MAP_NORMAL_LEAST);
         const double slope =
             right * stp_dvec3_dot(n, frame->axes[0]) + down * stp_dvec3_dot(n, frame->axes[1]);
         const float height = (float)(at.z - slope / up);
@@ -91,23 +89,21 @@ static float mean_of(const stp_field_square *s)
 
 static bool is_field(const grid *g)
 {
-    static const int right[4] = {1, 0, 1, -1}, down[4] = {0, 1, 1, 1};
-    const float jump = (float)stp_map_jump(g->field->cone_rad, 1.0);
-    const float diagonal = (float)stp_map_jump(g->field->cone_rad, M_SQRT2);
+    double jumps[STP_MAP_BESIDE];
+    stp_map_jumps(g->field->cone_rad, jumps);
     for (int64_t row = 0; row < g->rows; row++)
         for (int64_t column = 0; column < g->columns; column++) {
             const stp_field_square *s = &g->field->squares[row * g->columns + column];
             if (s->count == 0)
                 continue;
-            if (s->most - s->least > jump)
+            if (s->most - s->least > (float)jumps[0])
                 return false;
-            for (int k = 0; k < 4; k++) {
-                const int64_t c = column + right[k], r = row + down[k];
+            for (int k = 0; k < STP_MAP_BESIDE; k++) {
+                const int64_t c = column + stp_map_beside[k][0], r = row + stp_map_beside[k][1];
                 if (c < 0 || c >= g->columns || r >= g->rows)
                     continue;
                 const stp_field_square *t = &g->field->squares[r * g->columns + c];
-                const float most = right[k] && down[k] ? diagonal : jump;
-                if (t->count > 0 && fabsf(mean_of(s) - mean_of(t)) > most)
+                if (t->count > 0 && fabsf(mean_of(s) - mean_of(t)) > (float)jumps[k])
                     return false;
             }
         }

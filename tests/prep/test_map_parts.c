@@ -104,7 +104,7 @@ static void test_field(void **state)
 /* A place is lifted onto the triangle over it, but not where it would jump from its neighbours. */
 static void test_lift(void **state)
 {
-    const double jumps[2] = {2.0, 2.5};
+    const double jumps[STP_MAP_BESIDE] = {2.0, 2.0, 2.5, 2.5};
     (void)state;
     for (int jump = 0; jump < 2; jump++) {
         const double z = jump ? 3.0 : 1.0;

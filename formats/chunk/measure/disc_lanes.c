@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/wide.h"
+#include "formats/chunk/measure/rim.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -10,18 +11,6 @@
 
 #define FAR STP_LANE_FAR
 #define STEP STP_LANE_STEP
-
-#define COS_1 0.92387953251128674 /* of an eighth of pi */
-#define SIN_1 0.38268343236508977
-#define COS_2 0.70710678118654752 /* of a quarter of pi */
-
-/* The centre, the rim points as in patch_bounds.c, then the centre again in the lanes that are
- * left. */
-static const double around[2][STP_DISC_LANES] = {
-    {0.0, 1.0, COS_1, COS_2, SIN_1, 0.0, -SIN_1, -COS_2, -COS_1, -1.0, -COS_1, -COS_2, -SIN_1, 0.0,
-     SIN_1, COS_2, COS_1},
-    {0.0, 0.0, SIN_1, COS_2, COS_1, 1.0, COS_1, COS_2, SIN_1, 0.0, -SIN_1, -COS_2, -COS_1, -1.0,
-     -COS_1, -COS_2, -SIN_1}};
 
 stp_status stp_disc_columns_fill(stp_disc_columns *out, const stp_lane_disc *discs, uint32_t count,
                                  bool carried, stp_error *err)
@@ -150,7 +139,9 @@ void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const
     for (int c = 0; c < 3; c++) {
         const float middle = centre[c], u = axes[0][c] * radius, v = axes[1][c] * radius;
         for (unsigned i = 0; i < STP_DISC_LANES; i++)
-            out->point[c][i] = middle + (u * (float)around[0][i] + v * (float)around[1][i]);
+            out->point[c][i] = middle;
+        for (unsigned i = 0; i < STP_RIM_POINTS; i++)
+            out->point[c][i + 1] = middle + (u * (float)stp_rim[0][i] + v * (float)stp_rim[1][i]);
     }
 }
 

@@ -2,6 +2,7 @@
 #include "formats/chunk/measure/merge_lanes.h"
 
 #include "base/wide.h"
+#include "formats/chunk/measure/rim.h"
 
 #include <float.h>
 #include <math.h>
@@ -9,17 +10,6 @@
 #define FAR 1e30f
 /* Rim points that are taken at a time. */
 #define STEP 8
-#define RIM (STP_MERGED_POINTS - 1)
-
-#define COS_1 0.92387953251128674 /* of an eighth of pi */
-#define SIN_1 0.38268343236508977
-#define COS_2 0.70710678118654752 /* of a quarter of pi */
-
-/* The rim points, as in patch_bounds.c. */
-static const double around[2][RIM] = {{1.0, COS_1, COS_2, SIN_1, 0.0, -SIN_1, -COS_2, -COS_1, -1.0,
-                                       -COS_1, -COS_2, -SIN_1, 0.0, SIN_1, COS_2, COS_1},
-                                      {0.0, SIN_1, COS_2, COS_1, 1.0, COS_1, COS_2, SIN_1, 0.0,
-                                       -SIN_1, -COS_2, -COS_1, -1.0, -COS_1, -COS_2, -SIN_1}};
 
 /* Of the discs, with those that fill up the last step. */
 static inline unsigned filled(unsigned count)
@@ -110,7 +100,7 @@ static inline void take_centre(const near_discs *d, stp_merged_points *out)
 }
 
 /* Of STEP rim points from the first on, over one disc after the other. */
-static inline void take_rim(const near_discs *d, const float at[3][RIM], unsigned first,
+static inline void take_rim(const near_discs *d, const float at[3][STP_RIM_POINTS], unsigned first,
                             stp_merged_points *out)
 {
     float x[STEP], y[STEP], z[STEP], squared[STEP], height[STEP];
@@ -144,7 +134,7 @@ void stp_merge_lanes_nearest(const stp_merge_lanes *discs, stp_dvec3 centre,
     const double scale = radius > 0.0 ? 1.0 / radius : 1.0;
     const double middle[3] = {centre.x, centre.y, centre.z};
     near_discs near;
-    float at[3][RIM];
+    float at[3][STP_RIM_POINTS];
     scale_discs(discs, scale, &near);
     for (int a = 0; a < 3; a++)
         out->at[a][0] = middle[a];
@@ -154,11 +144,11 @@ void stp_merge_lanes_nearest(const stp_merge_lanes *discs, stp_dvec3 centre,
     const double u[3] = {axes[0].x, axes[0].y, axes[0].z};
     const double v[3] = {axes[1].x, axes[1].y, axes[1].z};
     for (int a = 0; a < 3; a++)
-        for (unsigned i = 0; i < RIM; i++) {
-            const double rim = u[a] * (radius * around[0][i]) + v[a] * (radius * around[1][i]);
+        for (unsigned i = 0; i < STP_RIM_POINTS; i++) {
+            const double rim = u[a] * (radius * stp_rim[0][i]) + v[a] * (radius * stp_rim[1][i]);
             out->at[a][1 + i] = middle[a] + rim;
             at[a][i] = (float)((out->at[a][1 + i] - middle[a]) * scale);
         }
-    for (unsigned first = 0; first < RIM; first += STEP)
+    for (unsigned first = 0; first < STP_RIM_POINTS; first += STEP)
         take_rim(&near, at, first, out);
 }

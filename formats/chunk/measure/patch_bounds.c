@@ -93,16 +93,6 @@ static void measure_carried(const stp_disc *merged, const stp_disc *discs, unsig
     measure_cone(least, 0.0, out);
 }
 
-#define COS_1 0.92387953251128674 /* of an eighth of pi */
-#define SIN_1 0.38268343236508977
-#define COS_2 0.70710678118654752 /* of a quarter of pi */
-
-static const double rim_points[STP_RIM_POINTS][2] = {
-    {1.0, 0.0},  {COS_1, SIN_1},   {COS_2, COS_2},   {SIN_1, COS_1},
-    {0.0, 1.0},  {-SIN_1, COS_1},  {-COS_2, COS_2},  {-COS_1, SIN_1},
-    {-1.0, 0.0}, {-COS_1, -SIN_1}, {-COS_2, -COS_2}, {-SIN_1, -COS_1},
-    {0.0, -1.0}, {SIN_1, -COS_1},  {COS_2, -COS_2},  {COS_1, -SIN_1}};
-
 unsigned stp_disc_points(const stp_disc *disc, stp_dvec3 out[STP_DISC_POINTS])
 {
     stp_dvec3 u, v;
@@ -111,8 +101,8 @@ unsigned stp_disc_points(const stp_disc *disc, stp_dvec3 out[STP_DISC_POINTS])
         return 1;
     stp_disc_axes(disc->normal, &u, &v);
     for (int i = 0; i < STP_RIM_POINTS; i++) {
-        stp_dvec3 rim = stp_dvec3_add(stp_dvec3_scale(u, disc->radius * rim_points[i][0]),
-                                      stp_dvec3_scale(v, disc->radius * rim_points[i][1]));
+        stp_dvec3 rim = stp_dvec3_add(stp_dvec3_scale(u, disc->radius * stp_rim[0][i]),
+                                      stp_dvec3_scale(v, disc->radius * stp_rim[1][i]));
         out[i + 1] = stp_dvec3_add(disc->centre, rim);
     }
     return STP_DISC_POINTS;

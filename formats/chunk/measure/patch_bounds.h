@@ -33,11 +33,11 @@
 #ifndef STP_FORMATS_CHUNK_MEASURE_PATCH_BOUNDS_H
 #define STP_FORMATS_CHUNK_MEASURE_PATCH_BOUNDS_H
 
+#include "formats/chunk/measure/rim.h"
 #include "formats/chunk/sample.h"
 
 /* Rim points at which a merged disc is compared with the discs under it. The centre is one point
  * more. */
-#define STP_RIM_POINTS 16
 #define STP_DISC_POINTS (STP_RIM_POINTS + 1)
 
 /* A sample as a disc, with the originals that it stands for. For an original, reach and bound are
