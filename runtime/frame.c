@@ -23,6 +23,7 @@ static stp_status draw_cut(stp_renderer *r, stp_drawing *d, stp_error *err)
     stp_cache_load load;
     if (stp_frame_asks_headers(r))
         STP_TRY(stp_frame_load_asked(r, d, &chosen, err));
+    STP_TRY(stp_frame_ready(r, d, err));
     STP_TRY(chosen ? stp_sight_begin(&r->sight, &r->cut, err) : stp_frame_select(r, d, err));
     do {
         STP_TRY(stp_frame_load_draws(r, d, begin, chosen, &load, err));
@@ -80,6 +81,7 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     stp_frame_touch(r);
     STP_TRY(stp_frame_want_missing(r, d, ahead, err));
     d->stats.chunks_loading = (uint32_t)stp_block_cache_pending(r->cache);
+    STP_TRY(stp_frame_ready(r, d, err));
     STP_TRY(stp_frame_pass(r, d, r->cut.draws, r->cut.draw_count, err));
     STP_TRY(stp_frame_finish(r, d, (double)r->sight.radius_px, err));
     STP_TRY(stp_occlude_end(r, d, err));

@@ -240,10 +240,11 @@ void stp_frame_touch(stp_renderer *r)
 }
 
 /* Draws what is resident, to find out what it hides. */
-static stp_status guess(stp_renderer *r, const stp_drawing *d, stp_error *err)
+static stp_status guess(stp_renderer *r, stp_drawing *d, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_drawing coarse = {.view = d->view, .params = d->params, .waits = true};
+    STP_TRY(stp_frame_ready(r, d, err));
     STP_TRY(stp_sight_begin(&r->sight, &r->cut, err));
     STP_TRY(stp_frame_pass(r, &coarse, r->cut.draws, r->cut.draw_count, err));
     STP_TRY(stp_frame_finish(r, &coarse, (double)r->sight.radius_px, err));
@@ -253,6 +254,57 @@ static stp_status guess(stp_renderer *r, const stp_drawing *d, stp_error *err)
 done:
     return status;
 }
+
+/* Whether some model comes from a server. */
+static bool is_remote(const stp_renderer *r)
+{
+    bool remote = false;
+    for (size_t i = 0; i < r->scene.model_count; i++)
+        remote |= stp_byte_source_is_remote(stp_chunk_file_source(r->scene.models[i].model->file));
+    return remote;
+}
+
+/* How many bytes the first wants have. */
+static uint64_t bytes_of(const stp_renderer *r, size_t count)
+{
+    uint64_t bytes = 0;
+    for (size_t i = 0; i < count; i++)
+        bytes += stp_block_payload_bytes(&r->scene.blocks[r->wants[i].block], r->wants[i].finest);
+    return bytes;
+}
+
+/* What prepare needs. */
+typedef struct preparing {
+    stp_renderer *r;
+    stp_drawing *d;
+    uint64_t bytes; /* of the blocks on their way */
+    bool drawn;
+} preparing;
+
+/* A server that sends 20 Mbit/s takes a fifth of a second for so many bytes. */
+#define DRAWN_MEANWHILE_BYTES (512u << 10)
+
+/* Gets ready to draw while blocks are on their way. A driver makes the machine's code of a new
+ * program when it first draws with it. If blocks take long, draws what is resident for that. */
+static stp_status prepare(void *context, bool *did, stp_error *err)
+{
+    preparing *p = context;
+    stp_renderer *r = p->r;
+    stp_status status = STP_OK;
+    *did = !p->d->ready || (p->d->compiled && !p->drawn && !r->occluding.on &&
+                            p->bytes >= DRAWN_MEANWHILE_BYTES && is_remote(r));
+    if (!p->d->ready)
+        return stp_frame_ready(r, p->d, err);
+    if (!*did)
+        return STP_OK;
+    p->drawn = true;
+    const cut_view view = {r, &r->frame, r->eye, NULL, NULL, false};
+    STP_TRY(select_for(r, p->d, &r->cut, &view, true, err));
+    STP_TRY(guess(r, p->d, err));
+done:
+    return status;
+}
+
 /* Loads what patches ask for, tier by tier: patches that are there tell which blocks below are
  * needed. *complete: nothing is missing, and the cut is chosen; else there was no more room, and
  * the picture takes passes. */
@@ -261,6 +313,8 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete,
     stp_status status = STP_OK;
     const double begun = stp_clock_seconds();
     stp_cache_load load = {0};
+    preparing p = {.r = r, .d = d};
+    const stp_idle_work idle = {prepare, &p};
     int rounds = 0;
     do {
         size_t count = 0;
@@ -274,9 +328,10 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete,
         STP_TRY(add_wants(r, &r->cut, SIZE_MAX, &count, err));
         r->stamp++;
         stp_frame_touch(r);
+        p.bytes = bytes_of(r, count);
         const stp_need_below below = {level_above, &view};
-        load =
-            (stp_cache_load){.wants = r->wants, .below = &below, .count = count, .stamp = r->stamp};
+        load = (stp_cache_load){
+            .wants = r->wants, .below = &below, .idle = &idle, .count = count, .stamp = r->stamp};
         if (count > 0)
             STP_TRY(stp_block_cache_load(r->cache, &load, err));
         if (load.there < load.count)
@@ -285,6 +340,7 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete,
     *complete = load.count == 0;
 done:
     d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
+    d->ready_ms = 0.0; /* in load_ms */
     return status;
 }
 

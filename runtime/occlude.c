@@ -28,11 +28,11 @@
  * patch lies in its bound. */
 static bool can_occlude(const stp_renderer *r, const stp_draw_params *params)
 {
-    const stp_variant *v = &r->variant;
+    const bool exaggerated = params->exaggerate > 0.0 && params->exaggerate != 1.0;
     bool asked = params->occlusion == STP_OCCLUSION_ON ||
                  (params->occlusion == STP_OCCLUSION_AUTO && params->stream);
-    return asked && params->reconstruct <= STP_RECONSTRUCT_BOX && !v->lines && !v->triangles &&
-           !v->exaggerated && !r->occluding.squares;
+    return asked && params->reconstruct <= STP_RECONSTRUCT_BOX &&
+           stp_scene_shapes(&r->scene) == 0 && !exaggerated && !r->occluding.squares;
 }
 
 /* Whether the last picture shows what this one is to show, from wherever. */

@@ -58,11 +58,10 @@ static int template_px(stp_reconstruct reconstruct)
     return 0;
 }
 
-/* Compiles the programs for these parameters, unless the last frame's programs fit. */
-static stp_status choose_programs(stp_renderer *r, const stp_view *view,
-                                  const stp_draw_params *params, stp_error *err)
+static stp_variant variant_of(const stp_renderer *r, const stp_view *view,
+                              const stp_draw_params *params)
 {
-    stp_variant variant = {
+    return (stp_variant){
         .orthographic = view->orthographic,
         .box = params->reconstruct == STP_RECONSTRUCT_BOX,
         .template_px = template_px(params->reconstruct),
@@ -90,9 +89,41 @@ static stp_status choose_programs(stp_renderer *r, const stp_view *view,
         .geometry_invocations = GEOMETRY_INVOCATIONS,
         .fade = params->fade > 0.0,
     };
-    if (r->reconstruct.resolve == 0 || !stp_variant_equal(&variant, &r->variant))
-        return load_programs(r, &variant, params->lod, err);
-    return stp_frame_prepare(r, params->lod, err);
+}
+
+/* Makes room for the pixels that the programs write. */
+static stp_status resize_pyramid(stp_renderer *r, const stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_pyramid_resize(&r->pyramid, d->view->width, d->view->height, err));
+    if (d->params->keep_pixels)
+        STP_TRY(stp_pyramid_keep_level_0(&r->pyramid, err));
+    if (r->variant.edges)
+        STP_TRY(stp_pyramid_keep_rough(&r->pyramid, err));
+    if (r->variant.contours)
+        STP_TRY(stp_pyramid_keep_steps(&r->pyramid, err));
+    if (r->variant.splat)
+        STP_TRY(stp_pyramid_keep_sums(&r->pyramid, err));
+done:
+    return status;
+}
+
+stp_status stp_frame_ready(stp_renderer *r, stp_drawing *d, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const double begun = stp_clock_seconds();
+    const stp_variant variant = variant_of(r, d->view, d->params);
+    if (d->ready)
+        return STP_OK;
+    d->compiled = r->reconstruct.resolve == 0 || !stp_variant_equal(&variant, &r->variant);
+    STP_TRY(d->compiled ? load_programs(r, &variant, d->params->lod, err)
+                        : stp_frame_prepare(r, d->params->lod, err));
+    STP_TRY(resize_pyramid(r, d, err));
+    stp_renderer_bind_frame(r);
+    d->ready = true;
+    d->ready_ms += 1e3 * (stp_clock_seconds() - begun);
+done:
+    return status;
 }
 
 /* Replaces the scene and the cache by those of these models. */
@@ -275,24 +306,14 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
     if (!r->still)
         r->settling = (stp_settling){0};
     bool settles = stp_settle_wanted(r, d);
-    STP_TRY(choose_programs(r, view, params, err));
-    STP_TRY(stp_pyramid_resize(&r->pyramid, view->width, view->height, err));
-    if (params->keep_pixels)
-        STP_TRY(stp_pyramid_keep_level_0(&r->pyramid, err));
-    if (r->variant.edges)
-        STP_TRY(stp_pyramid_keep_rough(&r->pyramid, err));
-    if (r->variant.contours)
-        STP_TRY(stp_pyramid_keep_steps(&r->pyramid, err));
-    if (r->variant.splat)
-        STP_TRY(stp_pyramid_keep_sums(&r->pyramid, err));
     r->frame = stp_frame_describe(view, params, &r->scene);
     r->eye = stp_unexaggerated(params, view->eye);
-    stp_renderer_bind_frame(r);
     begun = stp_clock_seconds();
     if (settles || !params->stream)
         stp_fade_forget(&r->fade);
     if (settles) {
         stp_occlude_pause(r);
+        STP_TRY(stp_frame_ready(r, d, err));
         STP_TRY(stp_settle_step(r, d, err));
     } else {
         stp_block_cache_look(r->cache, &r->frame, r->eye, params->stream);
@@ -302,7 +323,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
         STP_TRY(stp_occlude_begin(r, params, err));
         STP_TRY(stp_frame_draw(r, d, r->moves ? &ahead : NULL, err));
     }
-    d->stats.frame_ms = 1e3 * (stp_clock_seconds() - begun) - d->stats.load_ms;
+    d->stats.frame_ms = 1e3 * (stp_clock_seconds() - begun) - d->stats.load_ms - d->ready_ms;
     STP_TRY(stp_gl_check("drawing a frame", err));
     r->drawn = *params;
     r->last = d->stats;

@@ -111,7 +111,15 @@ typedef struct stp_drawing {
     bool waits;  /* waits for the GPU at the end */
     bool counts; /* counts by a query how many points the geometry shader emits */
     stp_splat_part part;
+    bool ready;      /* stp_frame_ready is done */
+    bool compiled;   /* and compiled programs */
+    double ready_ms; /* what it took, unless blocks were on their way meanwhile */
 } stp_drawing;
+
+/* Compiles the programs for the picture, unless the last one's fit, and makes room for its pixels.
+ * A picture first asks for blocks, then does this, since the former takes time of the network, the
+ * latter of the processor. Does nothing the second time. Errors: GL, OUT_OF_MEMORY. */
+stp_status stp_frame_ready(stp_renderer *r, stp_drawing *d, stp_error *err);
 
 /* Compiles the programs for `lod`, if the renderer does not have them: a picture may take another
  * road than its parameters say. Errors: GL. */

@@ -476,9 +476,12 @@ stp_status stp_block_cache_load(stp_block_cache *c, stp_cache_load *l, stp_error
     while (!finished) {
         uint64_t seen = stp_stream_news_count(c->stream);
         stp_status status = stp_block_cache_load_step(c, l, &finished, err);
+        bool did = false;
+        if (status == STP_OK && !finished && l->idle != NULL)
+            status = l->idle->step(l->idle->context, &did, err);
         if (status != STP_OK)
             return status;
-        if (!finished)
+        if (!finished && !did)
             stp_stream_wait(c->stream, seen);
     }
     return STP_OK;

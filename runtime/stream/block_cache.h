@@ -82,12 +82,20 @@ bool stp_block_cache_has_news(const stp_block_cache *cache);
 
 /* ---- waiting ---- */
 
+/* What the render thread does while blocks are on their way. step: *did is false if nothing is left
+ * to do. A step must leave resident blocks and wants alone. */
+typedef struct stp_idle_work {
+    stp_status (*step)(void *context, bool *did, stp_error *err);
+    void *context;
+} stp_idle_work;
+
 /* Loads wants in order until there is no more room. The caller sets wants, count and stamp; the
  * rest starts as zero. Evicts only blocks last used before `stamp` (frames count up). Blocks that
  * are loaded, or were resident, are marked as used at `stamp`. */
 typedef struct stp_cache_load {
     const stp_want *wants;              /* borrowed until the load ends */
     const struct stp_need_below *below; /* likewise; the blocks of the cut; may be NULL */
+    const stp_idle_work *idle;          /* likewise; for stp_block_cache_load; may be NULL */
     size_t count;
     uint64_t stamp;
     bool started; /* the list of stp_block_cache_want is cleared */
@@ -102,7 +110,8 @@ typedef struct stp_cache_load {
  * Errors: IO, OUT_OF_MEMORY, GL. */
 stp_status stp_block_cache_load_step(stp_block_cache *cache, stp_cache_load *load, bool *finished,
                                      stp_error *err);
-/* Continues a load and waits until it has ended. Errors: as stp_block_cache_load_step. */
+/* Continues a load and waits until it has ended. Errors: as stp_block_cache_load_step, and those of
+ * the idle work; then what is on its way still arrives. */
 stp_status stp_block_cache_load(stp_block_cache *cache, stp_cache_load *load, stp_error *err);
 
 /* Marks a block as used at `stamp`, if it is resident. */

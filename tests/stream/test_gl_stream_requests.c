@@ -7,6 +7,8 @@
 #include "tests/fixtures/model_fixture.h"
 #include "tests/support/fault_server.h"
 
+#include <errno.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 enum { SIZE = 160, FRAMES_LIMIT = 10000, STALL_MS = 600000 };
@@ -194,6 +196,38 @@ static void what_the_camera_leaves_is_given_up(void **state)
     stp_renderer_destroy(&r);
 }
 
+/* A picture asks for blocks before it compiles programs: if these do not compile, blocks still
+ * come, and a picture with programs that compile finds them. */
+static void blocks_are_asked_for_before_programs_compile(void **state)
+{
+    static const char folder[] = "requests_shaders", broken[] = "requests_shaders/resolve.frag";
+    const stp_renderer_params params = {.model = model, .shader_folder = folder, .thread_count = 2};
+    const stp_view view = look(false);
+    (void)state;
+    order(FAULT_NONE);
+    for (int streams = 0; streams < 2; streams++) {
+        const stp_draw_params drawn = {.threshold_px = 0.1, .stream = streams};
+        stp_renderer *r = NULL;
+        assert_true(mkdir(folder, 0700) == 0 || errno == EEXIST);
+        fixture_write_file(broken, "broken", 6);
+        check_ok(stp_renderer_create(&r, &params, err));
+        const uint64_t roots = stp_renderer_bytes_read(r);
+        assert_int_equal(stp_renderer_draw(r, &view, &drawn, NULL, NULL), STP_GL);
+        for (int i = 0; stp_renderer_bytes_read(r) == roots; i++) {
+            assert_true(i < FRAMES_LIMIT);
+            usleep(10000);
+        }
+        assert_int_equal(unlink(broken), 0);
+        stp_draw_stats stats = {0};
+        for (int frame = 0; !stats.cut_complete; frame++) {
+            assert_true(frame < FRAMES_LIMIT);
+            check_ok(stp_renderer_draw(r, &view, &drawn, &stats, err));
+        }
+        stp_renderer_destroy(&r);
+    }
+    assert_int_equal(rmdir(folder), 0);
+}
+
 /* ---- wants ---- */
 
 /* Reads blocks that lie apart. Returns the number of requests. */
@@ -257,6 +291,7 @@ int main(void)
         cmocka_unit_test(far_blocks_are_one_request),
         cmocka_unit_test(unwanted_blocks_are_not_read),
         cmocka_unit_test(what_the_camera_leaves_is_given_up),
+        cmocka_unit_test(blocks_are_asked_for_before_programs_compile),
         cmocka_unit_test(blocks_that_lie_apart_come_together),
     };
     int failed = cmocka_run_group_tests(tests, open_model, close_model);
