@@ -233,5 +233,6 @@ void stp_unit_clear(stp_unit *unit)
     free(unit->neighbours.indices);
     free(unit->places);
     free(unit->wide);
+    free(unit->roundness);
     *unit = (stp_unit){0};
 }

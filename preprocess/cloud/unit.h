@@ -24,8 +24,10 @@ typedef struct stp_unit {
     uint32_t *places;          /* by number: its place in the whole cloud */
     unsigned ring_count;
     uint32_t ring_end[STP_UNIT_RINGS + 1]; /* where the own points end, then each ring */
-    uint8_t *wide; /* by own point: STP_MARK_WIDE, STP_MARK_WIDEST or 0, set by
-                      stp_normals_estimate; NULL before */
+    uint8_t *wide;    /* by own point: STP_MARK_WIDE, STP_MARK_WIDEST or 0, set by
+                         stp_normals_estimate; NULL before */
+    float *roundness; /* by point that has a ring around it: of its neighbourhood (moments.h); set
+                         likewise */
 } stp_unit;
 
 /* Builds the unit of cells [first, end) of a sorted cloud with ring_count rings. Every point's

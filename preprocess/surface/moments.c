@@ -1,74 +1,155 @@
 /* The plane through points. */
 #include "preprocess/surface/moments.h"
 
+#include "base/wide.h"
+
 #include <math.h>
 
 /* A second eigenvalue below this part of the first means a line: no normal. */
 #define LINE_RATIO 1e-6
 
-/* Covariance times weight. */
+#define LANES STP_MOMENTS_LANES
+/* Few are needed; of two roots near each other, each step leaves a quarter of the error. */
+#define ROOT_STEPS 6
+
+/* Covariance over its trace. */
 typedef struct covariance {
     double xx, xy, xz, yy, yz, zz;
 } covariance;
 
-static covariance covariance_of(const stp_moments *m)
+/* *trace: of the covariance times weight; if it is not positive, all is 0. */
+static covariance covariance_of(const stp_moments *m, double *trace)
 {
     const stp_float4 *r = m->row;
-    double x = (double)r[3][0], y = (double)r[3][1], z = (double)r[3][2];
-    double scale = 1.0 / (double)r[3][3];
-    return (covariance){(double)r[0][0] - x * x * scale, (double)r[0][1] - x * y * scale,
-                        (double)r[0][2] - x * z * scale, (double)r[1][1] - y * y * scale,
-                        (double)r[1][2] - y * z * scale, (double)r[2][2] - z * z * scale};
+    const double x = (double)r[3][0], y = (double)r[3][1], z = (double)r[3][2];
+    const double weight = (double)r[3][3], part = weight > 0.0 ? 1.0 / weight : 0.0;
+    const double xx = (double)r[0][0] - x * x * part, yy = (double)r[1][1] - y * y * part;
+    const double zz = (double)r[2][2] - z * z * part, sum = xx + yy + zz;
+    const double scale = sum > 0.0 ? 1.0 / sum : 0.0;
+    *trace = sum;
+    return (covariance){scale * xx,
+                        scale * ((double)r[0][1] - x * y * part),
+                        scale * ((double)r[0][2] - x * z * part),
+                        scale * yy,
+                        scale * ((double)r[1][2] - y * z * part),
+                        scale * zz};
 }
-/* Eigenvalues of a symmetric 3x3 matrix, greatest first (Smith 1961). */
-static void eigenvalues(const covariance *c, double out[3])
+
+/* What a matrix C of trace 1 says of its least extent. */
+typedef struct extents {
+    double least, greatest; /* eigenvalues */
+    double determinant;
+    stp_dvec3 axis; /* unit vector of the least; zero if there is none */
+} extents;
+
+/* The least root of x^3 - x^2 + minors x - determinant, all of whose roots are real and not
+ * negative. Laguerre's steps from 0 grow and never pass it (Wilkinson 1965). */
+static inline double least_root(double minors, double determinant)
 {
-    double mean = (c->xx + c->yy + c->zz) / 3.0;
-    double off = c->xy * c->xy + c->xz * c->xz + c->yz * c->yz;
-    double a = c->xx - mean, b = c->yy - mean, d = c->zz - mean;
-    double p = sqrt((a * a + b * b + d * d + 2.0 * off) / 6.0);
-    if (!(p > 0.0)) {
-        out[0] = out[1] = out[2] = mean;
-        return;
+    double x = 0.0;
+    for (int i = 0; i < ROOT_STEPS; i++) {
+        const double value = ((x - 1.0) * x + minors) * x - determinant;
+        const double slope = (3.0 * x - 2.0) * x + minors, bend = 6.0 * x - 2.0;
+        const double square = 4.0 * slope * slope - 6.0 * value * bend;
+        const double below = slope + sqrt(stp_max(square, 0.0));
+        const double step = 3.0 * value / (below > 0.0 ? below : 1.0);
+        x -= below > 0.0 ? step : 0.0;
     }
-    double determinant = a * (b * d - c->yz * c->yz) - c->xy * (c->xy * d - c->yz * c->xz) +
-                         c->xz * (c->xy * c->yz - b * c->xz);
-    double r = determinant / (2.0 * p * p * p);
-    double angle = acos(fmax(-1.0, fmin(1.0, r))) / 3.0;
-    out[0] = mean + 2.0 * p * cos(angle);
-    out[2] = mean + 2.0 * p * cos(angle + 2.0 * M_PI / 3.0);
-    out[1] = 3.0 * mean - out[0] - out[2];
+    return x;
 }
 
-/* Unit vector of the kernel of (C - value I): the longest cross product of two of its rows. */
-static stp_dvec3 eigenvector(const covariance *c, double value)
+/* Unit vector of the kernel of (C - value I): the longest cross product of two of its rows. No
+ * branches, for vector instructions. */
+static inline stp_dvec3 eigenvector(const covariance *c, double value)
 {
-    stp_dvec3 r0 = {c->xx - value, c->xy, c->xz};
-    stp_dvec3 r1 = {c->xy, c->yy - value, c->yz};
-    stp_dvec3 r2 = {c->xz, c->yz, c->zz - value};
-    stp_dvec3 a = stp_dvec3_cross(r0, r1);
-    stp_dvec3 b = stp_dvec3_cross(r0, r2);
-    stp_dvec3 d = stp_dvec3_cross(r1, r2);
-    double la = stp_dvec3_dot(a, a), lb = stp_dvec3_dot(b, b), ld = stp_dvec3_dot(d, d);
-    stp_dvec3 best = la >= lb && la >= ld ? a : lb >= ld ? b : d;
-    return stp_dvec3_normalize(best);
+    const double x = c->xx - value, y = c->yy - value, z = c->zz - value;
+    const stp_dvec3 a = {c->xy * c->yz - c->xz * y, c->xz * c->xy - x * c->yz,
+                         x * y - c->xy * c->xy};
+    const stp_dvec3 b = {c->xy * z - c->xz * c->yz, c->xz * c->xz - x * z,
+                         x * c->yz - c->xy * c->xz};
+    const stp_dvec3 d = {y * z - c->yz * c->yz, c->yz * c->xz - c->xy * z,
+                         c->xy * c->yz - y * c->xz};
+    const double la = stp_dvec3_dot(a, a), lb = stp_dvec3_dot(b, b), ld = stp_dvec3_dot(d, d);
+    const bool first = la >= lb, last = ld > stp_max(la, lb);
+    const double length = last ? ld : first ? la : lb;
+    const double scale = 1.0 / sqrt(length > 0.0 ? length : 1.0);
+    return (stp_dvec3){scale * (last    ? d.x
+                                : first ? a.x
+                                        : b.x),
+                       scale * (last    ? d.y
+                                : first ? a.y
+                                        : b.y),
+                       scale * (last    ? d.z
+                                : first ? a.z
+                                        : b.z)};
 }
 
-vec3s stp_moments_normal(const stp_moments *m, float *variance)
+static inline extents extents_of(const covariance *c)
 {
-    double values[3];
-    covariance c = covariance_of(m);
-    eigenvalues(&c, values);
-    *variance = (float)fmax(values[2], 0.0) / m->row[3][3];
-    if (!(values[1] > LINE_RATIO * values[0]))
-        return (vec3s){{0.0f, 0.0f, 0.0f}};
-    return stp_dvec3_to_float(eigenvector(&c, values[2]));
+    const double minors = c->xx * c->yy - c->xy * c->xy + c->xx * c->zz - c->xz * c->xz +
+                          c->yy * c->zz - c->yz * c->yz;
+    const double determinant = c->xx * (c->yy * c->zz - c->yz * c->yz) -
+                               c->xy * (c->xy * c->zz - c->yz * c->xz) +
+                               c->xz * (c->xy * c->yz - c->yy * c->xz);
+    const double least = least_root(minors, determinant);
+    const double others = 1.0 - least, product = minors - least * others;
+    const double apart = sqrt(stp_max(others * others - 4.0 * product, 0.0));
+    const double greatest = 0.5 * (others + apart);
+    const bool is_plane = others - greatest > LINE_RATIO * greatest;
+    const stp_dvec3 axis = eigenvector(c, least);
+    return (extents){least, greatest, determinant, stp_dvec3_scale(axis, is_plane ? 1.0 : 0.0)};
+}
+
+/* Covariances as columns; then what they say. */
+typedef struct columns {
+    double xx[LANES], xy[LANES], xz[LANES], yy[LANES], yz[LANES], zz[LANES];
+    double least[LANES], determinant[LANES], x[LANES], y[LANES], z[LANES];
+} columns;
+
+STP_WIDE
+static void solve(columns *restrict s)
+{
+    for (int i = 0; i < LANES; i++) {
+        const covariance c = {s->xx[i], s->xy[i], s->xz[i], s->yy[i], s->yz[i], s->zz[i]};
+        const extents e = extents_of(&c);
+        s->least[i] = e.least;
+        s->determinant[i] = e.determinant;
+        s->x[i] = e.axis.x;
+        s->y[i] = e.axis.y;
+        s->z[i] = e.axis.z;
+    }
+}
+
+void stp_moments_fit(const stp_moments m[STP_MOMENTS_LANES],
+                     stp_moments_plane out[STP_MOMENTS_LANES])
+{
+    columns s;
+    double traces[LANES];
+    for (int i = 0; i < LANES; i++) {
+        const covariance c = covariance_of(&m[i], &traces[i]);
+        s.xx[i] = c.xx, s.xy[i] = c.xy, s.xz[i] = c.xz;
+        s.yy[i] = c.yy, s.yz[i] = c.yz, s.zz[i] = c.zz;
+    }
+    solve(&s);
+    for (int i = 0; i < LANES; i++)
+        out[i] = (stp_moments_plane){
+            stp_dvec3_to_float((stp_dvec3){s.x[i], s.y[i], s.z[i]}),
+            (float)(stp_max(s.least[i], 0.0) * traces[i] / (double)m[i].row[3][3]),
+            (float)(27.0 * s.determinant[i])};
+}
+
+vec3s stp_moments_normal(const stp_moments *m)
+{
+    double trace;
+    const covariance c = covariance_of(m, &trace);
+    return stp_dvec3_to_float(extents_of(&c).axis);
 }
 
 /* Multiplies twice by the inverse covariance, without its determinant. */
 vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance)
 {
-    covariance c = covariance_of(m);
+    double trace;
+    const covariance c = covariance_of(m, &trace);
     stp_dvec3 r0 = {c.xx, c.xy, c.xz}, r1 = {c.xy, c.yy, c.yz}, r2 = {c.xz, c.yz, c.zz};
     stp_dvec3 a = stp_dvec3_cross(r1, r2), b = stp_dvec3_cross(r2, r0), d = stp_dvec3_cross(r0, r1);
     stp_dvec3 n = stp_dvec3_from_float(normal);
@@ -76,16 +157,15 @@ vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance)
         n = stp_dvec3_normalize(
             (stp_dvec3){stp_dvec3_dot(a, n), stp_dvec3_dot(b, n), stp_dvec3_dot(d, n)});
     stp_dvec3 cn = {stp_dvec3_dot(r0, n), stp_dvec3_dot(r1, n), stp_dvec3_dot(r2, n)};
-    *variance = (float)fmax(stp_dvec3_dot(cn, n), 0.0) / m->row[3][3];
+    *variance = (float)(stp_max(stp_dvec3_dot(cn, n), 0.0) * trace / (double)m->row[3][3]);
     return stp_dvec3_to_float(n);
 }
 
 vec3s stp_moments_longest(const stp_moments *m)
 {
-    double values[3];
-    covariance c = covariance_of(m);
-    eigenvalues(&c, values);
-    const stp_dvec3 axis = eigenvector(&c, values[0]);
+    double trace;
+    const covariance c = covariance_of(m, &trace);
+    const stp_dvec3 axis = eigenvector(&c, extents_of(&c).greatest);
     if (stp_dvec3_length(axis) > 0.5)
         return stp_dvec3_to_float(axis);
     /* The greatest two are equal, or all points lie on an axis. */

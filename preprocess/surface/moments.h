@@ -33,11 +33,23 @@ static inline void stp_moments_add(stp_moments *m, const stp_moments *other, stp
         m->row[r] += weight * (other->row[r] + d[r] * t + t[r] * d);
 }
 
-/* Direction of the points' least extent; zero if they lie on a line (Hoppe 1992). *variance: of the
- * heights along it. */
-vec3s stp_moments_normal(const stp_moments *m, float *variance);
+/* Neighbourhoods that are fitted at a time. */
+#define STP_MOMENTS_LANES 8
+
+/* normal: direction of the points' least extent; zero if they lie on a line (Hoppe 1992). variance:
+ * of the heights along it. roundness: det(C) (3 / trace(C))^3 of the covariance C; 1 if the extents
+ * along all axes are equal, 0 on a plane. */
+typedef struct stp_moments_plane {
+    vec3s normal;
+    float variance, roundness;
+} stp_moments_plane;
+
+void stp_moments_fit(const stp_moments m[STP_MOMENTS_LANES],
+                     stp_moments_plane out[STP_MOMENTS_LANES]);
+/* The normal alone, of one neighbourhood: the same bits. */
+vec3s stp_moments_normal(const stp_moments *m);
 /* Like stp_moments_normal, but refines a direction that is near: cheaper, and the direction keeps
- * its side. */
+ * its side. *variance: of the heights along it. */
 vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance);
 /* Direction of the points' greatest extent, a unit vector. */
 vec3s stp_moments_longest(const stp_moments *m);

@@ -77,6 +77,7 @@ typedef struct estimation {
     grown_plane *grown; /* of this round: few, if there is little noise */
     size_t grown_count, grown_capacity;
     vec3s *normals; /* as fitted */
+    float *roundness;
 } estimation;
 
 static void keep_moments(plane *f, const stp_moments *m)
@@ -98,10 +99,9 @@ static stp_moments moments_of(const plane *f)
 
 static unsigned known_count(const uint32_t *list, unsigned k)
 {
-    unsigned count = 0;
-    while (count < k && list[count] != STP_NEIGHBOUR_NONE)
-        count++;
-    return count;
+    while (k > 0 && list[k - 1] == STP_NEIGHBOUR_NONE) /* usually none: the last ones are missing */
+        k--;
+    return k;
 }
 
 static stp_float4 place_of(const estimation *e, uint32_t other, uint32_t self)
@@ -148,32 +148,54 @@ static void part_sheets(plane *f, const estimation *e, uint32_t self, const uint
     }
     if (same_count < LAYER_POINTS || other_count < LAYER_POINTS)
         return;
-    float variance = 0.0f;
     stp_moments own = collect(e, self, same, same_count, true);
     stp_moments other = collect(e, self, others, other_count, false), both = own;
     stp_float4 apart = own.row[3] / own.row[3][3] - other.row[3] / other.row[3][3];
     stp_moments_add(&both, &other, apart + (stp_float4){0.0f, 0.0f, 0.0f, 1.0f}, 1.0f);
-    f->normal = stp_moments_normal(&both, &variance);
+    f->normal = stp_moments_normal(&both);
     keep_moments(f, &own);
 }
 
-/* Fits a plane to the nearest neighbours. */
-static plane fit(const estimation *e, uint32_t self)
+/* The plane of the nearest neighbours, whose moments are `sums`. */
+static plane plane_of(const estimation *e, uint32_t self, const stp_moments *sums,
+                      const stp_moments_plane *fitted)
 {
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
-    unsigned count = known_count(list, e->neighbours->k);
+    const unsigned count = known_count(list, e->neighbours->k);
     plane f = {.wide = 0};
     if (count < 3)
         return f;
-    const stp_moments sums = collect(e, self, list, count, true);
-    keep_moments(&f, &sums);
-    f.normal = stp_moments_normal(&sums, &f.variance);
+    keep_moments(&f, sums);
+    f.normal = fitted->normal;
+    f.variance = fitted->variance;
     stp_float4 last = place_of(e, list[count - 1], self);
     float squared = last[0] * last[0] + last[1] * last[1] + last[2] * last[2];
     float gap = STP_LAYER_GAP * sqrtf(squared * (float)M_PI / (float)count);
     if (f.variance >= two_sheet_variance(count, gap))
         part_sheets(&f, e, self, list, count, gap);
     return f;
+}
+
+/* Finds how round the neighbourhoods of the first `count` points are and, if wanted, their planes:
+ * several at a time. */
+static void fit(estimation *e, uint32_t count)
+{
+    const unsigned k = e->neighbours->k;
+    for (uint32_t first = 0; first < count; first += STP_MOMENTS_LANES) {
+        stp_moments sums[STP_MOMENTS_LANES] = {{{{0}}}};
+        stp_moments_plane fitted[STP_MOMENTS_LANES];
+        const uint32_t left = count - first < STP_MOMENTS_LANES ? count - first : STP_MOMENTS_LANES;
+        for (uint32_t i = 0; i < left; i++) {
+            const uint32_t *list = e->neighbours->indices + (size_t)(first + i) * k;
+            sums[i] = collect(e, first + i, list, known_count(list, k), true);
+        }
+        stp_moments_fit(sums, fitted);
+        for (uint32_t i = 0; i < left; i++) {
+            e->roundness[first + i] = fitted[i].roundness;
+            if (e->planes)
+                e->planes[first + i] = plane_of(e, first + i, &sums[i], &fitted[i]);
+        }
+    }
 }
 
 /* Variance of the noise around a point: the harmonic mean of the variances that its neighbours' own
@@ -360,11 +382,14 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
         .cloud = &unit->cloud, .neighbours = &unit->neighbours, .scale = scale_of(unit->whole)};
     stp_cloud_point *points = unit->cloud.points;
     uint32_t count = stp_unit_inner(unit, 1);
-    if (all_given(unit) && !shifts)
-        return STP_OK;
-    STP_TRY(stp_alloc(&e.planes, count, sizeof *e.planes, "normals", err));
-    for (uint32_t i = 0; i < count; i++)
-        e.planes[i] = fit(&e, i);
+    const bool wanted = shifts || !all_given(unit);
+    STP_TRY(stp_alloc(&unit->roundness, count, sizeof *unit->roundness, "normals", err));
+    e.roundness = unit->roundness;
+    if (wanted)
+        STP_TRY(stp_alloc(&e.planes, count, sizeof *e.planes, "normals", err));
+    fit(&e, count);
+    if (!wanted)
+        goto done;
     for (unsigned round = 1; round <= ROUNDS; round++) {
         count = stp_unit_inner(unit, 1 + round);
         STP_TRY(grow_all(&e, count, round == 1 ? QUIET : NOISY, err));

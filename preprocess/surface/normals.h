@@ -19,7 +19,8 @@
  * Given normals stay. With fewer than three distinct neighbours, or all on a line, the normal is
  * unknown: zero. shifts: NULL, or ring_end[0] entries: an own point's way to its plane, along the
  * normal, if the plane has grown and is near beside the noise; else zero. errors: gets those of the
- * normals of own points that were not given. Errors: OUT_OF_MEMORY. */
+ * normals of own points that were not given. Sets the unit's `wide` and `roundness`. Errors:
+ * OUT_OF_MEMORY. */
 stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors *errors,
                                 stp_error *err);
 

@@ -4,14 +4,11 @@
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/nearest_list.h"
-#include "preprocess/surface/moments.h"
 
-#include <stdlib.h>
 #include <string.h>
 
-/* Least det(C) (3 / trace(C))^3 of the covariance C of scattered points. It is 1 if the extents
- * along all axes are equal, 0 on a plane, 0.43 on the edge of a cube. */
-#define ROUND_LEAST 0.5
+/* Least roundness (moments.h) of scattered points; it is 0.43 on the edge of a cube. */
+#define ROUND_LEAST 0.5f
 /* A neighbour is asked if its spacing is more than this part of the point's. Others are of a denser
  * surface. */
 #define ASKED_LEAST 0.3f
@@ -21,53 +18,36 @@
 
 static bool is_round(const stp_unit *unit, uint32_t self)
 {
-    const stp_cloud_point *points = unit->cloud.points, *own = &points[self];
-    const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
-    const double scale = 1.0 / (double)own->spacing; /* so that floats hold the sums */
-    stp_moments m = {{{0}}};
-    if (!(own->spacing > 0.0f))
-        return false;
-    m.row[3][3] = 1.0f; /* the point itself */
-    for (unsigned i = 0; i < unit->neighbours.k && list[i] != STP_NEIGHBOUR_NONE; i++) {
-        const stp_dvec3 d = stp_dvec3_sub(points[list[i]].position, own->position);
-        stp_moments_add_point(&m, stp_moments_place((float)(d.x * scale), (float)(d.y * scale),
-                                                    (float)(d.z * scale)));
-    }
-    const stp_float4 mean = m.row[3] / m.row[3][3];
-    const stp_float4 x = m.row[0] - m.row[3][0] * mean, y = m.row[1] - m.row[3][1] * mean;
-    const stp_float4 z = m.row[2] - m.row[3][2] * mean;
-    const float third = (x[0] + y[1] + z[2]) / 3.0f;
-    const float determinant = x[0] * (y[1] * z[2] - y[2] * y[2]) -
-                              x[1] * (x[1] * z[2] - y[2] * x[2]) +
-                              x[2] * (x[1] * y[2] - y[1] * x[2]);
-    return determinant > ROUND_LEAST * third * third * third;
+    return unit->roundness[self] > ROUND_LEAST;
 }
 
-stp_status stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit, stp_error *err)
+/* Whether more than a third of the point and those of its neighbours that are asked are round. */
+static bool is_scattered(const stp_unit *unit, uint32_t self)
 {
-    stp_status status = STP_OK;
-    const stp_neighbours *near = &unit->neighbours;
     const stp_cloud_point *points = unit->cloud.points;
-    const uint32_t count = stp_unit_inner(unit, 1);
-    bool *round = NULL;
-    STP_TRY(stp_alloc(&round, count, sizeof *round, "points", err));
-    for (uint32_t i = 0; i < count; i++)
-        round[i] = is_round(unit, i);
+    const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
+    unsigned most = 1, count = 0;
+    bool any = is_round(unit, self);
+    for (; count < unit->neighbours.k && list[count] != STP_NEIGHBOUR_NONE; count++)
+        any |= is_round(unit, list[count]);
+    if (!any) /* nearly all points of a surface */
+        return false;
+    unsigned votes = is_round(unit, self);
+    for (unsigned n = 0; n < count; n++) {
+        const bool asked = ASKED_LEAST * points[self].spacing < points[list[n]].spacing;
+        votes += asked && is_round(unit, list[n]);
+        most += asked;
+    }
+    return 3 * votes > most;
+}
+
+void stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit)
+{
     for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
-        const uint32_t *list = near->indices + (size_t)i * near->k;
-        unsigned votes = round[i], most = 1;
-        for (unsigned n = 0; n < near->k && list[n] != STP_NEIGHBOUR_NONE; n++) {
-            const bool asked = ASKED_LEAST * points[i].spacing < points[list[n]].spacing;
-            votes += asked && round[list[n]];
-            most += asked;
-        }
         uint8_t *marks = &cloud->marks[unit->places[i]];
         *marks = (uint8_t)((*marks & ~STP_MARK_SCATTERED) |
-                           (3 * votes > most ? STP_MARK_SCATTERED : 0u));
+                           (is_scattered(unit, i) ? STP_MARK_SCATTERED : 0u));
     }
-done:
-    free(round);
-    return status;
 }
 
 static uint32_t bin_of(float spacing)

@@ -17,8 +17,9 @@
  * neighbourhood is round if it is spread about alike along all axes. A point is scattered if more
  * than a third of its neighbours and itself, counted together, have a round one; neighbours of much
  * smaller spacing are not asked. Few points on edges are: their neighbours lie on faces. Noise as
- * large as the spacing scatters a surface. Threads: a unit each. Errors: OUT_OF_MEMORY. */
-stp_status stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit, stp_error *err);
+ * large as the spacing scatters a surface. Call stp_normals_estimate before. Threads: a unit each.
+ */
+void stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit);
 
 /* Limits the spacings of points with STP_MARK_SCATTERED. The same result for any number of ranks
  * and threads. Threads: one. Errors: IO, CANCELLED, if ranks share the cloud. */

@@ -101,7 +101,7 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     if (f->averaged)
         stp_given_average(f->averaged + unit.places[0], &unit);
     atomic_fetch_add(&f->grown_count, write_back(f->cloud, &unit));
-    STP_TRY(stp_scattered_mark(f->cloud, &unit, err));
+    stp_scattered_mark(f->cloud, &unit);
     f->unit_done[index] = true;
     uint64_t done = atomic_fetch_add(&f->done_count, unit.ring_end[0]) + unit.ring_end[0];
     status = stp_progress_update(f->progress, f->params->shifts ? "layers" : "surface", done,
