@@ -170,6 +170,11 @@ static void print_orientation(const stp_prep_stats *s)
                 "scanner positions of %" PRIu32 " file%s are not used: the points cannot have "
                 "been seen from there\n",
                 s->stations_refused, s->stations_refused > 1 ? "s" : "");
+    if (s->intensity_greatest > s->intensity_max)
+        fprintf(stderr,
+                "intensities of more than %.2g %% of the greatest are stored as white: they are "
+                "less than 1 %% of all (--attributes intensity keeps the numbers)\n",
+                100.0 * s->intensity_max / s->intensity_greatest);
     if (s->first.why != STP_FIRST_WHOLE)
         fprintf(stderr, "first view %s\n", views[s->first.why]);
 }
