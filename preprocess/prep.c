@@ -470,18 +470,7 @@ void stp_prep_job_begin(stp_prep_job *job)
                                                            : STP_OUTLIER_DISTANCE};
 }
 
-/* Sets intensity_max: 255 stands for the greatest intensity of all. */
-static void decide_intensity(stp_tree_params *tree, stp_prep_stats *stats)
-{
-    const stp_leaf_sources *from = &tree->sources;
-    if (from->lines && from->lines->intensity_max > stats->intensity_max)
-        stats->intensity_max = from->lines->intensity_max;
-    if (from->triangles && from->triangles->intensity_max > stats->intensity_max)
-        stats->intensity_max = from->triangles->intensity_max;
-    tree->intensity_max = stats->intensity_max;
-}
-
-/* Attributes as the model keeps them: 255 in a sample stands for the greatest intensity. */
+/* Attributes as the model keeps them: 255 in a sample stands for intensity_max. */
 static void decide_attributes(stp_prep_job *job)
 {
     const bool has_shapes = job->tree.sources.lines || job->tree.sources.triangles;
@@ -494,7 +483,8 @@ static void decide_attributes(stp_prep_job *job)
         if (a->coarse == STP_COARSE_INTENSITY) {
             a->coarse_scale *= job->stats->intensity_max / 255.0;
             /* Each number has an 8-bit step of its own, if there are 256 numbers or fewer. */
-            a->derived = a->derived && a->coarse_scale < 1.0 + 1e-9 && !has_shapes;
+            a->derived = a->derived && a->coarse_scale < 1.0 + 1e-9 && !has_shapes &&
+                         job->stats->intensity_greatest <= job->stats->intensity_max;
         }
     }
     job->tree.numbers = (stp_point_numbers){&job->kept, job->numbers, job->begins};
@@ -518,7 +508,7 @@ static stp_status run(stp_prep_job *job, stp_error *err)
         STP_TRY(treat_grid(job, err));
     else if (stats->points_out > 0)
         STP_TRY(treat_points(job, err));
-    decide_intensity(&job->tree, stats);
+    STP_TRY(stp_prep_decide_intensity(job, err));
     decide_attributes(job);
     STP_TRY(write_tree(job, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_PATCHES, err));

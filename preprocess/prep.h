@@ -145,7 +145,8 @@ typedef struct stp_prep_stats {
     stp_outlier_mode outliers;   /* what was done with outliers */
     double outlier_distance;     /* and from how many spacings on */
     uint64_t outlier_count;      /* marked, or dropped and among the rejected */
-    uint16_t intensity_max;      /* of all that is stored; 255 in the file stands for it */
+    uint16_t intensity_greatest; /* of all that is stored */
+    uint16_t intensity_max;      /* 255 in the file stands for it, and for what is more */
     uint32_t station_count;      /* scanner positions that normals were turned to */
     uint32_t stations_off;       /* stations that cannot have seen their points: removed */
     uint32_t stations_refused;   /* those of them that a file claims */

@@ -70,6 +70,8 @@ void stp_prep_job_begin(stp_prep_job *job);
 stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_error *err);
 /* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
 stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err);
+/* Sets what 255 stands for in a sample's intensity. Errors: those of stp_cloud_every. */
+stp_status stp_prep_decide_intensity(stp_prep_job *job, stp_error *err);
 /* Marks outliers, or drops them and tells the source. Errors: those of stp_outliers_find and
  * stp_outliers_drop, and of the source. */
 stp_status stp_prep_treat_outliers(stp_prep_job *job, stp_error *err);

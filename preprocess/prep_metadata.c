@@ -90,6 +90,7 @@ static void add_first_view(cJSON *root, const stp_first_camera *first)
         [STP_FIRST_INTERIOR] = "interior",
         [STP_FIRST_MAIN] = "main",
         [STP_FIRST_PART] = "part",
+        [STP_FIRST_SIDE] = "side",
     };
     if (first->why == STP_FIRST_WHOLE)
         return;

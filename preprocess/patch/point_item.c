@@ -49,7 +49,9 @@ bool stp_point_is_rounded(stp_dvec3 p, int exponent)
 
 uint8_t stp_point_intensity(uint16_t intensity, uint32_t greatest)
 {
-    return (uint8_t)(greatest ? (intensity * 255u + greatest / 2) / greatest : 0u);
+    if (intensity >= greatest)
+        return greatest ? UINT8_MAX : 0;
+    return (uint8_t)((intensity * 255u + greatest / 2) / greatest);
 }
 
 static stp_sample_fit fit_of(const stp_cloud *cloud, uint32_t i)

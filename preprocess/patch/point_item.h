@@ -8,7 +8,7 @@
 typedef struct stp_point_item_params {
     double lambda; /* radius of a sample over its spacing */
     stp_resolution resolution;
-    uint16_t intensity_max; /* of all points; 255 in the file stands for it */
+    uint16_t intensity_max; /* 255 in the file stands for it, and for what is more */
     int vertex_least;       /* exponent of the finest lattice of patch vertices */
     unsigned normal_bits;   /* of the grid of level-0 normals (normal_grid.h) */
     unsigned given_bits;    /* the same of normals that the input gave */

@@ -22,7 +22,7 @@ typedef struct stp_point_numbers {
 
 typedef struct stp_tree_params {
     double lambda;                    /* radius of a sample over its spacing */
-    uint16_t intensity_max;           /* of all points; 255 in the file stands for it */
+    uint16_t intensity_max;           /* 255 in the file stands for it, and for what is more */
     stp_resolution resolution;        /* of the inputs */
     unsigned normal_bits, given_bits; /* of the grids of normals, see point_item.h */
     stp_codec codec;

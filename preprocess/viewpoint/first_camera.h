@@ -9,7 +9,8 @@ typedef enum stp_first_why {
     STP_FIRST_SCANNER,
     STP_FIRST_INTERIOR,
     STP_FIRST_MAIN, /* all but a few points that lie far away */
-    STP_FIRST_PART  /* the part that has the most points: others lie far away */
+    STP_FIRST_PART, /* the part that has the most points: others lie far away */
+    STP_FIRST_SIDE  /* the broad side of something flat */
 } stp_first_why;
 
 typedef struct stp_first_camera {

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/viewpoint/broad_side.h"
 #include "preprocess/viewpoint/interior.h"
 #include "preprocess/viewpoint/main_part.h"
 #include "preprocess/viewpoint/up_axis.h"
@@ -32,10 +33,14 @@
 #define MAIN_STEPS 4
 #define MAIN_SLACK 1.1
 #define MAIN_FOVY_DEG 45.0
+/* A broad side is seen from so far to the right and above, in parts of the way off it. */
+#define SIDE_RIGHT 0.35
+#define SIDE_ABOVE 0.2
 
-/* Unit rays from the eye to some of a station's points. Free with free(). */
+/* Unit rays from the eye to some of a station's points or, if station is 0, of those in the box.
+ * Free with free(). */
 static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *cloud,
-                          uint16_t station, stp_dvec3 eye, stp_error *err)
+                          uint16_t station, const stp_dbox *box, stp_dvec3 eye, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud_point *points = NULL;
@@ -45,7 +50,10 @@ static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *clo
     *count = 0;
     for (uint32_t i = 0; i < listed; i++) {
         const stp_dvec3 d = stp_dvec3_sub(points[i].position, eye);
-        if (points[i].station == station && stp_dvec3_length(d) > 0.0)
+        const bool listed_too = station > 0
+                                    ? points[i].station == station
+                                    : stp_dbox_distance_squared(box, points[i].position) == 0.0;
+        if (listed_too && stp_dvec3_length(d) > 0.0)
             (*out)[(*count)++] = stp_dvec3_normalize(d);
     }
 done:
@@ -199,7 +207,7 @@ static stp_status view_from_station(stp_first_camera *out, const stp_cloud *clou
         if (station - 1u - source->files[f].station_begin < source->files[f].station_count)
             word = source->files[f].station_word;
     STP_TRY(stp_space_create(&space, cloud, station, NULL, err));
-    STP_TRY(rays_of(&rays, &count, cloud, station, eye, err));
+    STP_TRY(rays_of(&rays, &count, cloud, station, NULL, eye, err));
     if (count == 0)
         goto done;
     const stp_dvec3 mean = mean_of(rays, count);
@@ -245,6 +253,13 @@ done:
     return status;
 }
 
+/* What is up if the file or its coordinates say it, else zero. */
+static stp_dvec3 told_up(const stp_cloud *cloud, const stp_prep_source *source)
+{
+    const bool z = source->heights || stp_dbox_is_map(&cloud->box);
+    return (stp_dvec3){0.0, !z && source->y_up, z};
+}
+
 /* What is up, where the format says nothing; zero: the box tells it. */
 static stp_dvec3 up_of(const stp_space *s, const stp_interior *interior,
                        const stp_prep_source *source)
@@ -277,6 +292,36 @@ static stp_first_camera view_of_main(const stp_dbox *box, stp_dvec3 model_up,
                               .up = up,
                               .fovy_deg = MAIN_FOVY_DEG,
                               .aspect = 1.0};
+}
+
+/* Shows a flat thing from its broad side, a little from the right and from above, as large as the
+ * picture allows. */
+static stp_status view_of_side(stp_first_camera *out, const stp_cloud *cloud,
+                               const stp_space *space, const stp_broad_side *side, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_dvec3 *rays = NULL;
+    uint32_t count = 0;
+    const stp_dvec3 middle = stp_dbox_middle(&space->box);
+    const stp_dvec3 right = stp_dvec3_normalize(stp_dvec3_cross(side->up, side->normal));
+    const stp_dvec3 away = stp_dvec3_normalize(
+        stp_dvec3_add(side->normal, stp_dvec3_add(stp_dvec3_scale(right, SIDE_RIGHT),
+                                                  stp_dvec3_scale(side->up, SIDE_ABOVE))));
+    const double radius = 0.5 * stp_dvec3_length(stp_dvec3_sub(space->box.max, space->box.min));
+    stp_first_camera camera = {
+        .up = side->up,
+        .eye = stp_dvec3_add(middle,
+                             stp_dvec3_scale(away, radius / sin(0.5 * MAIN_FOVY_DEG * DEGREES)))};
+    stp_dvec3 forward = stp_dvec3_scale(away, -1.0);
+    STP_TRY(rays_of(&rays, &count, cloud, 0, &space->box, camera.eye, err));
+    STP_TRY(take_in(&camera, &forward, rays, count, err));
+    camera.fovy_deg = 2.0 * atan(MAIN_SLACK * tan(0.5 * camera.fovy_deg * DEGREES)) / DEGREES;
+    camera.look = stp_dvec3_add(
+        camera.eye, stp_dvec3_scale(forward, distance_along(space, camera.eye, forward)));
+    *out = camera;
+done:
+    free(rays);
+    return status;
 }
 
 /* The free space of all points or, if parts stand out, of the one that has the most. *why: what it
@@ -327,10 +372,16 @@ stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *clou
     STP_TRY(find_main(&space, &why, cloud, err));
     stp_interior interior;
     STP_TRY(stp_interior_find(&interior, cloud, &space, err));
-    const stp_dvec3 up = up_of(&space, &interior, source);
-    if (interior.found)
+    stp_broad_side side;
+    stp_dvec3 up = up_of(&space, &interior, source);
+    STP_TRY(stp_broad_side_find(&side, cloud, &space.box, told_up(cloud, source), err));
+    if (interior.found) {
         *out = stp_interior_camera(&interior, &space);
-    else if (why != STP_FIRST_WHOLE)
+    } else if (side.found) {
+        STP_TRY(view_of_side(out, cloud, &space, &side, err));
+        up = stp_dvec3_length(told_up(cloud, source)) > 0.0 ? up : side.up;
+        why = why == STP_FIRST_WHOLE ? STP_FIRST_SIDE : why;
+    } else if (why != STP_FIRST_WHOLE)
         *out = view_of_main(&space.box, up, source);
     out->why = interior.found ? STP_FIRST_INTERIOR : why;
     out->model_up = up;

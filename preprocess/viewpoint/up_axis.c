@@ -14,20 +14,21 @@ double stp_floor_share(const stp_space *s, int axis)
     const int other = 3 - axis;           /* x and this axis lie across */
     const int layers = s->size[axis] - 2; /* the grid has a margin of one voxel */
     const int end = layers > 14 ? (layers + 5) / 10 : 1;
-    uint32_t columns = 0, floors = 0;
+    int columns = 0, floors = 0;
     for (int i = 0; i < s->size[other]; i++)
         for (int x = 0; x < s->size[0]; x++) {
-            bool any = false, level = false;
+            bool any = false, low = false, high = false;
             for (int h = 0; h < s->size[axis]; h++) {
                 const size_t at = axis == 1 ? stp_space_at(s, x, h, i) : stp_space_at(s, x, i, h);
+                const bool level = s->count[at] > 0 && 2 * s->level[axis][at] > s->count[at];
                 any = any || s->count[at] > 0;
-                level = level ||
-                        (h <= end && s->count[at] > 0 && 2 * s->level[axis][at] > s->count[at]);
+                low = low || (level && h <= end);
+                high = high || (level && s->size[axis] - 1 - h <= end);
             }
             columns += any;
-            floors += level;
+            floors += low - high;
         }
-    return columns > 0 ? (double)floors / columns : 0.0;
+    return columns > 0 ? fmax((double)floors / columns, 0.0) : 0.0;
 }
 
 bool stp_up_is_z(const stp_space *s)

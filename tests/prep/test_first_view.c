@@ -285,26 +285,6 @@ static void range_maps_with_a_camera(void **state)
 
 /* ---- interiors ---- */
 
-static void write_points(const char *path, const positions *p, const stp_dvec3 *normals)
-{
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    fprintf(file,
-            "ply\nformat ascii 1.0\nelement vertex %zu\nproperty float x\n"
-            "property float y\nproperty float z\n",
-            p->count);
-    if (normals)
-        fprintf(file, "property float nx\nproperty float ny\nproperty float nz\n");
-    fprintf(file, "end_header\n");
-    for (size_t i = 0; i < p->count; i++) {
-        fprintf(file, "%.9g %.9g %.9g", p->at[i].x, p->at[i].y, p->at[i].z);
-        if (normals)
-            fprintf(file, " %.6g %.6g %.6g", normals[i].x, normals[i].y, normals[i].z);
-        fprintf(file, "\n");
-    }
-    fclose(file);
-}
-
 /* Checks in the room's own axes: the eye stands free and upright, and looks along the room. */
 static void expect_inside(const stp_first_camera *first, const positions *room, stp_dvec3 axis,
                           double angle)

@@ -350,6 +350,32 @@ static void intensities_are_of_their_range(void **state)
     free(cloud.points);
 }
 
+/* Reflectors must not leave everything else a few of 255 steps. They are white, too. */
+static void bright_few_leave_the_steps(void **state)
+{
+    (void)state;
+    prep_cloud cloud = prep_cloud_wavy(5000, (stp_dvec3){0.0, 0.0, 0.0}, 1.0);
+    for (size_t i = 0; i < cloud.count; i++)
+        cloud.points[i].intensity = i % 500 == 7 ? 60000 : (uint16_t)(i % 1001);
+    stp_prep_stats stats;
+    stp_error err = {0};
+    assert_int_equal(prep_cloud_run(&cloud, OUT, 2, NULL, &stats, &err), STP_OK);
+    assert_int_equal(stats.intensity_greatest, 60000);
+    assert_in_range(stats.intensity_max, 1900, 2002); /* twice what 99 % reach */
+    stp_chunk_file *file = prep_open_verified(OUT);
+    stp_chunk_entry entry;
+    stp_chunk *chunk = prep_chunk(file, 0, &entry);
+    for (uint32_t i = 0; i < entry.sample_count[0]; i++) {
+        const stp_sample *s = &chunk->samples[0][i];
+        const double exact =
+            cloud.points[prep_number_of(s)].intensity * 255.0 / stats.intensity_max;
+        assert_true(fabs(s->intensity - fmin(exact, 255.0)) <= 0.5);
+    }
+    stp_chunk_destroy(&chunk);
+    stp_chunk_file_close(&file);
+    free(cloud.points);
+}
+
 static void points_on_a_line(void **state)
 {
     (void)state;
@@ -413,6 +439,7 @@ int main(void)
         cmocka_unit_test(all_points_equal),
         cmocka_unit_test(precision_far_below_the_spacing),
         cmocka_unit_test(intensities_are_of_their_range),
+        cmocka_unit_test(bright_few_leave_the_steps),
         cmocka_unit_test(points_on_a_line),
         cmocka_unit_test(points_on_a_plane),
         cmocka_unit_test(duplicates_are_kept),

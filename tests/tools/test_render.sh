@@ -51,6 +51,31 @@ make_models() {
         { fail "no model"; end_test; }
 }
 
+# What a scan without colours has is what a picture shows: intensities, else classes, if they differ.
+test_own_colours() {
+    local header shown
+    while read -r header shown; do
+        awk -v header="$header" 'BEGIN {
+            gsub(",", " ", header); print header
+            for (i = 0; i < 40; i++) for (j = 0; j < 40; j++)
+                print i * 0.1, j * 0.1, 0.05 * i % 2, header ~ /same/ ? 7 : 10 + i % 7 * 30, i % 2 ? 2 : 6 }' |
+            sed s/same/intensity/ >"$FOLDER/own.txt"
+        "$STIPPLE" prep "$FOLDER/own.txt" -o "$FOLDER/own.stipple" --force --quiet || fail "no model of $header"
+        render "$FOLDER/own.stipple" --size 64x64 --colour "$shown"
+        keep own
+        render "$FOLDER/own.stipple" --size 64x64
+        expect_picture 64 64
+        same_picture own
+        [ "$shown" = rgb ] && continue
+        render "$FOLDER/own.stipple" --size 64x64 --colour rgb
+        cmp -s "$picture" "$FOLDER/own.png" && fail "$header: shown like a model that has none"
+    done <<'TABLE'
+x,y,z,intensity,class intensity
+x,y,z,same,class class
+x,y,z,same,_ rgb
+TABLE
+}
+
 # A sphere must fill the smaller side of its ball's picture; the ball of the box is sqrt(3) times
 # larger.
 test_pictures() {
@@ -490,6 +515,7 @@ test_no_gl() {
 }
 
 make_models
+test_own_colours
 test_pictures
 test_smooth_edges
 test_roads

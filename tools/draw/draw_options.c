@@ -3,6 +3,7 @@
 
 #include "formats/attribute/where.h"
 #include "formats/chunk/convert.h"
+#include "runtime/class_legend.h"
 #include "runtime/gl/gpu_layout.h"
 #include "tools/draw/draw_exaggerate.h"
 #include "tools/draw/draw_filter.h"
@@ -14,6 +15,8 @@
 #include <string.h>
 
 #define PART_OPTIONS 6
+/* Intensities of a narrower range than this, from 0 to 1, show nothing. */
+#define INTENSITIES_DIFFER 0.02
 #define OWN_OPTIONS                                                                                \
     (DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT - PART_OPTIONS - DRAW_SOURCE_OPTION_COUNT)
 
@@ -106,7 +109,8 @@ void draw_options_fill(draw_options *o, cli_option out[DRAW_OPTION_COUNT])
         {"--maps-as", 0, CLI_CHOICE, &o->maps_as, DRAW_MAPS,
          "finest samples of maps; auto: a mesh where they lie some pixels apart (auto)", NULL},
         {"--colour", 0, CLI_STRING, &o->colour_name, DRAW_COLOURS,
-         "colour of samples; or the name of an attribute that prep kept, like gps_time (rgb)",
+         "colour of samples; or the name of an attribute that prep kept, like gps_time (rgb; "
+         "intensity or class, if the model has no colours)",
          NULL},
         {"--color", 0, CLI_STRING, &o->colour_name, DRAW_COLOURS, NULL, NULL},
         {"--palette", 0, CLI_CHOICE, &o->palette, DRAW_PALETTES,
@@ -263,6 +267,34 @@ done:
     return status;
 }
 
+/* Without --colour, a model without colours shows its intensities, else its classes, if they
+ * differ. */
+static stp_status choose_own_colour(const draw_options *o, const stp_model *model,
+                                    stp_draw_params *params, stp_error *err)
+{
+    const uint32_t has = model->info->attributes;
+    stp_status status = STP_OK;
+    double range[2];
+    uint32_t classes[8] = {0}, bits = 0;
+    if (o->colour_name || has & STP_HAS_COLOUR)
+        return STP_OK;
+    if (has & STP_HAS_INTENSITY) {
+        STP_TRY(stp_model_colour_range(model, STP_COLOUR_INTENSITY, range, err));
+        if (range[1] - range[0] >= INTENSITIES_DIFFER) {
+            params->colour = STP_COLOUR_INTENSITY;
+            return STP_OK;
+        }
+    }
+    if (has & STP_HAS_CLASS)
+        STP_TRY(stp_model_classes(model, classes, err));
+    for (int i = 0; i < 256; i++)
+        bits += classes[i / 32] >> i % 32 & 1;
+    if (bits > 1)
+        params->colour = STP_COLOUR_CLASS;
+done:
+    return status;
+}
+
 /* Chooses the ends of the palette: those of the option, else those of the model. */
 static stp_status choose_range(const draw_options *o, const stp_model *model,
                                stp_draw_params *params, stp_error *err)
@@ -404,6 +436,7 @@ stp_status draw_options_params(const draw_options *o, const stp_model *model,
     draw_exaggerate_set(&p, o->exaggerate, &model->info->box);
     STP_TRY(check_amounts(o, err));
     STP_TRY(choose_filter(o, model, &p, err));
+    STP_TRY(choose_own_colour(o, model, &p, err));
     STP_TRY(choose_range(o, model, &p, err));
     STP_TRY(choose_contours(o, &p, err));
     if (o->light)

@@ -269,6 +269,7 @@ static void print_first_view(const stp_chunk_file_info *info)
                : strcmp(why->valuestring, "interior") == 0 ? "inside"
                : strcmp(why->valuestring, "main") == 0     ? "all but what lies far away"
                : strcmp(why->valuestring, "part") == 0     ? "the part with the most points"
+               : strcmp(why->valuestring, "side") == 0     ? "the broad side of a flat thing"
                                                            : "for another reason");
     cJSON_Delete(metadata);
 }

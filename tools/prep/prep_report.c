@@ -150,7 +150,8 @@ static void print_orientation(const stp_prep_stats *s)
                                         [STP_FIRST_MAIN] = "of all but what lies far away",
                                         [STP_FIRST_PART] =
                                             "of the part that has the most points; others lie far "
-                                            "away (--view whole shows all)"};
+                                            "away (--view whole shows all)",
+                                        [STP_FIRST_SIDE] = "of the broad side"};
     if (s->orientation == STP_ORIENTATION_POSITION && s->station_count > 1)
         fprintf(stderr, "orientation from %u scanner positions", s->station_count);
     else
@@ -170,6 +171,11 @@ static void print_orientation(const stp_prep_stats *s)
                 "scanner positions of %" PRIu32 " file%s are not used: the points cannot have "
                 "been seen from there\n",
                 s->stations_refused, s->stations_refused > 1 ? "s" : "");
+    if (s->intensity_greatest > s->intensity_max)
+        fprintf(stderr,
+                "intensities of more than %.2g %% of the greatest are stored as white: they are "
+                "less than 1 %% of all (--attributes intensity keeps the numbers)\n",
+                100.0 * s->intensity_max / s->intensity_greatest);
     if (s->first.why != STP_FIRST_WHOLE)
         fprintf(stderr, "first view %s\n", views[s->first.why]);
 }

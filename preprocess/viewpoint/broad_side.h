@@ -1,0 +1,23 @@
+/* Finds things that are flat and stand upright, or lie in any way but level: facades, walls,
+ * paintings, tablets. They are seen from their broad side, whatever the axes of their file.
+ * Threads: the main thread. */
+#ifndef STP_PREPROCESS_VIEWPOINT_BROAD_SIDE_H
+#define STP_PREPROCESS_VIEWPOINT_BROAD_SIDE_H
+
+#include "preprocess/cloud/cloud.h"
+
+typedef struct stp_broad_side {
+    bool found;
+    stp_dvec3 normal; /* unit vector to where the side is seen from */
+    stp_dvec3 up;     /* y or z */
+} stp_broad_side;
+
+/* Looks at the points within the box, of which there is one at least. up: what is up, y or z; zero:
+ * not known. Of y and z, that one is up then which lies more along the side: z, if y is thin, and
+ * also if x is. What is thin along z is ground. Its normals tell which side is seen; if there are
+ * none, the side is the one that the view of a whole model shows. Errors: OUT_OF_MEMORY, and if
+ * ranks share the cloud IO, CANCELLED. */
+stp_status stp_broad_side_find(stp_broad_side *out, const stp_cloud *cloud, const stp_dbox *box,
+                               stp_dvec3 up, stp_error *err);
+
+#endif
