@@ -3,11 +3,6 @@
 
 #include "runtime/cut/level_rule.h"
 
-static float dot3(const float a[3], const float b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static void set_axis(float out[4], stp_dvec3 axis, double back)
 {
     out[0] = (float)axis.x;
@@ -51,193 +46,6 @@ void stp_gpu_frame_exaggerate(stp_gpu_frame *frame, double times)
     axes[2][3] = (float)back.z;
     frame->centre[2] = (float)times;
     frame->centre[3] = (float)(1.0 / (times * times));
-}
-
-static bool is_exaggerated(const stp_gpu_frame *frame)
-{
-    return frame->centre[3] != 1.0f;
-}
-
-/* Where an orthographic view looks from, in the world. */
-static void back_of(const stp_gpu_frame *frame, float out[3])
-{
-    out[0] = frame->axis_right[3];
-    out[1] = frame->axis_up[3];
-    out[2] = frame->axis_back[3];
-}
-
-static void to_eye(const stp_gpu_frame *frame, const float world[3], float out[3])
-{
-    out[0] = dot3(frame->axis_right, world);
-    out[1] = dot3(frame->axis_up, world);
-    out[2] = dot3(frame->axis_back, world);
-}
-
-static bool outside_frustum(const stp_gpu_frame *frame, const float centre[3], float radius)
-{
-    float depth = -centre[2];
-    if (depth + radius <= frame->viewport[3])
-        return true;
-    for (int i = 0; i < 2; i++) {
-        const float *planes = frame->frustum[i];
-        float low = frame->centre[i], high = frame->viewport[i] - low, f = frame->viewport[2];
-        bool flat = frame->modes[0] != 0;
-        if ((flat ? -centre[i] - low / f : -centre[i] * planes[0] - depth * planes[1]) > radius ||
-            (flat ? centre[i] - high / f : centre[i] * planes[2] - depth * planes[3]) > radius)
-            return true;
-    }
-    return false;
-}
-
-/* How the eye sees a bound. */
-typedef struct aspect {
-    float range, sin_beta, cos_phi;
-} aspect;
-
-static aspect aspect_of(const stp_gpu_frame *frame, const stp_rule_bound *bound)
-{
-    bool orthographic = frame->modes[0] != 0;
-    float eye[3], radius = bound->radius * stp_frame_stretch(frame);
-    to_eye(frame, bound->centre, eye);
-    float range =
-        is_exaggerated(frame) ? sqrtf(dot3(eye, eye)) : sqrtf(dot3(bound->centre, bound->centre));
-    float least = range > 1e-30f ? range : 1e-30f;
-    float cos_phi = orthographic ? -dot3(frame->axis_back, bound->cone_axis)
-                                 : dot3(bound->centre, bound->cone_axis) / least;
-    cos_phi = is_exaggerated(frame) ? 0.0f : cos_phi; /* the cone is another: any normal may be */
-    return (aspect){range,
-                    orthographic     ? 0.0f
-                    : radius < least ? radius / least
-                                     : 1.0f,
-                    cos_phi < -1.0f  ? -1.0f
-                    : cos_phi > 1.0f ? 1.0f
-                                     : cos_phi};
-}
-
-/* Whether every normal of the cone turns away from every eye ray through the bound:
- *
- *     phi + gamma + beta < 90 degrees
- *
- * phi: between the direction to the bound and the cone's axis; gamma: half-angle of the cone; beta:
- * half-angle under which the eye sees the bound. The code squares and scales sines and cosines by
- * the bound's distance to save time, since it runs for every patch. */
-static bool faces_away(const stp_gpu_frame *frame, const stp_rule_bound *bound)
-{
-    bool orthographic = frame->modes[0] != 0;
-    float back[3];
-    back_of(frame, back);
-    float r2 = orthographic ? 0.0f : bound->radius * bound->radius;
-    float range2 = orthographic ? 1.0f : dot3(bound->centre, bound->centre);
-    float along = orthographic
-                      ? -dot3(back, bound->cone_axis)
-                      : dot3(bound->centre, bound->cone_axis) - bound->radius * bound->cone_cos;
-    float cos2 = bound->cone_cos * bound->cone_cos, tangent2 = range2 - r2;
-    return bound->cone_cos > 0.0f && along > 0.0f && cos2 * tangent2 > (1.0f - cos2) * r2 &&
-           along * along > (1.0f - cos2) * tangent2;
-}
-
-/* Whether an opening lies near the line of sight to a place, and not beyond it. straight: the eye
- * is at infinity, in the direction `back`. inverse: of the square of the place's distance. */
-static inline bool is_before(const float ball[4], const float place[3], float radius, float inverse,
-                             bool straight, const float back[3])
-{
-    float off[3], reach = ball[3] + radius * 1.00001f, nearer = 0.0f;
-    float part = straight ? 1.0f : dot3(ball, place) * inverse;
-    part = part < 0.0f ? 0.0f : part > 1.0f ? 1.0f : part;
-    for (int k = 0; k < 3; k++)
-        off[k] = ball[k] - part * place[k];
-    if (straight) {
-        nearer = dot3(off, back);
-        for (int k = 0; k < 3; k++)
-            off[k] -= nearer * back[k];
-    }
-    return nearer >= -reach && dot3(off, off) <= reach * reach;
-}
-
-/* shaders/project/project.glsl does the same. */
-int stp_opening_next(const stp_gpu_frame *frame, int i, const float centre[3], float radius)
-{
-    const int count = frame->modes[3];
-    const float square = dot3(centre, centre), inverse = 1.0f / (square > 1e-30f ? square : 1e-30f);
-    float back[3];
-    back_of(frame, back);
-    if (frame->modes[0] != 0)
-        while (i < count && !is_before(frame->openings[i], centre, radius, inverse, true, back))
-            i++;
-    else
-        while (i < count && !is_before(frame->openings[i], centre, radius, inverse, false, back))
-            i++;
-    return i;
-}
-
-/* The limit of shaders/project/project.glsl, and its sine. */
-#define CULL_COSINE 0.1f
-#define CULL_SINE 0.99498744f
-
-/* Whether all samples in the bound are left out as hidden backs: every normal turns away so far
- * that no sample can be at an outline. */
-static bool is_culled(const stp_gpu_frame *frame, const stp_rule_bound *bound)
-{
-    bool known = frame->modes[1] & STP_SAMPLE_CLOSED ? bound->closed : !bound->two_sided;
-    if (frame->modes[1] == 0 || frame->modes[1] & STP_BACKS_DRAWN || !known ||
-        !faces_away(frame, bound))
-        return false;
-    stp_rule_bound wide = *bound;
-    float sine = sqrtf(fmaxf(0.0f, 1.0f - bound->cone_cos * bound->cone_cos));
-    wide.cone_cos = bound->cone_cos * CULL_SINE - sine * CULL_COSINE;
-    return faces_away(frame, &wide) &&
-           stp_opening_next(frame, 0, bound->centre, bound->radius) == frame->modes[3];
-}
-
-/* Whether no centre in the bound can lie in the clip box and on the kept side of the planes. Floats
- * may be off in their last bits, so a near bound counts as inside; each sample is tested again. */
-static bool outside_clip(const stp_gpu_frame *frame, const stp_rule_bound *bound)
-{
-    for (int i = 0; i < (int)frame->light[3]; i++) {
-        const float *plane = frame->planes[i], slack = fabsf(plane[3]) * 1e-6f;
-        if (dot3(plane, bound->centre) + plane[3] < -(bound->radius * 1.00001f + slack))
-            return true;
-    }
-    if (frame->modes[2] == 0)
-        return false;
-    for (int i = 0; i < 3; i++) {
-        float reach = bound->radius * 1.00001f + fabsf(bound->centre[i]) * 1e-6f;
-        if (bound->centre[i] + reach < frame->clip_min[i] ||
-            bound->centre[i] - reach > frame->clip_max[i])
-            return true;
-    }
-    return false;
-}
-
-bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3])
-{
-    if (is_culled(frame, bound)) /* first, since this takes half of a closed model */
-        return false;
-    to_eye(frame, bound->centre, eye);
-    return !outside_frustum(frame, eye, bound->radius * stp_frame_stretch(frame)) &&
-           !outside_clip(frame, bound);
-}
-
-bool stp_rule_faces_eye(const stp_gpu_frame *frame, const stp_rule_bound *bound)
-{
-    stp_rule_bound turned = *bound;
-    for (int i = 0; i < 3; i++)
-        turned.cone_axis[i] = -bound->cone_axis[i];
-    return faces_away(frame, &turned);
-}
-
-stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *bound)
-{
-    aspect a = aspect_of(frame, bound);
-    float sin_alpha = stp_rule_sin_alpha(a.cos_phi, bound->cone_cos, a.sin_beta);
-    float stretch = stp_frame_stretch(frame); /* errors and radii are drawn as much longer */
-    return (stp_rule_sight){
-        stretch * stp_rule_scale(-dot3(frame->axis_back, bound->centre), a.range,
-                                 bound->radius * stretch, frame->viewport[2], frame->viewport[3],
-                                 frame->modes[0] != 0),
-        sin_alpha,
-        stp_rule_is_silhouette(sin_alpha) ? frame->terms[1] : 1.0f,
-    };
 }
 
 stp_ball stp_block_ball(const stp_block *b, stp_dvec3 origin, stp_dvec3 eye)
@@ -343,13 +151,6 @@ static bool must_refine(const stp_gpu_frame *frame, const stp_rule_sight *sight)
     return frame->quality[0] <= 0.0f || sight->scale < 0.0f;
 }
 
-bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                     const stp_patch_brief *brief)
-{
-    return !must_refine(frame, sight) && is_small(frame, sight, brief->vertex_error,
-                                                  brief->vertex_radius, brief->vertex_variation);
-}
-
 bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                      const stp_mirror_patch *patch, int finest)
 {
@@ -360,21 +161,20 @@ bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
 }
 
 /* The levels that the rule asks for, not finer than `finest`. */
-static stp_levels choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+static stp_levels choose(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                          const stp_mirror_patch *patch, int finest)
 {
     stp_levels out;
     for (int q = 0; q < STP_PATCH_QUARTERS; q++)
         out.of[q] = STP_LEVEL_SKIP;
-    stp_rule_sight sight = look_at_patch(frame, chunk, patch);
-    bool refine = must_refine(frame, &sight);
-    if (!refine && fits(frame, &sight, patch, STP_LEVEL_COUNT - 1, 0)) {
+    bool refine = must_refine(frame, sight);
+    if (!refine && fits(frame, sight, patch, STP_LEVEL_COUNT - 1, 0)) {
         out.of[0] = 3;
         return out;
     }
     for (int q = 0; q < (finest > 2 ? 1 : patch->count[2]); q++) {
         int level = refine || finest > 2 ? finest : 2;
-        while (level > finest && !fits(frame, &sight, patch, level, q))
+        while (level > finest && !fits(frame, sight, patch, level, q))
             level--;
         out.of[q] = level;
     }
@@ -384,18 +184,26 @@ static stp_levels choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
 stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                              const stp_mirror_patch *patch)
 {
-    return choose(frame, chunk, patch, stp_level_resident(patch, (int)chunk->finest));
+    const stp_rule_sight sight = look_at_patch(frame, chunk, patch);
+    return choose(frame, &sight, patch, stp_level_resident(patch, (int)chunk->finest));
 }
 
-int stp_level_asked(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                    const stp_mirror_patch *patch, int finest)
+int stp_level_asked_seen(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                         const stp_mirror_patch *patch, int finest)
 {
-    const stp_levels levels = choose(frame, chunk, patch, finest);
+    const stp_levels levels = choose(frame, sight, patch, finest);
     int asked = STP_LEVEL_COUNT - 1;
     for (int q = 0; q < STP_PATCH_QUARTERS; q++)
         if (levels.of[q] != STP_LEVEL_SKIP && levels.of[q] < asked)
             asked = levels.of[q];
     return asked;
+}
+
+int stp_level_asked(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                    const stp_mirror_patch *patch, int finest)
+{
+    const stp_rule_sight sight = look_at_patch(frame, chunk, patch);
+    return stp_level_asked_seen(frame, &sight, patch, finest);
 }
 
 unsigned stp_levels_select(const stp_mirror_patch *patch, const stp_levels *levels,

@@ -53,10 +53,6 @@ typedef struct stp_levels {
 stp_levels stp_levels_choose(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                              const stp_mirror_patch *patch);
 
-/* The finest level that the rule asks of a patch, not finer than `finest`; STP_LEVEL_COUNT - 1 if
- * the patch vertex will do. */
-int stp_level_asked(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                    const stp_mirror_patch *patch, int finest);
 /* The finest level of a patch that can be drawn if the chunk is drawn at levels >= finest. */
 static inline int stp_level_resident(const stp_mirror_patch *patch, int finest)
 {
@@ -126,9 +122,13 @@ stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk
 /* Whether `finest`, the finest level drawn of the chunk, is fine enough for all of a patch. */
 bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                      const stp_mirror_patch *patch, int finest);
-/* Whether level 3, the patch vertex, is fine enough for all of the patch. */
-bool stp_vertex_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                     const stp_patch_brief *brief);
+/* The finest level that the rule asks of a patch, not finer than `finest`; STP_LEVEL_COUNT - 1 if
+ * the patch vertex will do. */
+int stp_level_asked(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                    const stp_mirror_patch *patch, int finest);
+/* The same, if how the eye sees the patch is known. */
+int stp_level_asked_seen(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                         const stp_mirror_patch *patch, int finest);
 
 /* The first opening of the frame, from opening i on, that lies between the eye and any place in a
  * ball; modes[3] if none does. */
@@ -140,6 +140,27 @@ bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, f
 /* The same of a patch's bound. */
 bool stp_patch_visible(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
                        const stp_mirror_patch *patch);
+/* How the eye sees some patches of a block, found side by side: eight at a time, or four. */
+enum { STP_LOOKS_LIMIT = 64 };
+typedef struct stp_looks {
+    float eye[3][STP_LOOKS_LIMIT];                            /* stp_rule_visible */
+    float scale[STP_LOOKS_LIMIT], sin_alpha[STP_LOOKS_LIMIT]; /* stp_rule_look */
+    uint32_t visible[STP_LOOKS_LIMIT];
+    uint32_t vertex[STP_LOOKS_LIMIT]; /* level 3, the patch vertex, does for all of the patch */
+} stp_looks;
+
+/* Looks at up to STP_LOOKS_LIMIT patches: what the functions named above say of each patch, to the
+ * last bit. openings: the frame, with the openings that matter alone (runtime/cut/culling.h). eye
+ * is set of those that are not visible, too. */
+void stp_patches_look(stp_looks *out, const stp_gpu_frame *frame, const stp_gpu_frame *openings,
+                      const stp_gpu_chunk *chunk, const stp_patch_brief *briefs, uint32_t count);
+/* What stp_rule_look says of a patch that was looked at. */
+static inline stp_rule_sight stp_looks_sight(const stp_looks *looks, const stp_gpu_frame *frame,
+                                             uint32_t i)
+{
+    const float sine = looks->sin_alpha[i];
+    return (stp_rule_sight){looks->scale[i], sine, sine >= 1.0f ? frame->terms[1] : 1.0f};
+}
 /* Whether every normal in the bound turns to every eye ray through it: none of its backs is seen.
  */
 bool stp_rule_faces_eye(const stp_gpu_frame *frame, const stp_rule_bound *bound);

@@ -3,15 +3,51 @@
 
 #include "runtime/cut/culling.h"
 
+/* The patches of a block from `first` on that are looked at side by side. */
+typedef struct group {
+    stp_looks looks;
+    stp_gpu_frame room; /* for the next */
+    const stp_gpu_frame *openings;
+    stp_gpu_chunk chunk;
+    uint32_t first, count;
+} group;
+
+/* Looks at the next patches of a block; false if there are none. The first time, g->count is 0. */
+static bool look_at_next(group *g, const stp_scene *scene, const stp_gpu_frame *frame,
+                         stp_dvec3 eye, const stp_resident *resident)
+{
+    const uint32_t patches = resident->placement.patches.count;
+    if (g->count == 0) {
+        g->chunk = stp_scene_record(scene, resident->block, 0, eye);
+        g->openings = stp_culling_narrow(&g->room, frame, scene, resident->block, eye, NULL);
+        g->first = 0;
+    }
+    g->first += g->count;
+    g->count = patches - g->first < STP_LOOKS_LIMIT ? patches - g->first : STP_LOOKS_LIMIT;
+    if (g->count > 0)
+        stp_patches_look(&g->looks, frame, g->openings, &g->chunk,
+                         &resident->mirror.briefs[g->first], g->count);
+    return g->count > 0;
+}
+
+/* Whether an earlier picture hides patch i of the group. */
+static bool is_hidden(const group *g, const stp_occlusion *occlusion, const stp_resident *resident,
+                      uint32_t i)
+{
+    if (occlusion == NULL)
+        return false;
+    const stp_rule_bound b = stp_patch_bound(&resident->mirror.briefs[g->first + i], &g->chunk);
+    return stp_occlusion_hides(occlusion, b.centre, b.radius);
+}
+
 /* The finest level that a patch in sight may ask for. It is left to the block below if even its
  * level 0 is too coarse. */
 static int finest_of(const stp_gpu_frame *frame, const stp_resident *resident, uint32_t patch,
-                     const stp_rule_bound *bound, const stp_need_below *below)
+                     const stp_rule_sight *sight, const stp_need_below *below)
 {
     const uint32_t block = resident->mirror.briefs[patch].block;
-    const stp_rule_sight sight = stp_rule_look(frame, bound);
     if (block == STP_BLOCK_NONE ||
-        stp_finest_does(frame, &sight, &resident->mirror.patches[patch], 0))
+        stp_finest_does(frame, sight, &resident->mirror.patches[patch], 0))
         return 0;
     return below->level(below->context, block);
 }
@@ -20,29 +56,27 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
                    const stp_occlusion *occlusion, const stp_resident *resident, int estimate,
                    const stp_need_below *below, bool *lacks)
 {
-    const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, estimate, eye);
     const bool linked = (stp_scene_entry(scene, resident->block)->flags & STP_CHUNK_LINKED) != 0;
     int need = STP_NEED_HEADERS;
-    stp_gpu_frame room;
+    group g;
     *lacks = false;
-    frame = stp_culling_narrow(&room, frame, scene, resident->block, eye, NULL);
-    for (uint32_t i = 0; i < resident->placement.patches.count; i++) {
-        const stp_mirror_patch *patch = &resident->mirror.patches[i];
-        if (need <= estimate && patch->finest <= estimate)
-            continue;
-        const stp_rule_bound bound = stp_patch_bound(&resident->mirror.briefs[i], &chunk);
-        float centre[3];
-        if (!stp_rule_visible(frame, &bound, centre) ||
-            stp_occlusion_hides(occlusion, bound.centre, bound.radius))
-            continue;
-        const int finest = linked ? finest_of(frame, resident, i, &bound, below) : 0;
-        if (finest >= STP_NEED_HEADERS)
-            continue;
-        const int asked =
-            stp_level_asked(frame, &chunk, patch, finest > estimate ? finest : estimate);
-        need = asked < need ? asked : need;
-        *lacks |= asked < patch->finest;
-    }
+    for (g.count = 0; look_at_next(&g, scene, frame, eye, resident);)
+        for (uint32_t i = 0; i < g.count; i++) {
+            const stp_mirror_patch *patch = &resident->mirror.patches[g.first + i];
+            /* a patch vertex asks for nothing */
+            if (!g.looks.visible[i] || g.looks.vertex[i] ||
+                (need <= estimate && patch->finest <= estimate) ||
+                is_hidden(&g, occlusion, resident, i))
+                continue;
+            const stp_rule_sight sight = stp_looks_sight(&g.looks, frame, i);
+            const int finest = linked ? finest_of(frame, resident, g.first + i, &sight, below) : 0;
+            if (finest >= STP_NEED_HEADERS)
+                continue;
+            const int asked =
+                stp_level_asked_seen(frame, &sight, patch, finest > estimate ? finest : estimate);
+            need = asked < need ? asked : need;
+            *lacks |= asked < patch->finest;
+        }
     return need;
 }
 
@@ -50,20 +84,18 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
                      const stp_occlusion *occlusion, const stp_resident *resident,
                      void (*refer)(void *context, uint32_t below, bool coarse), void *context)
 {
-    const stp_gpu_chunk chunk = stp_scene_record(scene, resident->block, 0, eye);
-    stp_gpu_frame room;
-    frame = stp_culling_narrow(&room, frame, scene, resident->block, eye, NULL);
-    for (uint32_t i = 0; i < resident->placement.patches.count; i++) {
-        const stp_patch_brief *brief = &resident->mirror.briefs[i];
-        const stp_rule_bound bound = stp_patch_bound(brief, &chunk);
-        float centre[3];
-        if (brief->block == STP_BLOCK_NONE || !stp_rule_visible(frame, &bound, centre))
-            continue;
-        const bool hidden = stp_occlusion_hides(occlusion, bound.centre, bound.radius);
-        if (hidden && !occlusion->asks_only)
-            continue;
-        const stp_rule_sight sight = stp_rule_look(frame, &bound);
-        refer(context, brief->block,
-              !hidden && !stp_finest_does(frame, &sight, &resident->mirror.patches[i], 0));
-    }
+    group g;
+    for (g.count = 0; look_at_next(&g, scene, frame, eye, resident);)
+        for (uint32_t i = 0; i < g.count; i++) {
+            const uint32_t block = resident->mirror.briefs[g.first + i].block;
+            if (block == STP_BLOCK_NONE || !g.looks.visible[i])
+                continue;
+            const bool hidden = is_hidden(&g, occlusion, resident, i);
+            if (hidden && !occlusion->asks_only)
+                continue;
+            const stp_rule_sight sight = stp_looks_sight(&g.looks, frame, i);
+            refer(context, block,
+                  !hidden &&
+                      !stp_finest_does(frame, &sight, &resident->mirror.patches[g.first + i], 0));
+        }
 }

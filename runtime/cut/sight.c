@@ -75,7 +75,7 @@ static void mark_patch(const stp_sight_params *params, unsigned worker, const se
     const stp_gpu_frame *frame = params->frame;
     const stp_mirror_patch *patch = &seen->resident->mirror.patches[seen->at];
     const float stretch = stp_frame_stretch(frame);
-    if (patch->spots == 0 || vertex || !is_finest(params, seen, ROUNDING_SLACK)) {
+    if (vertex || patch->spots == 0 || !is_finest(params, seen, ROUNDING_SLACK)) {
         mark_tiles(params, worker, seen->eye, seen->bound->radius * stretch);
         return;
     }
@@ -214,60 +214,93 @@ static bool has_any(const stp_patch_brief *brief, int finest)
     return (brief->empty & levels) != levels;
 }
 
+/* A draw that is being looked at. */
+typedef struct glance {
+    const look *look;
+    const stp_draw *draw;
+    const stp_resident *resident;
+    size_t index, state; /* of the draw, of its block */
+    unsigned worker;
+    stp_gpu_chunk chunk;
+    stp_looks looks; /* of the patches from `first` on */
+    uint32_t first;
+    float greatest_px; /* so far */
+    size_t hidden;
+} glance;
+
+/* Lists patch i of the group if it is in sight. */
+static void list_patch(glance *g, uint32_t i)
+{
+    const look *l = g->look;
+    const stp_sight_params *params = l->params;
+    const stp_resident *r = g->resident;
+    const uint32_t at = g->first + i;
+    const stp_patch_brief *brief = &r->mirror.briefs[at];
+    const size_t below = state_below(l->sight, brief);
+    if (!g->looks.visible[i] || !is_left(l->sight, g->state, at) ||
+        (below < STP_CUT_LINKED && below != STP_CUT_LEFT))
+        return;
+    const stp_rule_bound bound = stp_patch_bound(brief, &g->chunk);
+    if (stp_occlusion_hides(params->occlusion, bound.centre, bound.radius)) {
+        g->hidden++;
+        return;
+    }
+    const stp_rule_sight sight = stp_looks_sight(&g->looks, params->frame, i);
+    if (below >= STP_CUT_LINKED &&
+        leave_below(l, below, g->draw, &r->mirror.patches[at], brief, &sight))
+        return;
+    float radius_px = brief->vertex_radius * sight.scale;
+    const float eye[3] = {g->looks.eye[0][i], g->looks.eye[1][i], g->looks.eye[2][i]};
+    const bool vertex = params->vertices && g->looks.vertex[i];
+    mark_patch(params, g->worker, &(seen_patch){g->draw, r, at, &bound, eye}, vertex);
+    if (!has_any(brief, vertex ? STP_LEVEL_COUNT - 1 : g->draw->finest))
+        return;
+    if (vertex) {
+        add(l, STP_SIGHT_VERTICES, g->index,
+            stp_name_of(r->placement.patches.begin + at, STP_LEVEL_COUNT - 1, 0));
+    } else if (is_wide_square(l, g->draw, r, at, &sight)) {
+        add(l, STP_SIGHT_SQUARES, g->index, r->placement.patches.begin + at);
+        radius_px = square_radius_px(r, at, &sight);
+    } else {
+        add_patch(l, g->index, r, at);
+        radius_px = patch_radius_px(params->frame, &sight, &r->mirror.patches[at], g->draw->finest);
+    }
+    g->greatest_px = radius_px > g->greatest_px ? radius_px : g->greatest_px;
+}
+
 static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_error *err)
 {
     (void)err;
     const tier *t = context;
     const look *l = t->look;
-    size_t index = t->draws[at];
+    const size_t index = t->draws[at];
     const stp_sight_params *params = l->params;
     const stp_draw *draw = &l->draws[index];
     const stp_resident *r =
         stp_block_cache_get(params->cache, stp_block_cache_slot(params->cache, draw->block));
-    stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(params->scene, draw, params->eye);
-    size_t state = l->sight->cut->blocks[draw->block].state;
+    const uint32_t count = r->placement.patches.count;
     stp_gpu_frame room;
-    const stp_gpu_frame *frame = stp_culling_narrow(
+    const stp_gpu_frame *openings = stp_culling_narrow(
         &room, params->frame, params->scene, draw->block, params->eye, l->sight->openings[index]);
-    float greatest = 0.0f;
-    size_t hidden = 0;
-    for (uint32_t i = 0; i < r->placement.patches.count; i++) {
-        float eye[3];
-        const stp_patch_brief *brief = &r->mirror.briefs[i];
-        if (!is_left(l->sight, state, i))
-            continue;
-        stp_rule_bound bound = stp_patch_bound(brief, &chunk);
-        size_t below = state_below(l->sight, brief);
-        if ((below < STP_CUT_LINKED && below != STP_CUT_LEFT) ||
-            !stp_rule_visible(frame, &bound, eye))
-            continue;
-        if (stp_occlusion_hides(params->occlusion, bound.centre, bound.radius)) {
-            hidden++;
-            continue;
-        }
-        stp_rule_sight sight = stp_rule_look(params->frame, &bound);
-        if (below >= STP_CUT_LINKED &&
-            leave_below(l, below, draw, &r->mirror.patches[i], brief, &sight))
-            continue;
-        float radius_px = brief->vertex_radius * sight.scale;
-        const bool vertex = params->vertices && stp_vertex_does(params->frame, &sight, brief);
-        mark_patch(params, worker, &(seen_patch){draw, r, i, &bound, eye}, vertex);
-        if (!has_any(brief, vertex ? STP_LEVEL_COUNT - 1 : draw->finest))
-            continue;
-        if (vertex) {
-            add(l, STP_SIGHT_VERTICES, index,
-                stp_name_of(r->placement.patches.begin + i, STP_LEVEL_COUNT - 1, 0));
-        } else if (is_wide_square(l, draw, r, i, &sight)) {
-            add(l, STP_SIGHT_SQUARES, index, r->placement.patches.begin + i);
-            radius_px = square_radius_px(r, i, &sight);
-        } else {
-            add_patch(l, index, r, i);
-            radius_px = patch_radius_px(params->frame, &sight, &r->mirror.patches[i], draw->finest);
-        }
-        greatest = radius_px > greatest ? radius_px : greatest;
+    glance g;
+    g.look = l;
+    g.draw = draw;
+    g.resident = r;
+    g.index = index;
+    g.state = l->sight->cut->blocks[draw->block].state;
+    g.worker = worker;
+    g.chunk = stp_gpu_chunk_from_draw(params->scene, draw, params->eye);
+    g.greatest_px = 0.0f;
+    g.hidden = 0;
+    for (g.first = 0; g.first < count; g.first += STP_LOOKS_LIMIT) {
+        const uint32_t some = count - g.first < STP_LOOKS_LIMIT ? count - g.first : STP_LOOKS_LIMIT;
+        stp_patches_look(&g.looks, params->frame, openings, &g.chunk, &r->mirror.briefs[g.first],
+                         some);
+        for (uint32_t i = 0; i < some; i++)
+            list_patch(&g, i);
     }
-    l->radius_px[index] = greatest;
-    l->hidden[index] = hidden;
+    l->radius_px[index] = g.greatest_px;
+    l->hidden[index] = g.hidden;
     return STP_OK;
 }
 

@@ -37,19 +37,14 @@
 STP_RULE float stp_rule_scale(float centre_depth, float centre_distance, float radius, float f,
                               float near_depth, bool orthographic)
 {
-    if (orthographic)
-        return f;
     float z = centre_depth - radius;
-    if (z <= near_depth || centre_distance <= radius)
-        return -1.0f;
     float sin_beta = radius / centre_distance;
     float cos_beta = STP_SQRT(STP_MAX(0.0f, 1.0f - sin_beta * sin_beta));
     float cos_axis = centre_depth / centre_distance;
     float sin_axis = STP_SQRT(STP_MAX(0.0f, 1.0f - cos_axis * cos_axis));
     float cos_theta = cos_axis * cos_beta - sin_axis * sin_beta;
-    if (cos_theta <= 0.001f)
-        return -1.0f;
-    return f / (z * cos_theta);
+    float room = STP_MIN(cos_theta - 0.001f, STP_MIN(z - near_depth, centre_distance - radius));
+    return orthographic ? f : room > 0.0f ? f / (z * cos_theta) : -1.0f;
 }
 
 /* Spread = gamma + beta: gamma is the half-angle of the normal cone; beta is half of the angle
@@ -82,9 +77,9 @@ STP_RULE float stp_rule_sin_alpha(float cos_phi, float cos_gamma, float sin_beta
     float cos_spread = stp_rule_spread_cos(cos_gamma, sin_beta);
     float c = STP_ABS(cos_phi);
     float s = STP_SQRT(STP_MAX(0.0f, 1.0f - c * c));
-    if (cos_gamma <= 0.0f || cos_spread <= 0.0f || c * cos_spread - s * sin_spread <= 0.0f)
-        return 1.0f;
-    return STP_MIN(1.0f, s * cos_spread + c * sin_spread);
+    float cos_alpha = c * cos_spread - s * sin_spread;
+    float least = STP_MIN(STP_MIN(cos_gamma, cos_spread), cos_alpha);
+    return least <= 0.0f ? 1.0f : STP_MIN(1.0f, s * cos_spread + c * sin_spread);
 }
 
 /* Projected error of one level, pixels. */

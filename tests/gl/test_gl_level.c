@@ -48,12 +48,40 @@ static bool is_tie(const stp_inspection *look, const stp_gpu_chunk *chunk,
     return false;
 }
 
+/* Patches looked at side by side say, to the last bit, what each says alone. */
+static void check_side_by_side(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
+                               const stp_resident *resident)
+{
+    const uint32_t patches = resident->placement.patches.count;
+    for (uint32_t first = 0; first < patches; first += STP_LOOKS_LIMIT) {
+        const uint32_t count =
+            patches - first < STP_LOOKS_LIMIT ? patches - first : STP_LOOKS_LIMIT;
+        stp_looks looks;
+        stp_patches_look(&looks, frame, frame, chunk, &resident->mirror.briefs[first], count);
+        for (uint32_t i = 0; i < count; i++) {
+            const stp_mirror_patch *patch = &resident->mirror.patches[first + i];
+            const stp_rule_bound bound =
+                stp_patch_bound(&resident->mirror.briefs[first + i], chunk);
+            const stp_rule_sight alone = stp_rule_look(frame, &bound);
+            const stp_rule_sight beside = stp_looks_sight(&looks, frame, i);
+            float eye[3];
+            assert_memory_equal(&alone, &beside, sizeof alone);
+            assert_int_equal(looks.visible[i], stp_rule_visible(frame, &bound, eye));
+            assert_int_equal(looks.vertex[i],
+                             stp_level_asked(frame, chunk, patch, 0) == STP_LEVEL_COUNT - 1);
+            for (int k = 0; k < 3 && looks.visible[i]; k++)
+                assert_true(looks.eye[k][i] == eye[k]);
+        }
+    }
+}
+
 static void compare_block(const gl_levels *levels, size_t draw, int view, choices *sum)
 {
     stp_gpu_chunk chunk;
     const stp_resident *resident = gl_fixture_resident(&levels->fixture, draw, &chunk);
     stp_inspection look = stp_renderer_inspect(levels->fixture.renderer);
     uint32_t count = look.looked.scene->blocks[resident->block].patch_count;
+    check_side_by_side(look.frame, &chunk, resident);
     for (uint32_t p = 0; p < count; p++) {
         const stp_mirror_patch *patch = &resident->mirror.patches[p];
         stp_levels gpu = gl_levels_drawn(levels, resident, p);
