@@ -217,7 +217,7 @@ static stp_status find_surface(stp_prep_job *job, stp_error *err)
                                  &stats->orientation, err));
     if (stats->orientation == STP_ORIENTATION_UNKNOWN)
         stats->station_count = 0; /* no normal was turned */
-    if (stats->normals_seen > 0 && !cloud->blocks)
+    if (stats->normals_seen > 0)
         STP_TRY(stp_pixel_sheets_join(cloud, job->source, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_ORIENTATION, err));
 done:
@@ -297,8 +297,7 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
     const stp_point_item_params items = {.lambda = job->tree.lambda,
                                          .resolution = job->tree.resolution,
                                          .vertex_least = INT_MIN / 2};
-    if (job->stats->makes_maps ||
-        job->cloud.blocks) /* ranks that share points know there are none */
+    if (job->stats->makes_maps)
         return STP_OK;
     const stp_status status = stp_depth_images_create(depths, &job->cloud, job->source,
                                                       job->stats->normals_seen > 0, &items, err);

@@ -117,8 +117,8 @@ stp_status stp_prep_grid_sift(stp_prep_job *job, stp_error *err);
 /* Gives each rank the samples of the tiles that it will make leaves of. Errors: those of
  * stp_grid_records_give and stp_leaf_order. */
 stp_status stp_prep_grid_share(stp_prep_job *job, stp_error *err);
-/* Decides whether each rank reads a part of the inputs alone: not of several images in one file,
- * and of what becomes elevation maps. All ranks decide alike. Errors: CANCELLED, IO. */
+/* Decides whether each rank reads a part of the inputs alone. All ranks decide alike. Errors:
+ * CANCELLED, IO. */
 stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err);
 /* Whether points of some file tell their pixels. */
 bool stp_prep_tells_pixels(const stp_prep_source *source);
@@ -133,8 +133,8 @@ stp_status stp_prep_give_rejects(stp_prep_job *job, stp_error *err);
 /* Makes room for records [begin, end) and their attributes. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, stp_error *err);
 /* Sorts the parts that ranks read, once the claims of their files are checked. Ranks share the
- * points, unless pixels need those around them: of depth images that stay images or whose sheets
- * are joined. Errors: those of stp_claims_check and stp_cloud_sort_parts. */
+ * points, unless maps are made of them. Errors: those of stp_claims_check and stp_cloud_sort_parts.
+ */
 stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err);
 /* Lets `read` read this rank's part, and adds up what all ranks read. If any rank fails, each reads
  * everything, which says why or leaves a file out. Errors: those of read. */

@@ -217,6 +217,9 @@ stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, s
     const bool grid = job->stats->keeps_grid;
     job->records = (stp_rank_part){(uint32_t)begin, (uint32_t)end};
     STP_TRY(stp_cloud_create(&job->cloud, grid ? 0 : (uint32_t)(end - begin), job->spill, err));
+    if (stp_prep_tells_pixels(job->source) && !grid)
+        STP_TRY(stp_spill_alloc(job->spill, &job->cloud.pixels, job->source->point_count,
+                                sizeof *job->cloud.pixels, "pixels", err));
     if (kept && kept->count > 0)
         STP_TRY(stp_spill_alloc(job->spill, &job->numbers, end - begin,
                                 stp_attribute_list_bytes(kept), "attributes", err));

@@ -248,9 +248,6 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
         STP_TRY(stp_prep_make_room(job, 0, source->point_count, err));
         if (stats->keeps_grid)
             STP_TRY(stp_prep_grid_begin(job, err));
-        if (stp_prep_tells_pixels(source) && !stats->keeps_grid)
-            STP_TRY(stp_spill_alloc(job->spill, &cloud->pixels, source->point_count,
-                                    sizeof *cloud->pixels, "pixels", err));
         STP_TRY(read_records(job, err));
     }
     if (!(source->attributes & STP_POINT_HAS_COLOUR))

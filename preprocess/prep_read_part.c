@@ -23,12 +23,9 @@ stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
     stp_status status = STP_OK;
     stp_ranks *ranks = job->params->ranks;
     job->lists_rejects = source->rejected;
-    bool in_parts = stp_ranks_count(ranks) > 1 && source->part_begin;
-    for (size_t f = 0; f < source->file_count; f++)
-        in_parts = in_parts && source->files[f].image_count == 0;
-    job->in_parts = in_parts;
+    job->in_parts = stp_ranks_count(ranks) > 1 && source->part_begin;
     STP_TRY(stp_ranks_broadcast(ranks, 0, &job->lists_rejects, sizeof job->lists_rejects, err));
-    if (!in_parts)
+    if (!job->in_parts)
         return STP_OK;
     STP_TRY(stp_alloc(&job->begins, (size_t)ranks->count + 1, sizeof *job->begins, "ranks", err));
     for (unsigned rank = 0; rank < ranks->count; rank++)
@@ -44,8 +41,6 @@ stp_prep_size stp_prep_job_size(const stp_prep_job *job)
     const stp_prep_source *source = job->source;
     stp_prep_size size = stp_prep_size_of(source, job->params);
     size.shared = job->in_parts && !size.maps;
-    for (size_t f = 0; f < source->file_count; f++) /* images may need all points on every rank */
-        size.shared = size.shared && source->files[f].grid.columns == 0;
     if (job->in_parts) {
         const uint32_t *own = job->begins + job->params->ranks->self;
         size.read = own[1] - own[0];
@@ -75,6 +70,20 @@ static stp_status add_up(stp_prep_job *job, const part_counts *own, bool *failed
         job->unlike |= part.unlike;
         *failed = *failed || part.failed;
     }
+done:
+    return status;
+}
+
+/* Gives the pixels that points tell to all ranks. */
+static stp_status share_pixels(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_ranks *ranks = job->params->ranks;
+    uint32_t *pixels = job->cloud.pixels;
+    for (unsigned rank = 0; pixels && rank < ranks->count; rank++)
+        STP_TRY(stp_ranks_broadcast(
+            ranks, rank, pixels + job->begins[rank],
+            (size_t)(job->begins[rank + 1] - job->begins[rank]) * sizeof *pixels, err));
 done:
     return status;
 }
@@ -110,6 +119,7 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
         own.rejected[i] = stats->rejected[i];
     STP_TRY(add_up(job, &own, &failed, err));
     if (!failed) {
+        STP_TRY(share_pixels(job, err));
         STP_TRY(stp_prep_grid_sift(job, err));
         return stp_prep_give_rejects(job, err);
     }
@@ -163,18 +173,8 @@ done:
 
 stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err)
 {
-    stp_status status = STP_OK;
-    bool fit = false;
-    size_t images = 0;
-    const stp_prep_stats *stats = job->stats;
-    stp_ranks *ranks = job->params->ranks;
-    STP_TRY(check_claims(job, err));
-    STP_TRY(stp_depth_images_fit(&fit, &images, &job->cloud, job->source, ranks, err));
-    /* without outliers, or with points moved, images may fit that do not now */
-    const bool changes = stats->outliers == STP_OUTLIERS_DROP || stats->join_layers;
-    const bool whole =
-        stats->makes_maps || fit || (images > 0 && (stats->normals_seen > 0 || changes));
-    STP_TRY(stp_cloud_sort_parts(&job->cloud, ranks, whole, job->pool, err));
-done:
-    return status;
+    const stp_status status = check_claims(job, err);
+    return status == STP_OK ? stp_cloud_sort_parts(&job->cloud, job->params->ranks,
+                                                   job->stats->makes_maps, job->pool, err)
+                            : status;
 }

@@ -267,6 +267,8 @@ static stp_status sort_runs(parts *p, bool whole, stp_pool *pool, stp_error *err
     STP_TRY(make_room(p, (uint32_t)total, whole, &all, err));
     STP_TRY(exchange(p, most, err));
     all.box = cloud->box;
+    all.pixels = cloud->pixels;
+    cloud->pixels = NULL;
     stp_cloud_clear(cloud);
     *cloud = all;
     all = (stp_cloud){0};
@@ -297,4 +299,23 @@ done:
     free(p.splitters);
     free(p.block);
     return status == STP_OK ? stp_cloud_arrange(cloud, pool, err) : status;
+}
+
+stp_status stp_cloud_sort_again(stp_cloud *cloud, unsigned without, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud part = {0};
+    stp_ranks *ranks = cloud->blocks->ranks;
+    const stp_rank_part own = stp_cloud_own(cloud);
+    STP_TRY(stp_cloud_create(&part, own.end - own.begin, cloud->spill, err));
+    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+        if (without == 0 || !(cloud->marks[i] & without))
+            part.points[part.count++] = cloud->points[i];
+    part.pixels = cloud->pixels;
+    cloud->pixels = NULL;
+    stp_cloud_clear(cloud);
+    *cloud = part;
+    STP_TRY(stp_cloud_sort_parts(cloud, ranks, false, pool, err));
+done:
+    return status;
 }

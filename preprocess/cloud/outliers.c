@@ -492,24 +492,6 @@ done:
 
 /* ---- dropping ---- */
 
-/* Leaves this rank's outliers out, and sorts the rest with that of the other ranks. */
-static stp_status keep_others(stp_cloud *cloud, stp_pool *pool, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_cloud part = {0};
-    stp_ranks *ranks = cloud->blocks->ranks;
-    const stp_rank_part own = stp_cloud_own(cloud);
-    STP_TRY(stp_cloud_create(&part, own.end - own.begin, cloud->spill, err));
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
-        if (!(cloud->marks[i] & STP_MARK_OUTLIER))
-            part.points[part.count++] = cloud->points[i];
-    stp_cloud_clear(cloud);
-    *cloud = part;
-    STP_TRY(stp_cloud_sort_parts(cloud, ranks, false, pool, err));
-done:
-    return status;
-}
-
 stp_status stp_outliers_drop(stp_cloud *cloud, uint32_t count, stp_pool *pool, uint32_t **sources,
                              uint32_t *source_count, stp_error *err)
 {
@@ -525,7 +507,7 @@ stp_status stp_outliers_drop(stp_cloud *cloud, uint32_t count, stp_pool *pool, u
     }
     stp_sort_u32(taken, taken_count);
     if (cloud->blocks) {
-        STP_TRY(keep_others(cloud, pool, err));
+        STP_TRY(stp_cloud_sort_again(cloud, STP_MARK_OUTLIER, pool, err));
     } else {
         cloud->count = kept;
         stp_cloud_unsort(cloud);

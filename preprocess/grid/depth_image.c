@@ -3,6 +3,9 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/square/square.h"
+#include "preprocess/cloud/cloud_blocks.h"
+#include "preprocess/grid/depth_share.h"
+#include "preprocess/orient/pixel_share.h"
 #include "preprocess/patch/patch_build.h"
 
 #include <limits.h>
@@ -168,16 +171,10 @@ done:
 
 /* ---- leaves ---- */
 
-typedef struct cutting {
-    const stp_depth_images *images;
-    const stp_point_item_params *params;
-} cutting;
-
-static stp_leaf_extent extent_of(const void *context, uint32_t index)
+/* The extent of a square's points. */
+static stp_leaf_extent measure(const stp_depth_images *images, const stp_depth_square *square,
+                               const stp_point_item_params *params)
 {
-    const cutting *c = context;
-    const stp_depth_images *images = c->images;
-    const stp_depth_square *square = &images->squares[index];
     stp_leaf_extent out = {stp_dbox_empty(), INT_MAX, INT_MIN};
     for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
@@ -185,7 +182,7 @@ static stp_leaf_extent extent_of(const void *context, uint32_t index)
         const uint32_t point = stp_depth_square_point(images, square, k);
         const stp_dvec3 at = images->cloud->points[point].position;
         const int exponent =
-            stp_point_exponent(at, stp_depth_spacing(images, square->rays, point), c->params);
+            stp_point_exponent(at, stp_depth_spacing(images, square->rays, point), params);
         stp_dbox_add(&out.box, at);
         out.finest = exponent < out.finest ? exponent : out.finest;
         out.coarsest = exponent > out.coarsest ? exponent : out.coarsest;
@@ -193,11 +190,16 @@ static stp_leaf_extent extent_of(const void *context, uint32_t index)
     return out;
 }
 
-static stp_status cut_leaves(stp_depth_images *images, const stp_point_item_params *params,
-                             stp_error *err)
+static stp_leaf_extent extent_of(const void *context, uint32_t index)
+{
+    return ((const stp_leaf_extent *)context)[index];
+}
+
+/* Lists the squares of this rank's images. *extents: theirs. */
+static stp_status list_squares(stp_depth_images *images, const stp_point_item_params *params,
+                               stp_leaf_extent **extents, stp_error *err)
 {
     stp_status status = STP_OK;
-    const cutting c = {images, params};
     listing l = {0};
     for (size_t i = 0; i < images->pixels.count; i++)
         if (images->pixels.list[i].has_points)
@@ -205,8 +207,12 @@ static stp_status cut_leaves(stp_depth_images *images, const stp_point_item_para
     images->squares = l.squares;
     images->square_count = (uint32_t)l.count;
     l.squares = NULL;
-    STP_TRY(stp_leaf_cut(&images->leaves, &images->leaf_count, images->square_count, extent_of, &c,
-                         err));
+    STP_TRY(stp_alloc(extents, images->square_count, sizeof **extents, "patches", err));
+    for (uint32_t i = 0; i < images->square_count; i++) {
+        stp_cloud_stride(images->cloud->spill, (uint64_t)i * STP_SQUARE_SAMPLES,
+                         STP_SQUARE_SAMPLES);
+        (*extents)[i] = measure(images, &images->squares[i], params);
+    }
 done:
     free(l.squares);
     return status;
@@ -234,24 +240,33 @@ done:
     return status;
 }
 
+/* Counts the points of the images. */
+static uint64_t count_points(const stp_depth_images *made)
+{
+    uint64_t count = 0;
+    for (size_t i = 0; i < made->pixels.count; i++) {
+        const stp_pixel_image *image = &made->pixels.list[i];
+        for (uint64_t k = 0; image->has_points && k < stp_pixel_count(image); k++)
+            count += image->points[k] != STP_PIXEL_NONE;
+    }
+    return count;
+}
+
 /* Marks the points that are in no image. */
-static stp_status find_loose(stp_depth_images *made, stp_error *err)
+static stp_status mark_loose(stp_depth_images *made, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_cloud *cloud = made->cloud;
     STP_TRY(stp_alloc(&made->loose, cloud->count / 64 + 1, sizeof *made->loose, "marks", err));
     for (uint32_t i = 0; i < cloud->count; i++)
         made->loose[i / 64] |= UINT64_C(1) << i % 64;
-    made->loose_count = cloud->count;
     for (size_t i = 0; i < made->pixels.count; i++) {
         const stp_pixel_image *image = &made->pixels.list[i];
         for (uint64_t k = 0; image->has_points && k < stp_pixel_count(image); k++) {
             const uint32_t point = image->points[k];
             stp_cloud_stride(cloud->spill, k, 1);
-            if (point == STP_PIXEL_NONE)
-                continue;
-            made->loose[point / 64] &= ~(UINT64_C(1) << point % 64);
-            made->loose_count--;
+            if (point != STP_PIXEL_NONE)
+                made->loose[point / 64] &= ~(UINT64_C(1) << point % 64);
         }
     }
 done:
@@ -266,17 +281,26 @@ uint32_t stp_depth_loose(const stp_depth_images *images, uint32_t begin, uint32_
     return count;
 }
 
-/* Measures the steps between pixels and cuts the images into leaves. */
-static stp_status make_leaves(stp_depth_images *made, bool noisy,
+/* Measures the steps between pixels and cuts the images into leaves, all ranks' in the end. */
+static stp_status make_leaves(stp_depth_images *made, const stp_cloud *cloud,
+                              const stp_pixel_share *share, bool noisy,
                               const stp_point_item_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_leaf_extent *extents = NULL;
     for (size_t i = 0; noisy && i < made->pixels.count; i++)
         if (made->pixels.list[i].has_points)
             STP_TRY(stp_pixel_step_most(&made->cameras[i].step_most, made->cloud,
                                         &made->pixels.list[i], err));
-    STP_TRY(cut_leaves(made, params, err));
+    STP_TRY(list_squares(made, params, &extents, err));
+    if (cloud->blocks)
+        STP_TRY(stp_depth_images_share(made, &extents, share, cloud->blocks->ranks, err));
+    made->cloud = cloud;
+    STP_TRY(stp_leaf_cut(&made->leaves, &made->leaf_count, made->square_count, extent_of, extents,
+                         err));
+    STP_TRY(mark_loose(made, err));
 done:
+    free(extents);
     return status;
 }
 
@@ -285,13 +309,17 @@ stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud
                                    const stp_point_item_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_pixel_share share = {0};
     stp_depth_images made = {.cloud = cloud};
+    STP_TRY(stp_pixel_share_create(&share, cloud, source, err));
+    made.cloud = share.seen;
     STP_TRY(add_cameras(&made, source, err));
-    if (made.image_count == 0)
-        goto done;
-    STP_TRY(find_loose(&made, err));
-    if (made.loose_count <= cloud->count / LOOSE_PART)
-        STP_TRY(make_leaves(&made, noisy, params, err));
+    uint64_t counts[2] = {made.image_count, count_points(&made)};
+    STP_TRY(stp_cloud_sum(cloud, counts, 2, err));
+    made.image_count = (uint32_t)counts[0];
+    made.loose_count = cloud->count - (uint32_t)counts[1];
+    if (made.image_count > 0 && made.loose_count <= cloud->count / LOOSE_PART)
+        STP_TRY(make_leaves(&made, cloud, &share, noisy, params, err));
     if (made.leaf_count > 0 &&
         made.square_count <= (cloud->count - made.loose_count) / PATCH_LEAST) {
         *out = made;
@@ -299,26 +327,18 @@ stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud
     }
 done:
     stp_depth_images_clear(&made);
+    stp_pixel_share_clear(&share);
     return status;
 }
 
-stp_status stp_depth_images_fit(bool *out, size_t *images, const stp_cloud *part,
-                                const struct stp_prep_source *source, stp_ranks *ranks,
-                                stp_error *err)
+void stp_depth_leaf_ask(const stp_depth_images *images, uint32_t leaf)
 {
-    stp_status status = STP_OK;
-    stp_depth_images made = {.cloud = part};
-    uint64_t sums[3] = {0, 0, part->count}; /* images on rays; points of no image; points */
-    STP_TRY(add_cameras(&made, source, err));
-    STP_TRY(find_loose(&made, err));
-    sums[0] = made.image_count;
-    sums[1] = made.loose_count;
-    STP_TRY(stp_ranks_sum(ranks, sums, 3, err));
-    *images = made.pixels.count;
-    *out = sums[0] > 0 && sums[1] <= sums[2] / LOOSE_PART;
-done:
-    stp_depth_images_clear(&made);
-    return status;
+    const stp_leaf_run *run = &images->leaves[leaf];
+    for (uint32_t i = run->begin; i < run->end; i++)
+        for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++)
+            if (images->squares[i].samples >> k & 1u)
+                (void)stp_cloud_has(images->cloud,
+                                    stp_depth_square_point(images, &images->squares[i], k));
 }
 
 void stp_depth_images_clear(stp_depth_images *images)

@@ -14,7 +14,6 @@
 
 #include "formats/chunk/codec/square/square.h"
 #include "preprocess/grid/depth_rays.h"
-#include "preprocess/ranks/ranks.h"
 #include "preprocess/tree/chunk_build.h"
 #include "preprocess/tree/leaf_cut.h"
 
@@ -47,16 +46,13 @@ typedef struct stp_depth_images {
 
 /* Cuts the images of a cloud, whose normals are known, into leaves. No leaves: many points belong
  * to no image or are on no ray, or pixels lie apart. noisy: normals come from images. params: what
- * samples will be stored with. Errors: OUT_OF_MEMORY, IO. Free with stp_depth_images_clear. */
+ * samples will be stored with. Ranks that share the cloud cut an image each, and all know all
+ * leaves in the end. Errors: OUT_OF_MEMORY, IO, CANCELLED. Free with stp_depth_images_clear. */
 stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, bool noisy,
                                    const stp_point_item_params *params, stp_error *err);
-/* Whether the images of a cloud that is not sorted yet will be cut into leaves; each rank has a
- * part of the points, and whole images. *images: how many images there are. Errors: OUT_OF_MEMORY,
- * IO, CANCELLED. */
-stp_status stp_depth_images_fit(bool *out, size_t *images, const stp_cloud *part,
-                                const struct stp_prep_source *source, stp_ranks *ranks,
-                                stp_error *err);
+/* Asks for the points of a leaf (cloud_blocks.h). */
+void stp_depth_leaf_ask(const stp_depth_images *images, uint32_t leaf);
 /* Builds one leaf, without tangential errors. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
                                 const stp_point_item_params *params, stp_built_chunk *out,

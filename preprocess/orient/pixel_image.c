@@ -15,9 +15,22 @@
 #define PAIRS 65536u
 #define PAIR_PIXELS 16u
 
-static void list_images(stp_pixel_images *images, const stp_prep_source *source)
+static size_t count_images(const stp_prep_source *source)
+{
+    size_t count = source->file_count;
+    for (size_t f = 0; f < source->file_count; f++)
+        count += source->files[f].image_count;
+    return count;
+}
+
+stp_status stp_pixel_images_list(stp_pixel_images *images, const stp_prep_source *source,
+                                 stp_error *err)
 {
     uint64_t first = 0;
+    const stp_status status =
+        stp_alloc(&images->list, count_images(source), sizeof *images->list, "images", err);
+    if (status != STP_OK)
+        return status;
     for (size_t f = 0; f < source->file_count; f++) {
         const stp_prep_file *file = &source->files[f];
         const stp_scan_grid *grid = &file->grid;
@@ -44,18 +57,10 @@ static void list_images(stp_pixel_images *images, const stp_prep_source *source)
         }
         first += file->point_count;
     }
+    return STP_OK;
 }
 
-static size_t count_images(const stp_prep_source *source)
-{
-    size_t count = source->file_count;
-    for (size_t f = 0; f < source->file_count; f++)
-        count += source->files[f].image_count;
-    return count;
-}
-
-/* The image that a point belongs to, or NULL: the last one that begins no later than its record. */
-static stp_pixel_image *image_of(const stp_pixel_images *images, const stp_cloud_point *point)
+stp_pixel_image *stp_pixel_image_of(const stp_pixel_images *images, const stp_cloud_point *point)
 {
     size_t low = 0, high = images->count;
     while (low < high) {
@@ -94,7 +99,7 @@ static uint64_t empty_images(const stp_pixel_images *images, const stp_cloud *cl
 {
     uint64_t pixels = 0;
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        stp_pixel_image *m = image_of(images, &cloud->points[i]);
+        stp_pixel_image *m = stp_pixel_image_of(images, &cloud->points[i]);
         if (m)
             m->has_points = true;
     }
@@ -111,8 +116,7 @@ stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud
 {
     stp_status status = STP_OK;
     stp_pixel_images images = {0};
-    STP_TRY(stp_alloc(&images.list, count_images(source), sizeof *images.list, "images", err));
-    list_images(&images, source);
+    STP_TRY(stp_pixel_images_list(&images, source, err));
     const uint64_t pixels = empty_images(&images, cloud);
     STP_TRY(stp_spill_alloc(cloud->spill, &images.points, pixels, sizeof *images.points, "pixels",
                             err));
@@ -122,7 +126,7 @@ stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud
     for (uint64_t i = 0; i < pixels; i++)
         images.points[i] = STP_PIXEL_NONE;
     for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        const stp_pixel_image *m = image_of(&images, &cloud->points[i]);
+        const stp_pixel_image *m = stp_pixel_image_of(&images, &cloud->points[i]);
         images.point_count += m && add_point(cloud, m, i);
     }
     *out = images;

@@ -29,9 +29,14 @@ typedef struct stp_pixel_images {
     uint64_t point_count;
 } stp_pixel_images;
 
-/* Lists the images that one station saw each and whose pixels are their files' records, and finds
- * the points of a cloud in them. Of several points in one pixel the first record has it. Errors:
- * OUT_OF_MEMORY, IO. Free with stp_pixel_images_clear. */
+/* Lists the images that one station saw each and whose pixels are their files' records, without
+ * points. Errors: OUT_OF_MEMORY. */
+stp_status stp_pixel_images_list(stp_pixel_images *out, const struct stp_prep_source *source,
+                                 stp_error *err);
+/* The image that a point belongs to, or NULL: the last one that begins no later than its record. */
+stp_pixel_image *stp_pixel_image_of(const stp_pixel_images *images, const stp_cloud_point *point);
+/* Lists the images as above, and finds the points of a cloud in them. Of several points in one
+ * pixel the first record has it. Errors: OUT_OF_MEMORY, IO. Free with stp_pixel_images_clear. */
 stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, stp_error *err);
 void stp_pixel_images_clear(stp_pixel_images *images, const stp_cloud *cloud);

@@ -45,27 +45,14 @@ static stp_status move_points(stp_joined_layers *joined, stp_cloud *cloud, const
     return STP_OK;
 }
 
-/* Sorts points that moved. If ranks share them, own ones become a part again. */
+/* Sorts points that moved. */
 static stp_status sort_again(stp_cloud *cloud, stp_pool *pool, stp_error *err)
 {
-    stp_status status = STP_OK;
-    stp_cloud part = {0};
     if (!cloud->blocks) {
         stp_cloud_unsort(cloud);
         return stp_cloud_sort(cloud, pool, err);
     }
-    stp_ranks *ranks = cloud->blocks->ranks;
-    const stp_rank_part own = stp_cloud_own(cloud);
-    STP_TRY(stp_cloud_create(&part, own.end - own.begin, cloud->spill, err));
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
-        part.points[part.count++] = cloud->points[i];
-    stp_cloud_clear(cloud);
-    *cloud = part;
-    part = (stp_cloud){0};
-    STP_TRY(stp_cloud_sort_parts(cloud, ranks, false, pool, err));
-done:
-    stp_cloud_clear(&part);
-    return status;
+    return stp_cloud_sort_again(cloud, 0, pool, err);
 }
 
 stp_status stp_layers_join(stp_joined_layers *out, stp_cloud *cloud,

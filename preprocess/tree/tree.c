@@ -317,6 +317,8 @@ done:
 /* Asks for the points of a leaf. */
 static void ask_for(const tree *t, uint32_t index)
 {
+    if (!t->below && t->leaves[index].kind == STP_LEAF_DEPTHS)
+        stp_depth_leaf_ask(t->params->sources.depths, t->leaves[index].index);
     if (t->below || t->leaves[index].kind != STP_LEAF_CELL)
         return;
     const stp_cell *cell = &t->cloud->cells[t->leaves[index].index];

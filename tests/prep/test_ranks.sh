@@ -77,6 +77,8 @@ image 4 0 >"$FOLDER/depths/b.pcd"
 image 5 1 >"$FOLDER/stations/c.pcd"
 cp "$FOLDER/depths/b.pcd" "$FOLDER/scans/a.ptx" "$FOLDER/stations"
 
+"$(dirname "$STIPPLE")/tests/test_scan_images" "$FOLDER/images.e57" "$FOLDER/images.ptx" || fail "no files of several scans"
+
 # Heights: a grid with holes, a tile without samples, and noise; the same in four files that overlap, and
 # in four beside each other. Tiles have 256 x 256 samples.
 mkdir "$FOLDER/tiles" "$FOLDER/beside"
@@ -166,7 +168,17 @@ check_rejects
 expect_shared 105000 3
 check_bytes "$all 3" "$FOLDER/scans"
 expect_shared 45000 3
-check_bytes "$all" "$FOLDER/depths"
+check_bytes "$all 3" "$FOLDER/depths"
+expect_shared 38400 3
+grep -Eq '"normals_seen":[[:space:]]*[1-9]' "$FOLDER/one.json" || fail "no normals from images"
+for file in images.e57 images.ptx; do # of several scans each
+    check_bytes "$all 3" "$FOLDER/$file" --grid
+    expect_shared 36000 3
+    "$STIPPLE" prep "$FOLDER/$file" -o "$FOLDER/points.stipple" --quiet --force || fail "$file: no model"
+    ! cmp -s "$FOLDER/points.stipple" "$FOLDER/one.stipple" || fail "$file: images became points"
+done
+printf '90 0 0\n-70 3 1\n' >"$FOLDER/far.xyz"
+check_bytes "$all 3" "$FOLDER/images.e57" "$FOLDER/far.xyz" --grid --layers joined --outliers drop --memory 150M
 check_bytes "$all 3" "$FOLDER/stations" --outliers drop
 run "${launch[@]}" -n 3 "$STIPPLE" prep "$FOLDER/stations" -o "$model" --threads 1 --force
 expect_text err "19200 points name no scanner"
@@ -192,7 +204,7 @@ expect_held() { # why, or nothing if ranks share the points; words of prep
     [ "$(sed -n 's/^each of the 2 ranks held all points: //p' "$FOLDER/err")" = "$1" ] || fail "$command: $(cat "$FOLDER/err")"
 }
 expect_held "maps are made of all" "$FOLDER/mixed/b.ply" --maps
-expect_held "pixels need those around them in their images" "$FOLDER/depths"
+expect_held "" "$FOLDER/depths"
 expect_held "some part of the inputs could not be read by itself" "$FOLDER/broken"
 expect_held "" "$FOLDER/mixed/b.ply"
 expect_held "" "$FOLDER/heights.asc"

@@ -430,15 +430,11 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
 }
 
 /* Says why ranks did not share the points. */
-static void print_whole(const stp_prep_stats *s, const prep_inputs *inputs)
+static void print_whole(const stp_prep_stats *s)
 {
-    bool images = false;
-    for (size_t i = 0; i < inputs->count; i++)
-        images = images || inputs->files[i].grid.columns > 0 || inputs->files[i].image_count > 0;
     if (s->each_has_all)
         fprintf(stderr, "each of the %u ranks held all points: %s\n", s->rank_count,
                 s->makes_maps ? "maps are made of all"
-                : images      ? "pixels need those around them in their images"
                               : "some part of the inputs could not be read by itself");
 }
 
@@ -461,7 +457,7 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
     fprintf(stderr, "%u chunks, %" PRIu64 " patches, %" PRIu64 " bytes (%.2f a point)\n",
             s->tree.chunk_count, s->tree.patch_count, s->tree.file_bytes,
             (double)s->tree.file_bytes / samples_of(s));
-    print_whole(s, inputs);
+    print_whole(s);
     prep_report_stages(s);
 }
 

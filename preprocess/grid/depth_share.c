@@ -1,0 +1,118 @@
+/* Gives the images that each rank has cut to all ranks. */
+#include "preprocess/grid/depth_share.h"
+
+#include "base/memory.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Replaces an array by those of all ranks, rank after rank. */
+static stp_status join(void *array, size_t *count, size_t size, stp_ranks *ranks, stp_error *err)
+{
+    stp_status status = STP_OK;
+    void *own = NULL, *all = NULL;
+    stp_bytes bytes = {0};
+    memcpy(&own, array, sizeof own);
+    STP_TRY(stp_bytes_append(&bytes, own, *count * size, err));
+    STP_TRY(stp_ranks_join(ranks, &bytes, err));
+    stp_cursor from = {bytes.data, bytes.size};
+    STP_TRY(stp_packet_take_array(&from, &all, bytes.size / size, size, err));
+    free(own);
+    memcpy(array, &all, sizeof all);
+    *count = bytes.size / size;
+done:
+    free(bytes.data);
+    return status;
+}
+
+/* What ranks before this one have, all of which come first. */
+static stp_status count_before(const stp_depth_images *images, stp_ranks *ranks, uint32_t before[2],
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t own[2] = {(uint32_t)images->pieces.count, (uint32_t)images->pieces.square_count};
+    uint32_t(*all)[2] = NULL;
+    before[0] = before[1] = 0;
+    STP_TRY(stp_alloc(&all, ranks->count, sizeof *all, "ranks", err));
+    STP_TRY(stp_ranks_gather(ranks, own, sizeof own, all, err));
+    for (unsigned rank = 0; rank < ranks->self; rank++) {
+        before[0] += all[rank][0];
+        before[1] += all[rank][1];
+    }
+done:
+    free(all);
+    return status;
+}
+
+/* Numbers this rank's pieces as among those of all ranks. */
+static stp_status number_pieces(stp_depth_images *images, stp_ranks *ranks, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t before[2];
+    STP_TRY(count_before(images, ranks, before, err));
+    for (size_t i = 0; i < images->pieces.square_count; i++)
+        images->pieces.of_square[i] += before[0];
+    for (uint32_t i = 0; i < images->square_count; i++)
+        images->squares[i].rays += before[0];
+    for (size_t i = 0; i < images->pixels.count; i++)
+        images->cameras[i].first_square += before[1];
+done:
+    return status;
+}
+
+/* Gives each rank's images' pixels to all, as places in the whole cloud. */
+static stp_status share_pixels(stp_pixel_images *pixels, const stp_pixel_share *share,
+                               stp_ranks *ranks, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint32_t *all = NULL;
+    uint64_t count = 0;
+    for (size_t i = 0; i < pixels->count; i++)
+        count += stp_pixel_count(&pixels->list[i]);
+    STP_TRY(stp_spill_alloc(share->own.spill, &all, count, sizeof *all, "pixels", err));
+    uint32_t *to = all;
+    for (size_t i = 0; i < pixels->count; i++) {
+        stp_pixel_image *image = &pixels->list[i];
+        const unsigned rank = stp_pixel_image_rank(pixels, image, ranks);
+        const uint64_t own = stp_pixel_count(image);
+        for (uint64_t k = 0; rank == ranks->self && k < own; k++)
+            to[k] = image->points[k] == STP_PIXEL_NONE ? STP_PIXEL_NONE
+                                                       : share->places[image->points[k]];
+        STP_TRY(stp_ranks_broadcast(ranks, rank, to, own * sizeof *to, err));
+        image->points = to;
+        to += own;
+        stp_spill_relieve(share->own.spill);
+    }
+    stp_spill_free(share->own.spill, pixels->points);
+    pixels->points = all;
+    all = NULL;
+done:
+    stp_spill_free(share->own.spill, all);
+    return status;
+}
+
+stp_status stp_depth_images_share(stp_depth_images *images, stp_leaf_extent **extents,
+                                  const stp_pixel_share *share, stp_ranks *ranks, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_pixel_images *pixels = &images->pixels;
+    stp_depth_pieces *pieces = &images->pieces;
+    size_t squares = images->square_count, measured = images->square_count;
+    STP_TRY(number_pieces(images, ranks, err));
+    for (size_t i = 0; i < pixels->count; i++) {
+        const unsigned rank = stp_pixel_image_rank(pixels, &pixels->list[i], ranks);
+        uint32_t *points = pixels->list[i].points;
+        STP_TRY(stp_ranks_broadcast(ranks, rank, &pixels->list[i], sizeof *pixels->list, err));
+        STP_TRY(
+            stp_ranks_broadcast(ranks, rank, &images->cameras[i], sizeof *images->cameras, err));
+        pixels->list[i].points = points;
+    }
+    STP_TRY(share_pixels(pixels, share, ranks, err));
+    STP_TRY(join(&pieces->rays, &pieces->count, sizeof *pieces->rays, ranks, err));
+    STP_TRY(join(&pieces->of_square, &pieces->square_count, sizeof *pieces->of_square, ranks, err));
+    STP_TRY(join(&images->squares, &squares, sizeof *images->squares, ranks, err));
+    STP_TRY(join(extents, &measured, sizeof **extents, ranks, err));
+    images->square_count = (uint32_t)squares;
+done:
+    return status;
+}
