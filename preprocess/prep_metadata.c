@@ -86,10 +86,8 @@ static void add_intensity(cJSON *root, const stp_prep_source *source, const stp_
 static void add_first_view(cJSON *root, const stp_first_camera *first)
 {
     static const char *const words[] = {
-        [STP_FIRST_SCANNER] = "scanner",
-        [STP_FIRST_INTERIOR] = "interior",
-        [STP_FIRST_MAIN] = "main",
-        [STP_FIRST_PART] = "part",
+        [STP_FIRST_SCANNER] = "scanner", [STP_FIRST_INTERIOR] = "interior",
+        [STP_FIRST_MAIN] = "main",       [STP_FIRST_PART] = "part",
         [STP_FIRST_SIDE] = "side",
     };
     if (first->why == STP_FIRST_WHOLE)

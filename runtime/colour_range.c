@@ -47,18 +47,30 @@ void stp_colour_range_place(float out[4], const stp_draw_params *params, const s
     out[2] = out[3] = 0.0f;
 }
 
-void stp_colour_range_of(double *values, uint32_t count, double range[2])
+/* The range of values without a share at either end. */
+static void range_without(double *values, uint32_t count, double share, double range[2])
 {
     range[0] = range[1] = 0.0;
     if (count == 0)
         return;
     stp_sort_doubles(values, count);
-    range[0] = values[(uint32_t)(TAIL * (count - 1))];
-    range[1] = values[count - 1 - (uint32_t)(TAIL * (count - 1))];
+    range[0] = values[(uint32_t)(share * (count - 1))];
+    range[1] = values[count - 1 - (uint32_t)(share * (count - 1))];
+}
+
+void stp_colour_range_of(double *values, uint32_t count, double range[2])
+{
+    range_without(values, count, TAIL, range);
 }
 
 stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, double range[2],
                                   stp_error *err)
+{
+    return stp_model_colour_part(model, colour, TAIL, range, err);
+}
+
+stp_status stp_model_colour_part(const stp_model *model, stp_colour colour, double share,
+                                 double range[2], stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *root = NULL;
@@ -74,7 +86,7 @@ stp_status stp_model_colour_range(const stp_model *model, stp_colour colour, dou
                     ? model->entries[0].origin.z + stp_sample_position(sample, &root->patches[p]).z
                     : sample->intensity / 255.0;
         }
-    stp_colour_range_of(values, count, range);
+    range_without(values, count, share, range);
 done:
     free(values);
     stp_chunk_destroy(&root);

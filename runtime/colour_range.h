@@ -15,4 +15,8 @@ void stp_colour_range_of(double *values, uint32_t count, double range[2]);
 /* Fills `out` with the range in the form that shaders read. */
 void stp_colour_range_place(float out[4], const stp_draw_params *params, const stp_dvec3 *eye);
 
+/* stp_model_colour_range without another share of the values at either end, from 0 to 0.5. */
+stp_status stp_model_colour_part(const stp_model *model, stp_colour colour, double share,
+                                 double range[2], stp_error *err);
+
 #endif

@@ -30,7 +30,7 @@ layout(std140, binding = 0) uniform stp_frame {
     // x: 1 if orthographic. y: flags of samples whose backs are hidden (0: none) | STP_BACKS_DRAWN.
     // z: 1 if clipped. w: number of openings. All but y have macros, too.
     ivec4 modes;
-    vec4 clip_min;      // xyz: of the clip box, relative to the eye
+    vec4 clip_min;      // xyz: of the clip box, relative to the eye; w: light from the eye
     vec4 clip_max;
     vec4 planes[6];     // drawn: dot(xyz, place relative to the eye) + w >= 0; STP_PLANES of them
     uvec4 hidden[2];    // bit set of classes that are not drawn

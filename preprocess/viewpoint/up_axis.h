@@ -11,7 +11,8 @@
 
 /* Share of the columns of voxels along an axis (1: y, 2: z) whose lowest tenth of the cloud's
  * extent has a level voxel, among all columns with points, less that of columns whose highest tenth
- * has one: what is level at both ends are the walls of a street that lies on its side. At least 0. */
+ * has one: what is level at both ends are the walls of a street that lies on its side. At least 0.
+ */
 double stp_floor_share(const stp_space *space, int axis);
 bool stp_up_is_z(const stp_space *space);
 

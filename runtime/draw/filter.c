@@ -4,6 +4,9 @@
 #include <float.h>
 #include <string.h>
 
+/* The light from the eye beside the one that moves with the camera ("Shading" in
+ * shaders/README.md). */
+#define EYE_LIGHT 0.4f
 /* Every fifth contour is wider (shaders/shade/contour.glsl). */
 #define CONTOURS_MARKED 5.0
 
@@ -114,6 +117,7 @@ static void set_light(stp_gpu_frame *frame, const stp_draw_params *params)
     frame->light[0] = fixed ? (float)along(frame->axis_right, world) : own.x;
     frame->light[1] = fixed ? (float)along(frame->axis_up, world) : own.y;
     frame->light[2] = fixed ? (float)along(frame->axis_back, world) : own.z;
+    frame->clip_min[3] = fixed ? 0.0f : EYE_LIGHT; /* a light that stands still casts its shade */
 }
 
 void stp_filter_place(stp_gpu_frame *frame, const stp_draw_params *params, const stp_dvec3 *eye)

@@ -99,7 +99,8 @@ typedef struct stp_gpu_frame {
     /* Orthographic; flags of samples whose backs are left out (0: none); clipped; number of
      * openings. */
     int32_t modes[4];
-    float clip_min[4], clip_max[4];   /* xyz: of the clip box, relative to the eye */
+    float clip_min[4], clip_max[4];   /* xyz: of the clip box, relative to the eye; w of the first:
+                                         light from the eye */
     float planes[6][4];               /* drawn: dot(xyz, place relative to the eye) + w >= 0 */
     uint32_t hidden[STP_CLASS_WORDS]; /* bit set of classes that are not drawn */
     /* Balls through which backs are seen nevertheless: centre relative to the eye, radius. */

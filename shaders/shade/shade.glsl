@@ -8,7 +8,9 @@ vec3 stp_phong(vec3 colour, vec3 n, vec3 v)
     // |l + v|^2 = 2 + 2 l v
     float x = max(0.0, (lit + dot(n, v)) * inversesqrt(max(2.0 + 2.0 * dot(l, v), 1e-12)));
     float x2 = x * x, x4 = x2 * x2, x8 = x4 * x4, x16 = x8 * x8;
-    return colour * (0.18 + 0.74 * max(0.0, lit) + 0.08 * max(0.0, n.z)) +
+    // ceilings and walls beside the view: what the light leaves dark is lit from the eye
+    float fill = clip_min.w * max(0.0, dot(n, v)) * (1.0 - max(0.0, lit));
+    return colour * (0.18 + 0.74 * max(0.0, lit) + 0.08 * max(0.0, n.z) + fill) +
            0.16 * x16 * x16 * x8;
 }
 

@@ -159,14 +159,43 @@ static void fixed_light(void **state)
     }
 }
 
+/* Whatever the light that moves with the camera leaves in the dark, as the ceiling and one wall of
+ * a room, is lit from the eye, the more the more it faces it. */
+static void light_from_the_eye(void **state)
+{
+    gl_fixture *f = *state;
+    static uint8_t plain[4 * PIXELS], lit[4 * PIXELS];
+    static float normals[3 * PIXELS];
+    stp_error err = {0};
+    const stp_view view = view_of(f, true);
+    const stp_dvec3 light = stp_dvec3_normalize(
+        stp_dvec3_add(view.back, stp_dvec3_add(stp_dvec3_scale(view.right, 0.35),
+                                               stp_dvec3_scale(view.up, 0.45))));
+    size_t dark = 0;
+    gl_fixture_draw(f, &view, &(stp_draw_params){.shade = STP_SHADE_UNLIT}, NULL, plain);
+    gl_fixture_draw(f, &view, &(stp_draw_params){.keep_pixels = true}, NULL, lit);
+    if (stp_renderer_read_normals(f->renderer, normals, &err) != STP_OK)
+        fail_msg("%s", err.message);
+    for (int i = 0; i < PIXELS; i++) {
+        const float *p = normals + (size_t)3 * (size_t)i;
+        const stp_dvec3 n = {(double)p[0], (double)p[1], (double)p[2]};
+        const double facing = stp_dvec3_dot(n, view.back);
+        if (plain[4 * i + 3] == 0 || facing < 0.2 || stp_dvec3_dot(n, light) > 0.0)
+            continue;
+        dark++;
+        for (int c = 0; c < 3; c++)
+            assert_true(lit[4 * i + c] >= (0.18 + 0.4 * facing) * plain[4 * i + c] - 1.6);
+    }
+    assert_true(dark > 100);
+}
+
 int main(void)
 {
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(eye_dome),
-        cmocka_unit_test(confidence),
-        cmocka_unit_test(overlays),
-        cmocka_unit_test(fixed_light),
+        cmocka_unit_test(eye_dome),           cmocka_unit_test(confidence),
+        cmocka_unit_test(overlays),           cmocka_unit_test(fixed_light),
+        cmocka_unit_test(light_from_the_eye),
     };
     int failed = cmocka_run_group_tests(tests, open_model, gl_model_leave);
     stp_gl_context_destroy(&context);

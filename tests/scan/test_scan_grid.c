@@ -220,6 +220,44 @@ static void numbers_have_a_meaning(void **state)
     }
 }
 
+/* Numbers that programs write for no sample are holes though the file does not say so, but heights
+ * of a trench, and whatever --invalid leaves. */
+static void usual_numbers_of_none(void **state)
+{
+    (void)state;
+    static const struct {
+        float row[4]; /* then 3 */
+        uint32_t holes;
+        bool told;
+    } rows[] = {
+        {{5.0f, -9999.0f, -9999.0f, 7.0f}, 6, false},
+        {{-32768.0f, 5.0f, 6.0f, -32767.0f}, 9, false},
+        {{-99999.0f, -99999.0f, 5.0f, 6.0f}, 3, false},
+        {{5.0f, -9998.0f, 5.0f, 5.0f}, 0, false},
+        {{-9500.0f, -9999.0f, -9000.0f, 6.0f}, 0, false},
+        {{5.0f, -9999.0f, 5.0f, 6.0f}, 0, true},
+    };
+    const tiff_recipe floats = {"w", 32, SAMPLEFORMAT_IEEEFP, false, COMPRESSION_NONE, 0};
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        const stp_grid_params grid = {.has_invalid = rows[k].told, .invalid = -1.0};
+        const stp_scan_params params = {.grid = &grid};
+        float row[WIDTH];
+        for (int x = 0; x < WIDTH; x++)
+            row[x] = x < 4 ? rows[k].row[x] : 3.0f;
+        TIFF *tiff = begin_tiff("usual.tif", &floats);
+        for (uint32_t y = 0; y < HEIGHT; y++)
+            assert_int_equal(TIFFWriteScanline(tiff, row, y, 0), 1);
+        TIFFClose(tiff);
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read("usual.tif", &params, &info);
+        for (int i = 0; i < COUNT; i++) {
+            const bool hole = i % WIDTH < 4 && rows[k].holes >> i % WIDTH & 1;
+            assert_int_equal(points[i].reject, hole ? STP_REJECT_INVALID : STP_REJECT_NONE);
+        }
+        free(points);
+    }
+}
+
 /* A plane z = 3 x - 2 y must have its own normal everywhere, at edges and beside a hole, too. Where
  * a sample has no neighbour in its column or row, it is not known. */
 static void normals_are_the_grids(void **state)
@@ -525,6 +563,7 @@ int main(void)
         cmocka_unit_test(files_have_places),
         cmocka_unit_test(copies_stand_for_the_whole),
         cmocka_unit_test(numbers_have_a_meaning),
+        cmocka_unit_test(usual_numbers_of_none),
         cmocka_unit_test(normals_are_the_grids),
         cmocka_unit_test(cameras),
         cmocka_unit_test(colours_and_alpha),

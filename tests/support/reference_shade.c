@@ -8,7 +8,8 @@ static void shade_phong(const reference_pixel *p, stp_dvec3 n, stp_dvec3 v, doub
 {
     stp_dvec3 l = stp_dvec3_normalize((stp_dvec3){0.35, 0.45, 1.0});
     stp_dvec3 h = stp_dvec3_normalize(stp_dvec3_add(l, v));
-    double light = 0.18 + 0.74 * fmax(0.0, stp_dvec3_dot(n, l)) + 0.08 * fmax(0.0, n.z);
+    double lit = fmax(0.0, stp_dvec3_dot(n, l)), facing = fmax(0.0, stp_dvec3_dot(n, v));
+    double light = 0.18 + 0.74 * lit + 0.08 * fmax(0.0, n.z) + 0.4 * facing * (1.0 - lit);
     double gloss = 0.16 * pow(fmax(0.0, stp_dvec3_dot(n, h)), 40.0);
     for (int k = 0; k < 3; k++)
         out[k] = p->rgb[k] * light + gloss;

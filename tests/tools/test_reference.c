@@ -396,7 +396,8 @@ static void shading(void **state)
     double l[3] = {0.35 / length, 0.45 / length, 1.0 / length};
     double h_length = sqrt(l[0] * l[0] + l[1] * l[1] + (l[2] + 1.0) * (l[2] + 1.0));
     double nl = 0.6 * l[0] + 0.8 * l[2], nh = (0.6 * l[0] + 0.8 * (l[2] + 1.0)) / h_length;
-    check_near(c[1], 0.5 * (0.18 + 0.74 * nl + 0.08 * 0.8) + 0.16 * pow(nh, 40.0), 1e-12);
+    double light = 0.18 + 0.74 * nl + 0.08 * 0.8 + 0.4 * 0.8 * (1.0 - nl);
+    check_near(c[1], 0.5 * light + 0.16 * pow(nh, 40.0), 1e-12);
     reference_destroy(&p);
 }
 

@@ -58,7 +58,7 @@ test_own_colours() {
         awk -v header="$header" 'BEGIN {
             gsub(",", " ", header); print header
             for (i = 0; i < 40; i++) for (j = 0; j < 40; j++)
-                print i * 0.1, j * 0.1, 0.05 * i % 2, header ~ /same/ ? 7 : 10 + i % 7 * 30, i % 2 ? 2 : 6 }' |
+                print i * 0.1, j * 0.1, 0.05 * i % 2, (header ~ /same/ ? (j > 34 ? i : 50) : 10 + i % 7 * 30), i % 2 ? 2 : 6 }' |
             sed s/same/intensity/ >"$FOLDER/own.txt"
         "$STIPPLE" prep "$FOLDER/own.txt" -o "$FOLDER/own.stipple" --force --quiet || fail "no model of $header"
         render "$FOLDER/own.stipple" --size 64x64 --colour "$shown"

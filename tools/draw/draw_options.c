@@ -4,6 +4,7 @@
 #include "formats/attribute/where.h"
 #include "formats/chunk/convert.h"
 #include "runtime/class_legend.h"
+#include "runtime/colour_range.h"
 #include "runtime/gl/gpu_layout.h"
 #include "tools/draw/draw_exaggerate.h"
 #include "tools/draw/draw_filter.h"
@@ -15,7 +16,7 @@
 #include <string.h>
 
 #define PART_OPTIONS 6
-/* Intensities of a narrower range than this, from 0 to 1, show nothing. */
+/* Intensities show something if their middle half covers this much of 0 to 1. */
 #define INTENSITIES_DIFFER 0.02
 #define OWN_OPTIONS                                                                                \
     (DRAW_OPTION_COUNT - CAMERA_OPTION_COUNT - PART_OPTIONS - DRAW_SOURCE_OPTION_COUNT)
@@ -279,7 +280,7 @@ static stp_status choose_own_colour(const draw_options *o, const stp_model *mode
     if (o->colour_name || has & STP_HAS_COLOUR)
         return STP_OK;
     if (has & STP_HAS_INTENSITY) {
-        STP_TRY(stp_model_colour_range(model, STP_COLOUR_INTENSITY, range, err));
+        STP_TRY(stp_model_colour_part(model, STP_COLOUR_INTENSITY, 0.25, range, err));
         if (range[1] - range[0] >= INTENSITIES_DIFFER) {
             params->colour = STP_COLOUR_INTENSITY;
             return STP_OK;

@@ -240,6 +240,8 @@ done:
 /* Programs write the largest float for no sample, with a digit more or less, or half of it. No
  * height is so large. */
 #define NONE_FROM 1e30
+/* Far off: by so much of a number. */
+#define FAR_PART 0.1
 
 /* The height or depth of a number; NaN if it is no sample. */
 static double value_of(const grid_reader *g, double number)
@@ -254,6 +256,34 @@ static double value_of(const grid_reader *g, double number)
                                     : p->scale * number;
 }
 
+/* Numbers that programs write for no sample, often without telling so. */
+static bool is_usual_none(double number)
+{
+    return number == -9999.0 || number == -32767.0 || number == -32768.0 || number == -99999.0;
+}
+
+/* Makes holes of such numbers if what lies before and behind them in the row is far off: a trench
+ * in the sea has slopes. */
+static void leave_out_usual_none(const grid_reader *g, double *z)
+{
+    const uint32_t channels = g->info->channels, n = g->columns;
+    double before = NAN;
+    for (uint32_t i = 0; i < n;) {
+        const double number = g->row[(size_t)i * g->step * channels];
+        uint32_t end = i + 1;
+        while (end < n && g->row[(size_t)end * g->step * channels] == number)
+            end++;
+        const double after = end < n ? g->row[(size_t)end * g->step * channels] : NAN;
+        const double far = FAR_PART * fabs(number);
+        if (is_usual_none(number) && !(fabs(before - number) < far) &&
+            !(fabs(after - number) < far))
+            for (uint32_t k = i; k < end; k++)
+                z[k] = NAN;
+        before = number;
+        i = end;
+    }
+}
+
 static void keep_heights(grid_reader *g, double *z)
 {
     const uint32_t channels = g->info->channels;
@@ -261,6 +291,8 @@ static void keep_heights(grid_reader *g, double *z)
         const double *pixel = g->row + (size_t)i * g->step * channels;
         z[i] = g->info->alpha && pixel[channels - 1] == 0.0 ? NAN : value_of(g, pixel[0]);
     }
+    if (!g->params.has_invalid)
+        leave_out_usual_none(g, z);
 }
 
 static void keep_colours(const grid_reader *g, double *z, uint16_t (*rgb)[3])

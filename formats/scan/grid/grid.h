@@ -14,9 +14,10 @@
  * If columns and rows are degrees, there are no normals: whoever projects the samples finds them.
  * The note "geokeys" names the system.
  *
- * No samples are numbers that are not finite, equal the file's no-data or `invalid`, or where alpha
- * is 0, of the heights or of the colours, or where the mask has no channel above 0, or its alpha is
- * 0: STP_REJECT_INVALID. */
+ * No samples are numbers that are not finite, equal the file's no-data or `invalid`, -9999, -32767,
+ * -32768, -99999 if the numbers beside them in the row are more than a tenth off and no `invalid`
+ * is given, or where alpha is 0, of the heights or of the colours, or where the mask has no channel
+ * above 0, or its alpha is 0: STP_REJECT_INVALID. */
 #ifndef STP_FORMATS_SCAN_GRID_GRID_H
 #define STP_FORMATS_SCAN_GRID_GRID_H
 
