@@ -40,12 +40,11 @@ static stp_dvec3 thin_axis(const stp_cloud_point *points, uint32_t count, const 
     const stp_dvec3 middle = stp_dbox_middle(box);
     const double scale = 1.0 / fmax(stp_dbox_side(box), 1e-300);
     stp_moments m = {0};
-    float unused;
     for (uint32_t i = 0; i < count; i++) {
         const stp_dvec3 p = stp_dvec3_scale(stp_dvec3_sub(points[i].position, middle), scale);
         stp_moments_add_point(&m, stp_moments_place((float)p.x, (float)p.y, (float)p.z));
     }
-    const stp_dvec3 normal = stp_dvec3_from_float(stp_moments_normal(&m, &unused));
+    const stp_dvec3 normal = stp_dvec3_from_float(stp_moments_normal(&m));
     const stp_dvec3 length = stp_dvec3_from_float(stp_moments_longest(&m));
     const double thick = variance_along(points, count, middle, normal);
     const double long_ = variance_along(points, count, middle, length);
