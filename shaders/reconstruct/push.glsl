@@ -124,7 +124,7 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, weights);
     stp_pixel p = blend.sum;
 #if !STP_BOX
-    p.radius = sqrt(p.radius);
+    p.radius = stp_blend_radius(blend, front, c0, c1, c2, c3);
 #endif
     p.tag = front.tag;
 
