@@ -78,7 +78,7 @@ float stp_blend_within(stp_pixel front, stp_pixel c, vec2 place, float unit)
 // The radius of the mean of pixels. Where holes may only grow, that disc lies in one of theirs.
 float stp_blend_radius(stp_blend blend, stp_pixel front, stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
 {
-    float radius = sqrt(blend.sum.radius);
+    float radius = STP_BOX != 0 ? blend.sum.radius : sqrt(blend.sum.radius);
 #if STP_GRID == 2
     vec2 place = blend.sum.d;
     float unit = 1.0 / max(stp_pixels_per_unit(front.z_min), 1e-30);

@@ -27,8 +27,8 @@ static const double thresholds[THRESHOLDS] = {0.5, 1.0, 2.0, 4.0, 8.0};
  * what is drawn, none may. */
 #define FAR_SHARE 1e-5
 #define FARTHEST 1.5
-/* Where holes grow, gauss moves small discs beside large ones inwards: more pixels lie farther. */
-#define FAR_SHARE_GROWING 5e-4
+/* Where holes grow, pull moves small discs beside large ones inwards: more pixels lie farther. */
+#define FAR_SHARE_GROWING 1e-3
 #define FARTHEST_GROWING 2.0
 /* Near the picture's edge the nearest place may lie beyond it. */
 #define EDGE_PX 16
