@@ -418,6 +418,8 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     stats->each_has_all = stp_ranks_count(job->params->ranks) > 1 && !job->grid.own;
     STP_TRY(
         stp_height_grid_finish(&job->grid, job->source->coordinate_step, job->params->ranks, err));
+    if (stats->holes_grow)
+        STP_TRY(stp_height_grid_keep_open(&job->grid, job->params->ranks, err));
     choose_height_precision(job, job->grid.noise, cell / GRID_CELL_PARTS);
     if (!(job->params->precision > 0.0 || job->params->exact))
         job->grid.move_most = cell / GRID_PLACE_PARTS;
@@ -460,6 +462,7 @@ void stp_prep_job_begin(stp_prep_job *job)
                                    .resolution = job->tree.resolution,
                                    .rank_count = params->ranks ? params->ranks->count : 0,
                                    .keeps_grid = stp_prep_size_of(job->source, params).grid,
+                                   .holes_grow = params->holes_grow,
                                    .join_layers = params->join_layers,
                                    .makes_maps = params->maps != NULL,
                                    .fills_gaps = params->maps && params->maps->fill,
@@ -539,6 +542,8 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         .since = start};
     stp_prep_job_begin(&job);
     stp_status status = stp_prep_check_count(source, err);
+    if (status == STP_OK)
+        status = stp_prep_grid_check(&job, err);
     if (status != STP_OK)
         return status;
     status = run(&job, err);

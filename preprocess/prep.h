@@ -117,6 +117,8 @@ typedef struct stp_prep_params {
                              input gave are not rounded, the others as their noise allows */
     stp_orient_mode orient;
     stp_dvec3 orient_position;
+    bool
+        holes_grow; /* of a grid of heights: nothing is drawn where samples are missing (holes.h) */
     stp_codec codec; /* without blocks */
     int format;      /* major version of the file: 2 (or 0) is in blocks, 1 is not */
     stp_outlier_mode outliers;
@@ -163,6 +165,7 @@ typedef struct stp_prep_stats {
     uint32_t images_turned; /* those of them whose squares' columns are the image's rows */
     uint32_t pixels_loose;  /* points of no image, or off its rays, beside them */
     bool keeps_grid;        /* the scan is a grid of heights and stays one (height_grid.h) */
+    bool holes_grow;        /* was requested */
     bool join_layers;       /* was requested */
     bool makes_maps;        /* was requested */
     bool fills_gaps;        /* between maps: likewise */

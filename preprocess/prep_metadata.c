@@ -105,6 +105,8 @@ static void add_grids(cJSON *root, const stp_prep_stats *stats)
 {
     if (stats->keeps_grid)
         cJSON_AddBoolToObject(root, "grid", true);
+    if (stats->holes_grow)
+        cJSON_AddStringToObject(root, "holes", "grow");
     if (stats->images > 0 && stats->images_turned % stats->images == 0)
         cJSON_AddBoolToObject(root, "turned", stats->images_turned > 0);
 }

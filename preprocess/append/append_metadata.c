@@ -107,6 +107,7 @@ static void settle(cJSON *model, const cJSON *more, const stp_append *a)
     a->result->closed_lost = cJSON_GetObjectItemCaseSensitive(model, "closed") != NULL;
     cJSON_DeleteItemFromObjectCaseSensitive(model, "closed");
     cJSON_DeleteItemFromObjectCaseSensitive(model, "grid");
+    cJSON_DeleteItemFromObjectCaseSensitive(model, "holes");
     cJSON_DeleteItemFromObjectCaseSensitive(model, "orientation");
     cJSON_AddStringToObject(model, "orientation", stp_orientation_name(a->job.stats->orientation));
 }

@@ -45,7 +45,8 @@ typedef struct tile {
     uint32_t columns, rows; /* as far as the grid goes */
     stp_raster_frame frame; /* of the square at hand */
     double diagonal;        /* of its cells, the greater one */
-    double spacing;         /* of the sample before, and its lattice; 0: there is none */
+    double reach;           /* where holes grow: no hole is nearer to the square at hand */
+    double spacing, wanted; /* of the sample before, and its lattice; 0: there is none */
     int exponent;
     double *z;      /* SIDE_WITH_REACH squared; NaN: none */
     found *found;   /* of square after square */
@@ -238,9 +239,18 @@ static double stretch_of(double upwards)
 STP_INLINE double spacing_of(const tile *t, const double *middle, bool whole, double upwards)
 {
     const double stretch = stretch_of(upwards);
-    if (!whole && is_border(middle))
+    if (!whole && !t->grid->holes && is_border(middle))
         return 0.5 * BORDER_SHARE * stretch * t->diagonal / t->params->lambda;
     return stp_max(stretch * sqrt(fabs(t->frame.area)), DIAGONAL_SHARE * t->diagonal);
+}
+
+/* Where holes grow, no disc covers a place without a sample. */
+STP_INLINE double open_spacing(const tile *t, stp_dvec3 place, double spacing)
+{
+    const double radius = spacing * t->params->lambda;
+    if (!t->grid->holes || radius + t->grid->holes->margin <= t->reach)
+        return spacing;
+    return stp_holes_radius(t->grid->holes, place, radius) / t->params->lambda;
 }
 
 /* Where a bent raster's sample is, or where its frame, as a chunk has it, has it: places of such
@@ -310,21 +320,33 @@ STP_INLINE void add_sample(tile *t, uint32_t column, uint32_t row, const windows
     const stp_dvec3 normal = normal_of(t, z, sums, lane),
                     place = place_of(t, &t->frame, column, row);
     found *out = &t->found[t->count++];
-    out->spacing = spacing_of(t, z, is_whole(sums, lane), normal.z);
+    const double wanted = spacing_of(t, z, is_whole(sums, lane), normal.z);
+    out->spacing = open_spacing(t, place, wanted);
     out->normal = stp_dvec3_to_float(normal);
     out->column = (uint16_t)column;
     out->row = (uint16_t)row;
     encode_normal(normal, t->params->normal_bits, out->normal_code);
     stp_dbox_add(&t->extent.box, place);
-    if (out->spacing != t->spacing) { /* most samples have the one of the sample before */
+    if (out->spacing != t->spacing || wanted != t->wanted) { /* most have those of the one before */
         t->spacing = out->spacing;
-        t->exponent = stp_point_exponent(place, out->spacing, t->params);
+        t->wanted = wanted;
+        t->exponent = stp_point_exponent(place, wanted, t->params);
         out->exponent = (int16_t)t->exponent;
         stp_item item;
         set_item(&item, t, out, place);
         stp_chunk_extent_add(&t->extent, place, item.area, item.disc.bound, item.exponent);
     }
     out->exponent = (int16_t)t->exponent;
+}
+
+/* How far holes are from all samples of a square, at least. */
+static double reach_of(const tile *t, uint32_t column, uint32_t row)
+{
+    const double half = 0.5 * (STP_SQUARE_SIDE - 1);
+    const stp_scan_raster *r = &t->grid->raster;
+    const double x = r->x + (t->column + column + half) * r->dx;
+    const double y = r->y - (t->row + row + half) * r->dy;
+    return stp_holes_distance(t->grid->holes, x, y, INFINITY) - half * t->diagonal;
 }
 
 /* Samples stand in Morton order, so that those that a level merges are next to each other. */
@@ -339,6 +361,8 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
     t->diagonal = fmax(hypot(across[0] + down[0], across[1] + down[1]),
                        hypot(across[0] - down[0], across[1] - down[1]));
     const bool turned = is_turned(t->grid, &t->frame);
+    if (t->grid->holes)
+        t->reach = reach_of(t, column, row);
     windows by_row[STP_SQUARE_SIDE];
     for (uint32_t r = 0; r < STP_SQUARE_SIDE; r++) {
         const double *middle = height_at(t, column, row + r);
@@ -475,6 +499,7 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
                                   .run_ends = t.ends,
                                   .together_ends = t.together,
                                   .run_grids = t.grids,
+                                  .holes = grid->holes,
                                   .count = t.count,
                                   .run_count = t.squares,
                                   .together_count = t.together_count};

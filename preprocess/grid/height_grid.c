@@ -135,8 +135,43 @@ stp_status stp_height_grid_finish(stp_height_grid *grid, double step, stp_ranks 
     return STP_OK;
 }
 
+/* The tiles of other ranks have no heights here: their bits are added. */
+static stp_status join_holes(stp_holes *holes, stp_ranks *ranks, stp_error *err)
+{
+    return stp_ranks_sum(ranks, holes->words[0], (size_t)holes->columns[0] * holes->rows[0], err);
+}
+
+/* Whether this rank tells that a sample is missing. Tiles without samples are nobody's own: the
+ * first rank tells of them. */
+static bool is_known_missing(const stp_height_grid *grid, uint64_t place, bool first)
+{
+    const uint32_t tile = stp_height_grid_tile_at(grid, place);
+    if (grid->own && !grid->own[tile])
+        return first && grid->tile_samples[tile] == 0;
+    return isnan(grid->z[place]);
+}
+
+stp_status stp_height_grid_keep_open(stp_height_grid *grid, stp_ranks *ranks, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t columns = grid->raster.columns;
+    STP_TRY(stp_alloc(&grid->holes, 1, sizeof *grid->holes, "holes", err));
+    STP_TRY(stp_holes_create(grid->holes, &grid->raster, err));
+    for (uint64_t i = 0; i < (uint64_t)columns * grid->raster.rows; i++)
+        if (is_known_missing(grid, i, stp_ranks_is_first(ranks)))
+            stp_holes_add(grid->holes, (uint32_t)(i % columns), (uint32_t)(i / columns));
+    if (grid->own)
+        STP_TRY(join_holes(grid->holes, ranks, err));
+    stp_holes_finish(grid->holes);
+done:
+    return status;
+}
+
 void stp_height_grid_clear(stp_height_grid *grid)
 {
+    if (grid->holes)
+        stp_holes_clear(grid->holes);
+    free(grid->holes);
     stp_spill_free(grid->spill, grid->z);
     stp_spill_free(grid->spill, grid->xy);
     stp_spill_free(grid->spill, grid->rgb);

@@ -39,6 +39,7 @@ typedef struct stp_height_grid {
     unsigned reach;      /* of normals; set by stp_height_grid_finish */
     double noise;        /* standard deviation of heights; likewise */
     double normal_error; /* standard error of the normals because of noise, radians */
+    stp_holes *holes;    /* where merged discs may not reach; NULL: there are none, or they may */
     double move_most;    /* a bent raster's sample may be moved so far to where its frame has it */
     stp_spill *spill;    /* borrowed */
 } stp_height_grid;
@@ -60,6 +61,10 @@ void stp_height_grid_unset(stp_height_grid *grid, uint64_t place);
  * tiles are shared, all ranks call it. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
 stp_status stp_height_grid_finish(stp_height_grid *grid, double step, stp_ranks *ranks,
                                   stp_error *err);
+/* Lets no disc cover a place without a sample that discs of level 0 could leave open (--holes
+ * grow). The grid is finished, and straight. If tiles are shared, all ranks call it. Errors:
+ * OUT_OF_MEMORY, IO. */
+stp_status stp_height_grid_keep_open(stp_height_grid *grid, stp_ranks *ranks, stp_error *err);
 void stp_height_grid_clear(stp_height_grid *grid);
 
 static inline uint32_t stp_height_grid_tile_count(const stp_height_grid *grid)

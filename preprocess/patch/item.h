@@ -11,6 +11,7 @@
 
 typedef struct stp_item {
     stp_disc disc;   /* centre in world coordinates */
+    double spread;   /* of a vertex beside holes (holes.h): originals lie within this distance */
     double area;     /* spacing squared, summed over the originals */
     double loose;    /* how far off the centre may be stored, world units; 0: to its lattice */
     int exponent;    /* the centre may be rounded to multiples of 2^exponent; a vertex's is one */

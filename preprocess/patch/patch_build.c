@@ -4,15 +4,12 @@
 #include "formats/chunk/measure/surroundings.h"
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/sublattice.h"
+#include "preprocess/patch/left_out.h"
 
 #include <string.h>
 
 /* Of maps: radii are that of a full cell times powers of two of so many in an octave. */
 #define FULL_PARTS 2.0
-#define LATTICE_MIN (-160)
-#define LATTICE_MAX 160
-/* A bound below 2^(BOUND_OCTAVES + 1) steps has a code. */
-#define BOUND_OCTAVES 14
 
 typedef struct builder {
     const stp_item *items;
@@ -28,47 +25,12 @@ typedef struct builder {
     double areas[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
     stp_dvec3 places[STP_LEVEL_COUNT][STP_PATCH_SAMPLES]; /* centres before they are quantised */
     stp_merge_error total;                                /* of the patch vertex */
-    double noise;  /* of a grid's heights: merged samples are moved by less */
-    double radius; /* of the last disc that was stored; less than 0: none */
+    double noise;                      /* of a grid's heights: merged samples are moved by less */
+    double spreads[STP_PATCH_SAMPLES]; /* of the items */
+    bool beside_holes;                 /* some merged disc is limited by them */
+    double radius;                     /* of the last disc that was stored; less than 0: none */
     uint8_t radius_code;
 } builder;
-
-int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position)
-{
-    /* half a cell's diagonal, sqrt(3)/2 steps, is the greatest position error */
-    double step = spacing / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
-    if (precision > 0.0)
-        step =
-            step > 0.0 ? stp_min(step, precision * 2.0 / sqrt(3.0)) : precision * 2.0 / sqrt(3.0);
-    double size = stp_max(fabs(position.x), stp_max(fabs(position.y), fabs(position.z)));
-    if (!(step > 0.0)) /* all at one place: a float's resolution */
-        step = size > 0.0 ? ldexp(size, -24) : 1.0;
-    int exponent = stp_floor_log2(step);
-    if (radius > 0.0 && stp_floor_log2(radius) - BOUND_OCTAVES > exponent)
-        exponent = stp_floor_log2(radius) - BOUND_OCTAVES;
-    return exponent < LATTICE_MIN ? LATTICE_MIN : exponent > LATTICE_MAX ? LATTICE_MAX : exponent;
-}
-
-int stp_vertex_exponent(double area, double reach, int finest)
-{
-    const double step = sqrt(area) / STP_SPACING_PARTS * 2.0 / sqrt(3.0);
-    if (step > 0.0 && stp_floor_log2(step) > finest)
-        finest = stp_floor_log2(step);
-    if (reach > 0.0 && stp_floor_log2(reach) - BOUND_OCTAVES > finest)
-        finest = stp_floor_log2(reach) - BOUND_OCTAVES;
-    return finest;
-}
-
-double stp_radius_on_grid(double radius, double least)
-{
-    if (!(radius > 0.0))
-        return radius;
-    const double octave = stp_floor_log2(radius);
-    double step = round((log2(radius) - octave) * STP_RADII_BY_OCTAVE);
-    while (exp2(octave + step / STP_RADII_BY_OCTAVE) < least)
-        step += 1.0;
-    return exp2(octave + step / STP_RADII_BY_OCTAVE);
-}
 
 /* Converts to multiples of a power of two, and from these to the patch's steps. */
 typedef struct spacing {
@@ -228,6 +190,7 @@ static bool store_items(builder *b)
         if (b->sublattice > 0)
             encode_on_sublattice(b, disc->centre, &samples[i]);
         b->areas[0][i] = item->area;
+        b->spreads[i] = item->spread;
     }
     stp_samples_decode(samples, b->count, b->patch, &lanes);
     for (unsigned i = 0; i < b->count; i++) {
@@ -383,6 +346,27 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
     return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
 }
 
+/* The greatest radius with a code that is no greater. */
+static double radius_below(const builder *b, double radius)
+{
+    uint8_t code = stp_radius_encode(radius, b->patch->exponent);
+    while (code > 0 && stp_radius_decode(code, b->patch->exponent) > radius)
+        code--;
+    return stp_radius_decode(code, b->patch->exponent);
+}
+
+/* Limits a merged disc to where the grid has samples. */
+static void limit_to_samples(builder *b, int level, unsigned begin, unsigned end, int lattice,
+                             stp_disc *disc)
+{
+    const double step = ldexp(1.0, lattice);
+    if (!b->ground->holes || !stp_holes_limit(b->ground->holes, b->ground->origin,
+                                              &b->discs[level - 1][begin], end - begin, step, disc))
+        return;
+    b->beside_holes = true;
+    disc->radius = radius_below(b, disc->radius);
+}
+
 /* Merges the samples [from, to) of a level from the finer level. Returns their worst errors. */
 static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigned to, int lattice)
 {
@@ -401,8 +385,9 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
             disc.centre = place_on_grid(b, level, begin, end, disc.centre, step);
         if (b->ground->grid && level <= 2 && b->ground->grid->merged_counts[level - 1] == count)
             disc.normal = b->ground->grid->merged[level - 1][j];
-        b->places[level][j] = disc.centre;
         disc.radius = merged_radius(b, &disc, level, begin, end, area, lattice);
+        limit_to_samples(b, level, begin, end, lattice, &disc);
+        b->places[level][j] = disc.centre;
         store(b, level, j, &disc, on, like);
         unsigned first = stp_covered_begin(b->patch->counts, level, j, 0);
         unsigned last = stp_covered_begin(b->patch->counts, level, j + 1, 0);
@@ -474,7 +459,7 @@ static bool bound(builder *b)
 static int choose_vertex_lattice(builder *b)
 {
     double area = 0.0, wide = 0.0, greatest = 0.0;
-    int lattice = LATTICE_MAX;
+    int lattice = STP_LATTICE_MAX;
     stp_dbox box = stp_dbox_empty();
     /* cppcheck-suppress ctuuninitvar ; what is not set yet is not read here */
     for (unsigned i = 0; i < b->count; i++) {
@@ -506,6 +491,8 @@ static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
     disc.error = stp_error_decode(patch->error[STP_LEVEL_COUNT - 1], patch->exponent);
     disc.colour_error = patch->colour_error[STP_LEVEL_COUNT - 1];
     *vertex = (stp_item){.disc = disc,
+                         .spread = stp_left_out_spread(&b->discs[STP_LEVEL_COUNT - 1][0],
+                                                       b->discs[0], b->spreads, b->count),
                          .area = b->areas[STP_LEVEL_COUNT - 1][0],
                          .exponent = lattice,
                          .intensity = sample->intensity,
@@ -572,6 +559,8 @@ static void merge_levels(builder *b, int vertex_lattice)
         store_errors(patch, level, worst[level]);
     store_errors(patch, 3, worse(worst[2], merge_level(b, 3, 0, 1, vertex_lattice)));
     store_variations(b);
+    if (b->beside_holes)
+        stp_left_out_store(patch, (const stp_disc(*)[STP_PATCH_SAMPLES])b->discs, b->spreads);
 }
 
 bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned count,
@@ -585,6 +574,7 @@ bool stp_patch_build(const stp_item *items, const uint32_t *order, unsigned coun
     b.ground = ground;
     b.patch = patch;
     b.samples = samples;
+    b.beside_holes = false;
     b.radius = -1.0;
     b.radius_code = 0;
     int vertex_lattice = choose_vertex_lattice(&b);

@@ -2,18 +2,12 @@
 #ifndef STP_PREPROCESS_PATCH_PATCH_BUILD_H
 #define STP_PREPROCESS_PATCH_PATCH_BUILD_H
 
+#include "preprocess/patch/holes.h"
 #include "preprocess/patch/item.h"
+#include "preprocess/patch/lattice.h"
 
 #include <math.h>
 #include <stdbool.h>
-
-/* Floor of the binary logarithm of a positive, finite value. */
-static inline int stp_floor_log2(double value)
-{
-    int exponent = 0;
-    (void)frexp(value, &exponent);
-    return exponent - 1;
-}
 
 /* Rounds to the nearest whole number, halves to even; |x| < 2^51. */
 static inline double stp_nearest_whole(double x)
@@ -28,9 +22,6 @@ static inline double stp_nearest_whole(double x)
  * origin is no farther from the chunk's than 32 bits can say. */
 #define STP_POSITION_STEPS 65533.0
 #define STP_ORIGIN_STEPS 2e9
-/* A sample's position error is at most the local spacing over this. */
-#define STP_SPACING_PARTS 32.0
-
 /* Bits of the grid of merged normals of squares. */
 #define STP_MERGED_SQUARE_BITS 9u
 /* Those that squares of noisy normals of so many bits need. */
@@ -42,25 +33,6 @@ static inline unsigned stp_merged_bits(unsigned normal_bits)
 typedef struct stp_patch_samples {
     stp_sample level[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
 } stp_patch_samples;
-
-/* The exponent of the lattice for a position: the greatest with
- *
- *     sqrt(3)/2 2^exponent <= spacing / STP_SPACING_PARTS, and <= precision if that is positive
- *
- * If the disc's radius has no code on that lattice, the finest lattice where it has one. That
- * happens only if the lattice is some ten thousand times finer than the sampling. */
-int stp_lattice_exponent(double spacing, double radius, double precision, stp_dvec3 position);
-
-/* Radii are rounded to this many an octave, from powers of two on. The mean distance of 16 points
- * tells a spacing to an eighth, so finer steps would be noise. */
-#define STP_RADII_BY_OCTAVE 4.0
-/* The nearest radius of that grid that is not less than `least`. */
-double stp_radius_on_grid(double radius, double least);
-
-/* The exponent of the lattice of a patch vertex, which is also a sample of the parent. It follows
- * the sum of the items' areas. It is coarse enough to give a ball of radius `reach` a code, and no
- * finer than `finest`. It grows with each of the three. */
-int stp_vertex_exponent(double area, double reach, int finest);
 
 /* The grid of a patch that is a square. Merged samples lie where a codec expects them. */
 typedef struct stp_patch_grid {
@@ -99,6 +71,7 @@ typedef struct stp_patch_ground {
         normal_bits; /* of the grid of level-0 normals; level l has l more, up to 12; squares 9 */
     bool even;       /* squares: merged by plain means, whatever their radii; then 9 bits */
     const stp_patch_grid *grid; /* NULL: none */
+    const stp_holes *holes;     /* that merged discs may not cover; NULL: they may */
 } stp_patch_ground;
 
 /* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. On success

@@ -35,6 +35,7 @@ typedef struct assembly {
     const stp_resolution *resolution; /* for points; else NULL */
     stp_displacement displacement;
     bool leaf, linked, even;
+    const stp_holes *holes; /* borrowed; NULL: none */
 } assembly;
 
 stp_chunk_extent stp_chunk_extent_none(int vertex_least)
@@ -190,7 +191,8 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
                                      .vertex_least = a->vertex_least,
                                      .normal_bits = a->normal_bits,
                                      .even = a->even,
-                                     .grid = grid};
+                                     .grid = grid,
+                                     .holes = a->holes};
     if (stp_patch_build(items, order, count, &ground, &patch, &samples, &vertex)) {
         stp_patch_centre(&patch, &samples);
         patch.child = child;
@@ -442,35 +444,6 @@ done:
     return status;
 }
 
-stp_placed_chunk stp_built_chunk_place(const stp_built_chunk *built)
-{
-    return (stp_placed_chunk){built->chunk, built->origin, built->carry};
-}
-
-stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,
-                                   stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_chunk *chunk = built->chunk;
-    stp_overhang *overhang = NULL;
-    STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
-    STP_TRY(stp_overhang_measure(overhang, chunk, built->carry, around, err));
-    for (uint32_t p = 0; p < chunk->patch_count; p++) {
-        stp_patch *patch = &chunk->patches[p];
-        for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            patch->tangential_error[l] = stp_error_encode(overhang[p].level[l], patch->exponent);
-        for (int l = 0; l < 2; l++)
-            for (int q = 0; q < STP_PATCH_QUARTERS; q++)
-                patch->quarter_tangential_error[l][q] =
-                    stp_error_encode(overhang[p].quarter[l][q], patch->exponent);
-        built->vertices[p].disc.tangential_error =
-            stp_error_decode(patch->tangential_error[STP_LEVEL_COUNT - 1], patch->exponent);
-    }
-done:
-    free(overhang);
-    return status;
-}
-
 static void clear_assembly(assembly *a)
 {
     free(a->order);
@@ -487,7 +460,8 @@ static void clear_assembly(assembly *a)
 static stp_status finish(assembly *a, stp_built_chunk *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_built_chunk built = {.origin = a->origin, .displacement = a->displacement};
+    stp_built_chunk built = {
+        .origin = a->origin, .displacement = a->displacement, .limited = a->holes != NULL};
     STP_TRY(order_patches(a, &built.run_ends, &built.run_count, err));
     STP_TRY(pack(a, &built, err));
     built.vertex_count = a->patch_count;
@@ -518,7 +492,8 @@ stp_status stp_chunk_build_leaf(stp_built_chunk *out, const stp_item_group *poin
                   .vertex_least = params->vertex_least,
                   .normal_bits = params->normal_bits,
                   .resolution = &params->resolution,
-                  .even = points->together_ends != NULL};
+                  .even = points->together_ends != NULL,
+                  .holes = points->holes};
     return build_groups(out, &a, points, 1, err);
 }
 
@@ -527,7 +502,8 @@ stp_status stp_chunk_build_inner(stp_built_chunk *out, const stp_item_group *gro
 {
     assembly a = {.linked = groups[0].run_ends != NULL || groups[0].kept != NULL,
                   .vertex_least = INT_MIN,
-                  .normal_bits = STP_NORMAL_BITS};
+                  .normal_bits = STP_NORMAL_BITS,
+                  .holes = groups[0].holes};
     return build_groups(out, &a, groups, group_count, err);
 }
 
@@ -548,52 +524,4 @@ stp_status stp_chunk_build_made(stp_built_chunk *out, stp_dvec3 origin, uint32_t
 done:
     clear_assembly(&a);
     return status;
-}
-
-/* Moves a pointer from one block to another. `from` may be freed: only its address counts. */
-static void *rebase(void *pointer, const void *from, void *to)
-{
-    return pointer ? (char *)to + ((uintptr_t)pointer - (uintptr_t)from) : NULL;
-}
-
-/* Moves the chunk's arrays, which are one block. From here on the built chunk owns the block. */
-static stp_status stow_arrays(stp_built_chunk *built, stp_error *err)
-{
-    stp_chunk *c = built->chunk;
-    void *from = built->chunk_arrays = c->memory;
-    c->memory = NULL;
-    stp_status status = stp_spill_move(built->spill, &built->chunk_arrays,
-                                       c->memory_bytes - sizeof *c, 1, "chunks", err);
-    c->patches = rebase(c->patches, from, built->chunk_arrays);
-    for (int level = 0; level < STP_LEVEL_COUNT; level++) {
-        c->level_begin[level] = rebase(c->level_begin[level], from, built->chunk_arrays);
-        c->samples[level] = rebase(c->samples[level], from, built->chunk_arrays);
-    }
-    return status;
-}
-
-stp_status stp_built_chunk_stow(stp_built_chunk *built, stp_spill *spill, stp_error *err)
-{
-    stp_status status = STP_OK;
-    const stp_chunk *c = built->chunk;
-    built->spill = spill;
-    STP_TRY(stow_arrays(built, err));
-    STP_TRY(stp_spill_move(spill, &built->carry,
-                           built->carry ? c->level_begin[0][c->patch_count] : 0,
-                           sizeof *built->carry, "errors", err));
-    STP_TRY(stp_spill_move(spill, &built->vertices, built->vertex_count, sizeof *built->vertices,
-                           "patches", err));
-done:
-    return status;
-}
-
-void stp_built_chunk_clear(stp_built_chunk *built)
-{
-    stp_chunk_destroy(&built->chunk);
-    stp_spill_free(built->spill, built->chunk_arrays);
-    stp_spill_free(built->spill, built->carry);
-    stp_spill_free(built->spill, built->vertices);
-    free(built->run_ends);
-    free(built->sources);
-    *built = (stp_built_chunk){0};
 }

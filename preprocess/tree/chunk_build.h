@@ -4,11 +4,9 @@
 #ifndef STP_PREPROCESS_TREE_CHUNK_BUILD_H
 #define STP_PREPROCESS_TREE_CHUNK_BUILD_H
 
-#include "base/spill.h"
-#include "formats/chunk/measure/surroundings.h"
-#include "preprocess/patch/displacement.h"
 #include "preprocess/patch/patch_build.h"
 #include "preprocess/patch/point_item.h"
+#include "preprocess/tree/built_chunk.h"
 
 /* The most patches that one patch above stands for. If one of them is too coarse, a view reads all
  * of them, so few are better; each patch above takes some bytes, too. */
@@ -49,7 +47,8 @@ typedef struct stp_item_group {
      * one patch of the parent, or several of up to 64; samples are merged by plain means. NULL: the
      * build finds what lies together. */
     const uint32_t *together_ends;
-    const stp_patch_grid *run_grids;           /* by run, of squares; NULL: none */
+    const stp_patch_grid *run_grids; /* by run, of squares; NULL: none */
+    const stp_holes *holes; /* that no disc may cover, the same for all groups; NULL: none */
     uint32_t count, run_count, together_count; /* of items; of runs; of runs that lie together */
 } stp_item_group;
 
@@ -60,20 +59,6 @@ void stp_chunk_extent_add(stp_chunk_extent *e, stp_dvec3 centre, double area, do
 /* Whether one chunk can hold the items: the origins of its patches can be given in steps of any of
  * the lattices. */
 bool stp_chunk_extent_fits(const stp_chunk_extent *e);
-
-typedef struct stp_built_chunk {
-    stp_chunk *chunk;
-    stp_dvec3 origin;
-    stp_carry *carry;   /* by level-0 sample; NULL for a leaf */
-    uint32_t *sources;  /* by level-0 sample: items' sources; plain memory; NULL: no items */
-    stp_item *vertices; /* one per patch, in the chunk's order */
-    uint32_t vertex_count;
-    uint32_t *run_ends; /* ends of the runs of vertices that become the parent's patches */
-    uint32_t run_count;
-    stp_spill *spill;              /* where carry, vertices and all of the chunk's arrays lie */
-    void *chunk_arrays;            /* in the spill's files; NULL: in the chunk's own memory */
-    stp_displacement displacement; /* of a leaf of points */
-} stp_built_chunk;
 
 /* Makes patch `index` of a leaf with all its levels, and its patch vertex. */
 typedef stp_status stp_patch_maker(const void *context, uint32_t index, stp_dvec3 chunk_origin,
@@ -94,13 +79,4 @@ stp_status stp_chunk_build_leaf(stp_built_chunk *out, const stp_item_group *poin
  * unchanged. patch.child is the number of the group, at most 64 groups. Errors: likewise. */
 stp_status stp_chunk_build_inner(stp_built_chunk *out, const stp_item_group *groups,
                                  uint32_t group_count, stp_error *err);
-/* Moves a built chunk to the spill, borrowed, until the chunk is needed again. Errors:
- * OUT_OF_MEMORY, IO. */
-stp_status stp_built_chunk_stow(stp_built_chunk *built, stp_spill *spill, stp_error *err);
-stp_placed_chunk stp_built_chunk_place(const stp_built_chunk *built);
-/* Sets the tangential errors of patches and vertices. Errors: OUT_OF_MEMORY. */
-stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,
-                                   stp_error *err);
-void stp_built_chunk_clear(stp_built_chunk *built);
-
 #endif

@@ -10,6 +10,7 @@
 #include "runtime/stream/shown.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* A ball around the boxes of the leaves, which lie closer than the corners of the whole box. The
  * radius is at least the error of the leaves' samples, for models that are a single point. */
@@ -52,6 +53,8 @@ static void read_view(stp_model *model)
         up[0] == 0.0 && up[1] + up[2] == 1.0 && up[1] * up[2] == 0.0)
         model->up = (stp_dvec3){up[0], up[1], up[2]};
     model->is_grid = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(metadata, "grid"));
+    const cJSON *holes = cJSON_GetObjectItemCaseSensitive(metadata, "holes");
+    model->holes_grow = cJSON_IsString(holes) && strcmp(holes->valuestring, "grow") == 0;
     const cJSON *resampled = cJSON_GetObjectItemCaseSensitive(metadata, "resampled");
     model->is_maps = cJSON_IsObject(resampled);
     model->is_filled = cJSON_HasObjectItem(resampled, "between");

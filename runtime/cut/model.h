@@ -25,6 +25,7 @@ struct stp_model {
     double first_aspect; /* width / height of the picture that `first` is for */
     bool has_first;
     bool is_grid;              /* of heights: nothing lies where it has no samples */
+    bool holes_grow;           /* then: no disc lies over a missing sample */
     bool is_maps;              /* its squares are those of elevation maps */
     bool is_filled;            /* so are its triangles: they lie between maps */
     struct stp_shown *shown;   /* an attribute in place of intensities (shown.h); NULL: none */

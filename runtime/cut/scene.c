@@ -211,6 +211,14 @@ bool stp_scene_is_grid(const stp_scene *scene)
     return grid;
 }
 
+bool stp_scene_holes_grow(const stp_scene *scene)
+{
+    bool grow = false;
+    for (size_t i = 0; i < scene->model_count; i++)
+        grow |= scene->models[i].model->holes_grow;
+    return grow && stp_scene_is_grid(scene);
+}
+
 stp_gpu_chunk stp_scene_record(const stp_scene *scene, uint32_t block, int finest, stp_dvec3 eye)
 {
     const stp_chunk_entry *e = stp_scene_entry(scene, block);

@@ -31,7 +31,7 @@ typedef struct stp_variant {
     bool openings;       /* closed surfaces have openings */
     bool clip, classes;  /* there is a clip box; there are hidden classes */
     bool chosen;         /* some samples are marked as not drawn */
-    bool grid;           /* all models are grids of heights */
+    int grid;            /* 1: all models are grids of heights; 2: whose holes may only grow */
     int planes;          /* how many planes clip */
     bool overlay;        /* an overlay is mixed into the samples' colours */
     bool contours;       /* lines of equal height */

@@ -69,6 +69,26 @@ stp_blend stp_blend_end(stp_blend blend, stp_pixel front)
     return blend;
 }
 
+// The greatest radius about a place that stays in a candidate's disc.
+float stp_blend_within(stp_pixel front, stp_pixel c, vec2 place, float unit)
+{
+    return c.tag != 0 && c.z_min <= front.z_max ? c.radius - distance(c.d, place) * unit : 0.0;
+}
+
+// The radius of the mean of pixels. Where holes may only grow, that disc lies in one of theirs.
+float stp_blend_radius(stp_blend blend, stp_pixel front, stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3)
+{
+    float radius = STP_BOX != 0 ? blend.sum.radius : sqrt(blend.sum.radius);
+#if STP_GRID == 2
+    vec2 place = blend.sum.d;
+    float unit = 1.0 / max(stp_pixels_per_unit(front.z_min), 1e-30);
+    float within = max(max(stp_blend_within(front, c0, place, unit), stp_blend_within(front, c1, place, unit)),
+                       max(stp_blend_within(front, c2, place, unit), stp_blend_within(front, c3, place, unit)));
+    radius = min(radius, max(within, 1e-3 * unit));
+#endif
+    return radius;
+}
+
 stp_blend stp_blend_four(stp_pixel front, stp_pixel c0, stp_pixel c1, stp_pixel c2, stp_pixel c3,
                          vec4 weights)
 {

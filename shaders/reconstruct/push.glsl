@@ -123,9 +123,7 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     stp_pixel front = stp_front(c0, c1, c2, c3);
     stp_blend blend = stp_blend_four(front, c0, c1, c2, c3, weights);
     stp_pixel p = blend.sum;
-#if !STP_BOX
-    p.radius = sqrt(p.radius);
-#endif
+    p.radius = stp_blend_radius(blend, front, c0, c1, c2, c3);
     p.tag = front.tag;
 
     // A valid pixel stays, unless an ellipse lies in front of it.

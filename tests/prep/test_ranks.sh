@@ -184,6 +184,7 @@ run "${launch[@]}" -n 3 "$STIPPLE" prep "$FOLDER/stations" -o "$model" --threads
 expect_text err "19200 points name no scanner"
 check_bytes "$all 3" "$FOLDER/heights.asc"
 expect_shared_grid 560000 12
+check_bytes 3 "$FOLDER/heights.asc" --holes grow
 check_bytes "$all 3" "$FOLDER/heights.asc" --colour "$FOLDER/heights.ppm" --memory 150M
 expect_shared_grid 560000 18
 check_bytes "$all 3" "$FOLDER"/tiles/*.asc

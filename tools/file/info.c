@@ -156,6 +156,16 @@ static void print_normal_bits(const cJSON *metadata)
         printf("normals        of 2 x %.0f bits where they are computed\n", bits->valuedouble);
 }
 
+/* Prints what becomes of a grid's holes. */
+static void print_holes(const cJSON *metadata)
+{
+    const cJSON *holes = cJSON_GetObjectItemCaseSensitive(metadata, "holes");
+    if (cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(metadata, "grid")))
+        printf("holes          %s\n", cJSON_IsString(holes) && !strcmp(holes->valuestring, "grow")
+                                          ? "only grow: nothing is drawn over a missing sample"
+                                          : "keep their width within the threshold");
+}
+
 /* Prints "by 0.002 at most, 0.0001 on average": how far prep moved points. */
 static void print_joined(const cJSON *metadata)
 {
@@ -206,6 +216,7 @@ static void print_displacement(const stp_chunk_file_info *info)
     if (d)
         printf("\n");
     print_normal_bits(metadata);
+    print_holes(metadata);
     print_joined(metadata);
     print_resampled(metadata);
     cJSON_Delete(metadata);

@@ -129,6 +129,7 @@ static stp_prep_params prep_params(const prep_options *o)
     params.join_layers = o->layers == 1;
     params.outliers = (stp_outlier_mode)o->outliers;
     params.unlit = o->shade == 1;
+    params.holes_grow = o->grid.holes == 1;
     params.maps = o->maps.wanted ? &o->maps.params : NULL;
     params.outlier_distance = o->outlier_distance;
     params.force = o->force;
@@ -317,10 +318,10 @@ static int check_options(const prep_options *o)
                                     "--format 1");
     if (o->append &&
         (o->outliers != STP_OUTLIERS_KEEP || o->layers == 1 || o->attributes || o->hybrid ||
-         o->lines == 1 || o->format == 0 || o->shade == 1 || o->maps.wanted))
+         o->lines == 1 || o->format == 0 || o->shade == 1 || o->grid.holes == 1 || o->maps.wanted))
         return cli_usage(&cli_prep, "--append: the model has its form; leave out --outliers, "
                                     "--layers, --attributes, --hybrid, --lines, --format, "
-                                    "--shade and --maps");
+                                    "--shade, --holes and --maps");
     if (o->append && o->plan)
         return cli_usage(&cli_prep, "--plan plans a new model: leave out --append");
     if (o->append && o->ranks.meeting)

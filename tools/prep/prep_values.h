@@ -33,10 +33,11 @@ typedef struct prep_grid {
     const char *colour, *mask, *invalid, *spacing, *scale, *pinhole,
         *disparity; /* NULL: not given */
     int depth;      /* 1: along the ray */
+    int holes;      /* 1: they grow */
     bool keep;      /* say so if rows and columns are not kept; ask for those of PTX and E57 */
 } prep_grid;
 
-#define PREP_GRID_OPTIONS 9
+#define PREP_GRID_OPTIONS 10
 
 void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS]);
 bool prep_grid_is_given(const prep_grid *grid);
