@@ -44,8 +44,7 @@ static void mark_tiles(const stp_sight_params *params, unsigned worker, const fl
 typedef struct seen_patch {
     const stp_draw *draw;
     const stp_resident *resident;
-    uint32_t at; /* of the patches of the block */
-    const stp_rule_bound *bound;
+    uint32_t at;      /* of the patches of the block */
     const float *eye; /* of the bound's centre, in eye space */
 } seen_patch;
 
@@ -74,9 +73,10 @@ static void mark_patch(const stp_sight_params *params, unsigned worker, const se
 {
     const stp_gpu_frame *frame = params->frame;
     const stp_mirror_patch *patch = &seen->resident->mirror.patches[seen->at];
+    const float radius = seen->resident->mirror.briefs[seen->at].bound.radius;
     const float stretch = stp_frame_stretch(frame);
     if (vertex || patch->spots == 0 || !is_finest(params, seen, ROUNDING_SLACK)) {
-        mark_tiles(params, worker, seen->eye, seen->bound->radius * stretch);
+        mark_tiles(params, worker, seen->eye, radius * stretch);
         return;
     }
     const stp_spot *spots = seen->resident->mirror.spots + patch->spots - 1;
@@ -188,7 +188,11 @@ static float square_radius_px(const stp_resident *r, uint32_t patch, const stp_r
 typedef struct tier {
     const look *look;
     const size_t *draws;
+    size_t count;
 } tier;
+
+/* A thread takes so many draws at a time: what they write shares lines of the cache. */
+#define DRAWS_AT_ONCE 32
 
 /* Appends an item to the items found for a draw. */
 static void add(const look *l, stp_sight_kind kind, size_t draw, uint32_t item)
@@ -240,10 +244,12 @@ static void list_patch(glance *g, uint32_t i)
     if (!g->looks.visible[i] || !is_left(l->sight, g->state, at) ||
         (below < STP_CUT_LINKED && below != STP_CUT_LEFT))
         return;
-    const stp_rule_bound bound = stp_patch_bound(brief, &g->chunk);
-    if (stp_occlusion_hides(params->occlusion, bound.centre, bound.radius)) {
-        g->hidden++;
-        return;
+    if (params->occlusion != NULL) {
+        const stp_rule_bound bound = stp_patch_bound(brief, &g->chunk);
+        if (stp_occlusion_hides(params->occlusion, bound.centre, bound.radius)) {
+            g->hidden++;
+            return;
+        }
     }
     const stp_rule_sight sight = stp_looks_sight(&g->looks, params->frame, i);
     if (below >= STP_CUT_LINKED &&
@@ -252,7 +258,7 @@ static void list_patch(glance *g, uint32_t i)
     float radius_px = brief->vertex_radius * sight.scale;
     const float eye[3] = {g->looks.eye[0][i], g->looks.eye[1][i], g->looks.eye[2][i]};
     const bool vertex = params->vertices && g->looks.vertex[i];
-    mark_patch(params, g->worker, &(seen_patch){g->draw, r, at, &bound, eye}, vertex);
+    mark_patch(params, g->worker, &(seen_patch){g->draw, r, at, eye}, vertex);
     if (!has_any(brief, vertex ? STP_LEVEL_COUNT - 1 : g->draw->finest))
         return;
     if (vertex) {
@@ -268,12 +274,8 @@ static void list_patch(glance *g, uint32_t i)
     g->greatest_px = radius_px > g->greatest_px ? radius_px : g->greatest_px;
 }
 
-static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_error *err)
+static void look_at_draw(const look *l, size_t index, unsigned worker)
 {
-    (void)err;
-    const tier *t = context;
-    const look *l = t->look;
-    const size_t index = t->draws[at];
     const stp_sight_params *params = l->params;
     const stp_draw *draw = &l->draws[index];
     const stp_resident *r =
@@ -301,6 +303,16 @@ static stp_status look_at_draw(void *context, size_t at, unsigned worker, stp_er
     }
     l->radius_px[index] = g.greatest_px;
     l->hidden[index] = g.hidden;
+}
+
+static stp_status look_at_draws(void *context, size_t task, unsigned worker, stp_error *err)
+{
+    const tier *t = context;
+    const size_t end =
+        DRAWS_AT_ONCE * (task + 1) < t->count ? DRAWS_AT_ONCE * (task + 1) : t->count;
+    (void)err;
+    for (size_t at = DRAWS_AT_ONCE * task; at < end; at++)
+        look_at_draw(t->look, t->draws[at], worker);
     return STP_OK;
 }
 
@@ -315,7 +327,8 @@ static stp_status look_at_tiers(const look *l, size_t count, stp_error *err)
         for (size_t i = 0; i < count; i++)
             if (stp_scene_entry(l->params->scene, l->draws[i].block)->depth == depth)
                 draws[found++] = i;
-        STP_TRY(stp_pool_run(l->params->pool, found, look_at_draw, &(tier){l, draws}, err));
+        STP_TRY(stp_pool_run(l->params->pool, (found + DRAWS_AT_ONCE - 1) / DRAWS_AT_ONCE,
+                             look_at_draws, &(tier){l, draws, found}, err));
         looked += found;
     }
 done:
