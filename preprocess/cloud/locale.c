@@ -123,8 +123,8 @@ static stp_status make_runs(stp_locale *l, stp_error *err)
     float *axes[3] = {NULL};
     const size_t padded = (l->count + STP_RUN_POINTS - 1) / STP_RUN_POINTS * STP_RUN_POINTS;
     for (int a = 0; a < 3; a++) {
-        STP_TRY(stp_alloc(&axes[a], l->count, sizeof *axes[a], "neighbours", err));
-        STP_TRY(stp_alloc(&l->axes[a], padded, sizeof *l->axes[a], "neighbours", err));
+        STP_TRY(stp_alloc_unset(&axes[a], l->count, sizeof *axes[a], "neighbours", err));
+        STP_TRY(stp_alloc_unset(&l->axes[a], padded, sizeof *l->axes[a], "neighbours", err));
         for (size_t i = l->count; i < padded; i++)
             l->axes[a][i] = INFINITY;
     }
@@ -155,8 +155,8 @@ stp_status stp_locale_plant(stp_locale *l, stp_error *err)
     stp_status status = STP_OK;
     if (l->tree)
         return STP_OK;
-    STP_TRY(stp_alloc(&l->points, 3 * l->count, sizeof *l->points, "neighbours", err));
-    STP_TRY(stp_alloc(&l->within, l->count, sizeof *l->within, "neighbours", err));
+    STP_TRY(stp_alloc_unset(&l->points, 3 * l->count, sizeof *l->points, "neighbours", err));
+    STP_TRY(stp_alloc_unset(&l->within, l->count, sizeof *l->within, "neighbours", err));
     for (uint32_t i = 0; i < l->count; i++) {
         const vec3s p = stp_locale_point(l, i);
         memcpy(l->points + 3 * (size_t)i, p.raw, sizeof p.raw);

@@ -36,6 +36,22 @@
 /* Marks a point at the same position as the point before. */
 #define AT_REPEATED (STP_LOCALE_NONE - 1)
 
+/* A run's points in lanes, and a bit for each. */
+typedef float run_floats __attribute__((vector_size(4 * STP_RUN_POINTS)));
+typedef float run_of_floats __attribute__((vector_size(4 * STP_RUN_POINTS), aligned(4), may_alias));
+typedef int32_t run_bits __attribute__((vector_size(4 * STP_RUN_POINTS)));
+typedef uint64_t run_words __attribute__((vector_size(4 * STP_RUN_POINTS)));
+typedef uint16_t run_numbers __attribute__((vector_size(2 * STP_RUN_POINTS)));
+
+static const run_bits each_bit = {1, 2, 4, 8, 16, 32, 64, 128};
+
+/* By bits: the numbers of the points whose bits are set, in order, and how many there are. So
+ * points are picked without a branch for each. */
+typedef struct run_picks {
+    run_numbers numbers[1u << STP_RUN_POINTS];
+    uint8_t counts[1u << STP_RUN_POINTS];
+} run_picks;
+
 typedef struct search {
     const stp_cloud *cloud;
     stp_locale *locale;
@@ -44,7 +60,29 @@ typedef struct search {
     const uint32_t *places;
     uint32_t *lists;
     stp_cloud_point *points;
+    run_picks picks;
 } search;
+
+static void picks_fill(run_picks *picks)
+{
+    for (unsigned bits = 0; bits < 1u << STP_RUN_POINTS; bits++)
+        for (unsigned i = 0; i < STP_RUN_POINTS; i++)
+            if (bits >> i & 1)
+                picks->numbers[bits][picks->counts[bits]++] = (uint16_t)i;
+}
+
+/* Appends the numbers of the points whose bits are set; `first` is that of the run's first point.
+ * There must be room for a run. Returns how many there are now. */
+static inline unsigned add_picks(const run_picks *picks, const run_bits *set, unsigned first,
+                                 uint16_t *picked, unsigned count)
+{
+    const run_words words = (run_words)*set;
+    const uint64_t both = words[0] | words[1] | words[2] | words[3];
+    const uint8_t bits = (uint8_t)(both | both >> 32);
+    const run_numbers numbers = picks->numbers[bits] + (uint16_t)first;
+    memcpy(picked + count, &numbers, sizeof numbers);
+    return count + picks->counts[bits];
+}
 
 /* The points near a group: all within `reach` of its box, and more. */
 typedef struct surroundings {
@@ -137,27 +175,24 @@ static void take_run(surroundings *around, const stp_locale *l, uint32_t run)
     around->count += STP_RUN_POINTS;
 }
 
-/* Marks the points that are within half[] of the centre along each axis. */
-STP_WIDE
-static void mark_inside(const surroundings *around, const float half[3], uint32_t *inside)
-{
-    for (unsigned i = 0; i < around->count; i++) {
-        const float x = fabsf(around->axes[0][i]), y = fabsf(around->axes[1][i]);
-        const float z = fabsf(around->axes[2][i]);
-        inside[i] = (x <= half[0]) & (y <= half[1]) & (z <= half[2]);
-    }
-}
+/* One coordinate of a run of points, from `first` on. */
+#define RUN_AT(around, axis, first) (*(const run_of_floats *)((around)->axes[axis] + (first)))
 
 /* Keeps the points that are within half[] of the centre along each axis. */
-static void keep_inside(surroundings *around, const float half[3])
+STP_WIDE
+static void keep_inside(surroundings *around, const float half[3], const run_picks *picks)
 {
-    uint32_t inside[CANDIDATES];
-    uint16_t kept[CANDIDATES];
+    const run_floats none = {0.0f};
+    const run_floats most[3] = {half[0] - none, half[1] - none, half[2] - none};
+    uint16_t kept[CANDIDATES + STP_RUN_POINTS];
     unsigned count = 0;
-    mark_inside(around, half, inside);
-    for (unsigned i = 0; i < around->count; i++) {
-        kept[count] = (uint16_t)i;
-        count += inside[i] != 0;
+    for (unsigned first = 0; first < around->count; first += STP_RUN_POINTS) {
+        const run_floats x = RUN_AT(around, 0, first), y = RUN_AT(around, 1, first);
+        const run_floats z = RUN_AT(around, 2, first);
+        const run_bits inside = (run_bits)(x <= most[0]) & (run_bits)(x >= -most[0]) &
+                                (run_bits)(y <= most[1]) & (run_bits)(y >= -most[1]) &
+                                (run_bits)(z <= most[2]) & (run_bits)(z >= -most[2]) & each_bit;
+        count = add_picks(picks, &inside, first, kept, count);
     }
     for (unsigned i = 0; i < count; i++) {
         around->ats[i] = around->ats[kept[i]];
@@ -189,7 +224,7 @@ static void surroundings_find(surroundings *around, const search *s, const uint3
     const unsigned count = stp_run_tree_near(&l->runs, low.raw, high.raw, wider, runs);
     for (unsigned i = 0; i < count && count <= STP_RUNS_NEAR; i++)
         take_run(around, l, runs[i]);
-    keep_inside(around, glms_vec3_adds(half, wider).raw);
+    keep_inside(around, glms_vec3_adds(half, wider).raw, &s->picks);
 }
 
 /* The candidates for the nearest of one point. */
@@ -203,18 +238,16 @@ typedef struct choice {
  * `squared` in floats. */
 STP_WIDE
 static unsigned pick(const surroundings *around, const float p[3], float squared,
-                     uint16_t picked[CANDIDATES])
+                     const run_picks *picks, uint16_t *picked)
 {
-    uint32_t near[CANDIDATES];
+    const run_floats most = squared - (run_floats){0.0f};
     unsigned count = 0;
-    for (unsigned i = 0; i < around->count; i++) {
-        const float x = around->axes[0][i] - p[0], y = around->axes[1][i] - p[1];
-        const float z = around->axes[2][i] - p[2];
-        near[i] = x * x + y * y + z * z <= squared;
-    }
-    for (unsigned i = 0; i < around->count; i++) {
-        picked[count] = (uint16_t)i;
-        count += near[i] != 0;
+    for (unsigned first = 0; first < around->count; first += STP_RUN_POINTS) {
+        const run_floats x = RUN_AT(around, 0, first) - p[0];
+        const run_floats y = RUN_AT(around, 1, first) - p[1];
+        const run_floats z = RUN_AT(around, 2, first) - p[2];
+        const run_bits near = (run_bits)(x * x + y * y + z * z <= most) & each_bit;
+        count = add_picks(picks, &near, first, picked, count);
     }
     return count;
 }
@@ -224,12 +257,12 @@ static void choice_find(choice *c, const search *s, const surroundings *around, 
                         double limit)
 {
     const stp_locale *l = s->locale;
-    uint16_t picked[CANDIDATES];
+    uint16_t picked[CANDIDATES + STP_RUN_POINTS];
     const stp_dvec3 less = stp_dvec3_sub(p, around->centre);
     const float point[3] = {(float)less.x, (float)less.y, (float)less.z};
     const double wider = limit + FLOAT_ERROR * (limit + around->size);
     const float squared_wider = (float)((1.0 + FLOAT_ERROR) * wider * wider) + FLT_MIN;
-    const unsigned count = pick(around, point, squared_wider, picked);
+    const unsigned count = pick(around, point, squared_wider, &s->picks, picked);
     c->count = 0;
     for (unsigned i = 0; i < count; i++) {
         const uint32_t at = around->ats[picked[i]];
@@ -393,7 +426,8 @@ stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint32_t *p
     search s = {
         .cloud = locale->cloud, .locale = locale, .k = k, .places = places, .points = points};
     s.lists = lists;
-    STP_TRY(stp_alloc(&ats, count, sizeof *ats, "neighbours", err));
+    picks_fill(&s.picks);
+    STP_TRY(stp_alloc_unset(&ats, count, sizeof *ats, "neighbours", err));
     for (uint32_t i = 0; i < count; i++) {
         bool follows = i > 0 && places[i] == places[i - 1] + 1;
         ats[i] = follows && stp_cloud_repeats(s.cloud, places[i])

@@ -184,7 +184,7 @@ static stp_status gather(maker *m, stp_error *err)
     stp_unit *u = m->unit;
     uint32_t count = m->end - m->begin;
     uint32_t *own = NULL;
-    STP_TRY(stp_alloc(&own, count, sizeof *own, "points", err));
+    STP_TRY(stp_alloc_unset(&own, count, sizeof *own, "points", err));
     for (uint32_t i = 0; i < count; i++)
         own[i] = m->begin + i;
     STP_TRY(map_grow(&m->map, 1, err));

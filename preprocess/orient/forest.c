@@ -52,6 +52,8 @@ uint32_t stp_forest_find(stp_forest *forest, uint32_t point, uint8_t *parity)
 void stp_forest_join(stp_forest *forest, uint32_t a, uint32_t b, bool turned)
 {
     uint8_t pa = 0, pb = 0;
+    if (forest->parent[a] == forest->parent[b]) /* as for most edges: trees are flat */
+        return;
     uint32_t ra = stp_forest_find(forest, a, &pa);
     uint32_t rb = stp_forest_find(forest, b, &pb);
     if (ra == rb)

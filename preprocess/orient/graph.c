@@ -37,17 +37,16 @@ static const uint32_t *edges_of(const connection *c, uint32_t a)
     return c->unit->neighbours.indices + (size_t)a * c->unit->neighbours.k;
 }
 
-/* Whether b lies on a's own sheet. If b's height over a's plane is within one gap, it does,
+/* Whether a point at this height over a's plane lies on a's own sheet. Within one gap it does,
  * whatever else is near. */
-static bool in_layer(const connection *c, uint32_t a, uint32_t b)
+static bool in_layer(const connection *c, uint32_t a, float height)
 {
     const stp_cloud *cloud = &c->unit->cloud;
-    vec3s normal = cloud->points[a].normal;
-    float height = stp_layer_height(cloud, a, normal, b);
-    float gap = STP_LAYER_GAP * cloud->points[a].spacing;
+    const float gap = STP_LAYER_GAP * cloud->points[a].spacing;
     if (fabsf(height) <= gap)
         return true;
-    stp_layer layer = stp_layer_find(cloud, a, normal, edges_of(c, a), c->unit->neighbours.k, gap);
+    stp_layer layer = stp_layer_find(cloud, a, cloud->points[a].normal, edges_of(c, a),
+                                     c->unit->neighbours.k, gap);
     return stp_layer_holds(layer, height);
 }
 
@@ -55,7 +54,7 @@ static bool in_layer(const connection *c, uint32_t a, uint32_t b)
 static stp_relation relate_layers(const connection *c, uint32_t a, uint32_t b)
 {
     stp_relation r = stp_relate(&c->unit->cloud.points[a], &c->unit->cloud.points[b]);
-    if (r.rank < STP_RANK_SURE && !(in_layer(c, a, b) && in_layer(c, b, a)))
+    if (r.rank < STP_RANK_SURE && !(in_layer(c, a, r.height_p) && in_layer(c, b, r.height_q)))
         r.rank = STP_RANK_SURE;
     return r;
 }
@@ -224,8 +223,8 @@ stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell
                     .out = &graph};
     size_t edges = (size_t)c.count * c.edge_count;
     STP_TRY(stp_forest_create(&c.forest, c.count, NULL, err));
-    STP_TRY(stp_alloc(&c.sure, edges, sizeof *c.sure, "edges", err));
-    STP_TRY(stp_alloc(&c.order, edges, sizeof *c.order, "edges", err));
+    STP_TRY(stp_alloc_unset(&c.sure, edges, sizeof *c.sure, "edges", err));
+    STP_TRY(stp_alloc_unset(&c.order, edges, sizeof *c.order, "edges", err));
     STP_TRY(relate_cell(&c, err));
     join_cell(&c);
     STP_TRY(number_pieces(&c, err));

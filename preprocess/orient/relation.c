@@ -26,17 +26,20 @@ stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q)
     if (parallel && offset <= SHEET_OFFSET) {
         float badness =
             greater((1.0f - fabsf(cosine)) / (1.0f - SHEET_COSINE), offset / SHEET_OFFSET);
-        return (stp_relation){(uint16_t)(badness * (float)(STP_RANK_SMOOTH - 1)), cosine < 0.0f,
-                              false};
+        return (stp_relation){.rank = (uint16_t)(badness * (float)(STP_RANK_SMOOTH - 1)),
+                              .turned = cosine < 0.0f,
+                              .height_p = along_p,
+                              .height_q = -along_q};
     }
     if (parallel && offset > CRUMB_OFFSET) /* too far apart to relate */
         return (stp_relation){.rank = STP_RANK_NONE};
     float reflected = cosine - 2.0f * along_p * along_q / glms_vec3_norm2(d);
     float badness = greater(1.0f - fabsf(reflected), 0.0f); /* NaN (floats overflowed) becomes 0 */
     return (stp_relation){
-        (uint16_t)(STP_RANK_SMOOTH +
-                   (uint32_t)(badness * (float)(STP_RANK_NONE - STP_RANK_SMOOTH - 1))),
-        reflected < 0.0f, parallel};
+        .rank = (uint16_t)(STP_RANK_SMOOTH +
+                           (uint32_t)(badness * (float)(STP_RANK_NONE - STP_RANK_SMOOTH - 1))),
+        .turned = reflected < 0.0f,
+        .narrow = parallel};
 }
 
 stp_relation stp_relate_marked(const stp_cloud *cloud, uint32_t a, uint32_t b)

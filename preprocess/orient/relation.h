@@ -13,6 +13,8 @@ typedef struct stp_relation {
     uint16_t rank;
     bool turned; /* the normals' own signs disagree */
     bool narrow; /* may lead from one sheet to a parallel one */
+    /* Of q over p's plane, and of p over q's; set if the rank is below STP_RANK_SMOOTH. */
+    float height_p, height_q;
 } stp_relation;
 
 /* Relates two points by their normals' own signs, without marks. */

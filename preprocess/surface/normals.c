@@ -383,10 +383,10 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
     stp_cloud_point *points = unit->cloud.points;
     uint32_t count = stp_unit_inner(unit, 1);
     const bool wanted = shifts || !all_given(unit);
-    STP_TRY(stp_alloc(&unit->roundness, count, sizeof *unit->roundness, "normals", err));
+    STP_TRY(stp_alloc_unset(&unit->roundness, count, sizeof *unit->roundness, "normals", err));
     e.roundness = unit->roundness;
     if (wanted)
-        STP_TRY(stp_alloc(&e.planes, count, sizeof *e.planes, "normals", err));
+        STP_TRY(stp_alloc_unset(&e.planes, count, sizeof *e.planes, "normals", err));
     fit(&e, count);
     if (!wanted)
         goto done;
@@ -394,13 +394,13 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
         count = stp_unit_inner(unit, 1 + round);
         STP_TRY(grow_all(&e, count, round == 1 ? QUIET : NOISY, err));
     }
-    STP_TRY(stp_alloc(&unit->wide, unit->ring_end[0], sizeof *unit->wide, "normals", err));
+    STP_TRY(stp_alloc_unset(&unit->wide, unit->ring_end[0], sizeof *unit->wide, "normals", err));
     for (uint32_t i = 0; i < unit->ring_end[0]; i++)
         unit->wide[i] = points[i].given ? 0 : e.planes[i].wide;
     add_errors(&e, unit->ring_end[0], errors);
     for (uint32_t i = 0; shifts && i < unit->ring_end[0]; i++)
         shifts[i] = shift_of(&e, i);
-    STP_TRY(stp_alloc(&e.normals, count, sizeof *e.normals, "normals", err));
+    STP_TRY(stp_alloc_unset(&e.normals, count, sizeof *e.normals, "normals", err));
     for (uint32_t i = 0; i < count; i++)
         e.normals[i] = points[i].given ? points[i].normal : e.planes[i].normal;
     count = stp_unit_inner(unit, 2 + ROUNDS);

@@ -100,8 +100,8 @@ stp_status stp_spacing_smooth(stp_unit *unit, stp_error *err)
     smoother s = {.cloud = &unit->cloud, .neighbours = &unit->neighbours};
     stp_cloud_point *points = unit->cloud.points;
     uint32_t held = stp_unit_inner(unit, 1), smoothed = stp_unit_inner(unit, 2);
-    STP_TRY(stp_alloc(&s.held, held, sizeof *s.held, "spacings", err));
-    STP_TRY(stp_alloc(&s.mutual, held, sizeof *s.mutual, "spacings", err));
+    STP_TRY(stp_alloc_unset(&s.held, held, sizeof *s.held, "spacings", err));
+    STP_TRY(stp_alloc_unset(&s.mutual, held, sizeof *s.mutual, "spacings", err));
     for (uint32_t i = 0; i < held; i++)
         s.held[i] = fminf(points[i].spacing, limit(&s, i));
     for (uint32_t i = 0; i < smoothed; i++)

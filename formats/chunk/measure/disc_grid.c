@@ -240,7 +240,7 @@ stp_status stp_disc_grid_fill(stp_disc_grid *g, stp_error *err)
     g->mask = size - 1;
     size *= 64;
     STP_TRY(stp_alloc(&g->begin, (size_t)size + 1, sizeof *g->begin, "discs", err));
-    STP_TRY(stp_alloc(&bucket, g->count, sizeof *bucket, "discs", err));
+    STP_TRY(stp_alloc_unset(&bucket, g->count, sizeof *bucket, "discs", err));
     enter_discs(g, bucket);
     for (uint32_t b = 0; b <= size; b++)
         g->begin[b] = sum += g->begin[b];
