@@ -6,6 +6,7 @@
 #include "preprocess/cloud/nearest_list.h"
 #include "preprocess/surface/moments.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,32 +16,72 @@
 /* A neighbour is asked if its spacing is more than this part of the point's. Others are of a denser
  * surface. */
 #define ASKED_LEAST 0.3f
+/* A point floats before a denser surface if a third of its neighbours or more are of it, and
+ * neither all of them nor the others, if there are ASKED_FEW, lie on a plane with it. */
+#define ASKED_FEW 5u
+#define FLAT_MOST 0.01f
 /* Spacings are counted by their exponent and the 4 highest bits of their fraction. */
 #define BIN_SHIFT 19
 #define BINS (1u << (31 - BIN_SHIFT))
+
+/* Adds where a neighbour lies, in spacings of the point, so that floats hold the sums. */
+static void add_neighbour(stp_moments *m, const stp_cloud_point *own, const stp_cloud_point *other)
+{
+    const stp_dvec3 d =
+        stp_dvec3_scale(stp_dvec3_sub(other->position, own->position), 1.0 / (double)own->spacing);
+    stp_moments_add_point(m, stp_moments_place((float)d.x, (float)d.y, (float)d.z));
+}
+
+/* det(C) (3 / trace(C))^3 of points' covariance C; 0 if all lie at one place. */
+static float roundness(const stp_moments *m)
+{
+    const stp_float4 mean = m->row[3] / m->row[3][3];
+    const stp_float4 x = m->row[0] - m->row[3][0] * mean, y = m->row[1] - m->row[3][1] * mean;
+    const stp_float4 z = m->row[2] - m->row[3][2] * mean;
+    const float third = (x[0] + y[1] + z[2]) / 3.0f;
+    const float determinant = x[0] * (y[1] * z[2] - y[2] * y[2]) -
+                              x[1] * (x[1] * z[2] - y[2] * x[2]) +
+                              x[2] * (x[1] * y[2] - y[1] * x[2]);
+    return third > 0.0f ? determinant / (third * third * third) : 0.0f;
+}
 
 static bool is_round(const stp_unit *unit, uint32_t self)
 {
     const stp_cloud_point *points = unit->cloud.points, *own = &points[self];
     const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
-    const double scale = 1.0 / (double)own->spacing; /* so that floats hold the sums */
     stp_moments m = {{{0}}};
     if (!(own->spacing > 0.0f))
         return false;
     m.row[3][3] = 1.0f; /* the point itself */
+    for (unsigned i = 0; i < unit->neighbours.k && list[i] != STP_NEIGHBOUR_NONE; i++)
+        add_neighbour(&m, own, &points[list[i]]);
+    return roundness(&m) > ROUND_LEAST;
+}
+
+static bool is_asked(const stp_cloud_point *own, const stp_cloud_point *other)
+{
+    return ASKED_LEAST * own->spacing < other->spacing;
+}
+
+/* Whether a point floats before a denser surface. */
+static bool floats(const stp_unit *unit, uint32_t self)
+{
+    const stp_cloud_point *points = unit->cloud.points, *own = &points[self];
+    const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
+    unsigned denser = 0, asked = 0;
+    stp_moments all = {{{0}}}, like = {{{0}}};
+    all.row[3][3] = like.row[3][3] = 1.0f; /* the point itself */
     for (unsigned i = 0; i < unit->neighbours.k && list[i] != STP_NEIGHBOUR_NONE; i++) {
-        const stp_dvec3 d = stp_dvec3_sub(points[list[i]].position, own->position);
-        stp_moments_add_point(&m, stp_moments_place((float)(d.x * scale), (float)(d.y * scale),
-                                                    (float)(d.z * scale)));
+        const stp_cloud_point *other = &points[list[i]];
+        const bool is_like = is_asked(own, other);
+        add_neighbour(&all, own, other);
+        if (is_like)
+            add_neighbour(&like, own, other);
+        asked += is_like;
+        denser += !is_like;
     }
-    const stp_float4 mean = m.row[3] / m.row[3][3];
-    const stp_float4 x = m.row[0] - m.row[3][0] * mean, y = m.row[1] - m.row[3][1] * mean;
-    const stp_float4 z = m.row[2] - m.row[3][2] * mean;
-    const float third = (x[0] + y[1] + z[2]) / 3.0f;
-    const float determinant = x[0] * (y[1] * z[2] - y[2] * y[2]) -
-                              x[1] * (x[1] * z[2] - y[2] * x[2]) +
-                              x[2] * (x[1] * y[2] - y[1] * x[2]);
-    return determinant > ROUND_LEAST * third * third * third;
+    return own->spacing > 0.0f && 2 * denser > asked && roundness(&all) > FLAT_MOST &&
+           (asked < ASKED_FEW || roundness(&like) > FLAT_MOST);
 }
 
 stp_status stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit, stp_error *err)
@@ -57,13 +98,13 @@ stp_status stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit, stp_error 
         const uint32_t *list = near->indices + (size_t)i * near->k;
         unsigned votes = round[i], most = 1;
         for (unsigned n = 0; n < near->k && list[n] != STP_NEIGHBOUR_NONE; n++) {
-            const bool asked = ASKED_LEAST * points[i].spacing < points[list[n]].spacing;
+            const bool asked = is_asked(&points[i], &points[list[n]]);
             votes += asked && round[list[n]];
             most += asked;
         }
         uint8_t *marks = &cloud->marks[unit->places[i]];
         *marks = (uint8_t)((*marks & ~STP_MARK_SCATTERED) |
-                           (3 * votes > most ? STP_MARK_SCATTERED : 0u));
+                           (3 * votes > most || floats(unit, i) ? STP_MARK_SCATTERED : 0u));
     }
 done:
     free(round);
