@@ -145,6 +145,13 @@ vec3s stp_moments_normal(const stp_moments *m)
     return stp_dvec3_to_float(extents_of(&c).axis);
 }
 
+float stp_moments_roundness(const stp_moments *m)
+{
+    double trace;
+    const covariance c = covariance_of(m, &trace);
+    return (float)(27.0 * extents_of(&c).determinant);
+}
+
 /* Multiplies twice by the inverse covariance, without its determinant. */
 vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance)
 {

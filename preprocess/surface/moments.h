@@ -48,6 +48,8 @@ void stp_moments_fit(const stp_moments m[STP_MOMENTS_LANES],
                      stp_moments_plane out[STP_MOMENTS_LANES]);
 /* The normal alone, of one neighbourhood: the same bits. */
 vec3s stp_moments_normal(const stp_moments *m);
+/* The roundness alone, the same but for rounding. */
+float stp_moments_roundness(const stp_moments *m);
 /* Like stp_moments_normal, but refines a direction that is near: cheaper, and the direction keeps
  * its side. *variance: of the heights along it. */
 vec3s stp_moments_turn(const stp_moments *m, vec3s normal, float *variance);

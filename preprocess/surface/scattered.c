@@ -4,7 +4,9 @@
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/nearest_list.h"
+#include "preprocess/surface/moments.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Least roundness (moments.h) of scattered points; it is 0.43 on the edge of a cube. */
@@ -12,6 +14,10 @@
 /* A neighbour is asked if its spacing is more than this part of the point's. Others are of a denser
  * surface. */
 #define ASKED_LEAST 0.3f
+/* A point floats before a denser surface if a third of its neighbours or more are of it, and
+ * neither all of them nor the others, if there are ASKED_FEW, lie on a plane with it. */
+#define ASKED_FEW 5u
+#define FLAT_MOST 0.01f
 /* Spacings are counted by their exponent and the 4 highest bits of their fraction. */
 #define BIN_SHIFT 19
 #define BINS (1u << (31 - BIN_SHIFT))
@@ -19,6 +25,35 @@
 static bool is_round(const stp_unit *unit, uint32_t self)
 {
     return unit->roundness[self] > ROUND_LEAST;
+}
+
+static bool is_asked(const stp_cloud_point *own, const stp_cloud_point *other)
+{
+    return ASKED_LEAST * own->spacing < other->spacing;
+}
+
+/* Whether a point floats before a denser surface. */
+static bool floats(const stp_unit *unit, uint32_t self)
+{
+    const stp_cloud_point *points = unit->cloud.points, *own = &points[self];
+    const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
+    const double scale = 1.0 / (double)own->spacing; /* so that floats hold the sums */
+    unsigned denser = 0, asked = 0;
+    stp_moments like = {{{0}}};
+    if (!(own->spacing > 0.0f && unit->roundness[self] > FLAT_MOST))
+        return false;
+    like.row[3][3] = 1.0f; /* the point itself */
+    for (unsigned i = 0; i < unit->neighbours.k && list[i] != STP_NEIGHBOUR_NONE; i++) {
+        const stp_cloud_point *other = &points[list[i]];
+        if (!is_asked(own, other)) {
+            denser++;
+            continue;
+        }
+        const stp_dvec3 d = stp_dvec3_scale(stp_dvec3_sub(other->position, own->position), scale);
+        stp_moments_add_point(&like, stp_moments_place((float)d.x, (float)d.y, (float)d.z));
+        asked++;
+    }
+    return 2 * denser > asked && (asked < ASKED_FEW || stp_moments_roundness(&like) > FLAT_MOST);
 }
 
 /* Whether more than a third of the point and those of its neighbours that are asked are round. */
@@ -34,7 +69,7 @@ static bool is_scattered(const stp_unit *unit, uint32_t self)
         return false;
     unsigned votes = is_round(unit, self);
     for (unsigned n = 0; n < count; n++) {
-        const bool asked = ASKED_LEAST * points[self].spacing < points[list[n]].spacing;
+        const bool asked = is_asked(&points[self], &points[list[n]]);
         votes += asked && is_round(unit, list[n]);
         most += asked;
     }
@@ -46,7 +81,7 @@ void stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit)
     for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
         uint8_t *marks = &cloud->marks[unit->places[i]];
         *marks = (uint8_t)((*marks & ~STP_MARK_SCATTERED) |
-                           (is_scattered(unit, i) ? STP_MARK_SCATTERED : 0u));
+                           (is_scattered(unit, i) || floats(unit, i) ? STP_MARK_SCATTERED : 0u));
     }
 }
 

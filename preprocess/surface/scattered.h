@@ -16,9 +16,10 @@
 /* Sets STP_MARK_SCATTERED on those own points of a unit of `cloud` that are scattered. A
  * neighbourhood is round if it is spread about alike along all axes. A point is scattered if more
  * than a third of its neighbours and itself, counted together, have a round one; neighbours of much
- * smaller spacing are not asked. Few points on edges are: their neighbours lie on faces. Noise as
- * large as the spacing scatters a surface. Call stp_normals_estimate before. Threads: a unit each.
- */
+ * smaller spacing are not asked: they are of a denser surface. If a third are, the point floats
+ * before it, and is scattered, too, unless it is in a plane with them or with those that are asked.
+ * Few points on edges are scattered: their neighbours lie on faces. Noise as large as the spacing
+ * scatters a surface. Call stp_normals_estimate before. Threads: a unit each. */
 void stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit);
 
 /* Limits the spacings of points with STP_MARK_SCATTERED. The same result for any number of ranks

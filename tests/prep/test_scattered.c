@@ -80,6 +80,32 @@ static void floaters_above_a_plane(void **state)
     }
 }
 
+/* So few floaters in a dense cube that most of their neighbours are on its faces: whoever stands
+ * inside has them before his eyes. */
+static void few_floaters_within_a_room(void **state)
+{
+    (void)state;
+    const uint32_t floaters = 40;
+    stp_cloud cloud = cloud_fixture_make(COUNT);
+    double plates = 0.0, area = 0.0;
+    for (uint32_t i = 0; i < COUNT; i++)
+        cloud.points[i].position = i < COUNT - floaters ? cube_place(i) : random_place(i);
+    float *before = limit(&cloud);
+    for (uint32_t i = 0; i < COUNT; i++) {
+        const stp_cloud_point *p = &cloud.points[i];
+        if (p->source < COUNT - floaters) {
+            assert_true(p->spacing == before[p->source]);
+            continue;
+        }
+        plates += before[p->source] * before[p->source];
+        area += p->spacing * p->spacing;
+    }
+    if (area > 0.5 * plates)
+        fail_msg("discs of %g where %g stood before", area, plates);
+    free(before);
+    stp_cloud_clear(&cloud);
+}
+
 /* Where a cube has six times as wide spacings as another one, only points at its corners get
  * smaller ones, one in 30, and in a cloud that is scattered as a whole none does. */
 static void surfaces_and_volumes_stay(void **state)
@@ -121,6 +147,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(floaters_above_a_plane),
+        cmocka_unit_test(few_floaters_within_a_room),
         cmocka_unit_test(surfaces_and_volumes_stay),
         cmocka_unit_test(odd_clouds),
     };
