@@ -333,7 +333,7 @@ class Rows:
                 mean = (mean + (total * (65536 // all_shares) >> 8)) // 2
             number.beside = beside
             cell = number.read(self.symbols, shift, mean, 8)
-            value.append(min(max(whole(hoped), 0), 255) + cell & 255)
+            value.append(int(single(min(max(hoped, 0.0), 255.0) + 0.5)) + cell & 255)
             error = single(value[v] - hoped)
             step = single(single(error * (5 / 64)) / single(4.0 + sum_of(inputs, inputs)))
             self.weights[kind][v] = [single(w + single(x * step)) for w, x in zip(weights, inputs)]

@@ -133,17 +133,23 @@ STP_INLINE uint32_t mean_around(const around *a, int v, uint32_t mean)
     return a->share > 0 ? sum * a->share >> (16 - STP_MEAN_BITS) : mean;
 }
 
+/* The number of least magnitude that equals x modulo 256. */
+STP_INLINE int32_t least(int32_t x)
+{
+    return ((x + 128) & 255) - 128;
+}
+
 /* Codes a value with the cell of least magnitude, which it returns. */
 STP_INLINE int32_t code(cells *to, numbers *of, int v, uint32_t mean, unsigned *beside,
                         int32_t predicted, uint8_t *value, bool decode)
 {
     const stp_number_way way = {mean, *beside, (unsigned)v & 1u, stp_odds_shift(of->rows)};
     if (!decode) {
-        const int32_t cell = (int8_t)(uint8_t)(*value - predicted);
+        const int32_t cell = least(*value - predicted);
         *beside = stp_number_put(&to->w, &of->odds[v], &way, cell);
         return cell;
     }
-    const int32_t cell = (int8_t)(uint8_t)stp_number_get(&to->r, &of->odds[v], &way, beside);
+    const int32_t cell = least(stp_number_get(&to->r, &of->odds[v], &way, beside));
     *value = (uint8_t)(predicted + cell);
     return cell;
 }
@@ -154,25 +160,25 @@ STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *
     static const float shares[] = {0.0f, 1.0f, 1.0f / 2.0f, 1.0f / 3.0f, 1.0f / 4.0f};
     stp_sample *out = &c->block->samples[0][sample];
     spot s = c->spots[sample];
-    brood b = c->broods[s.parent];
-    const unsigned k = b.known++;
-    const bool last = b.known == b.count;
-    const unsigned kind = b.count == 4 ? k : last ? LAST_OF_FEW : OF_FEW;
-    const float share = shares[b.count - k];
+    brood *b = &c->broods[s.parent];
+    const unsigned k = b->known, count = b->count;
+    const bool last = k + 1 == count;
+    const unsigned kind = count == 4 ? k : last ? LAST_OF_FEW : OF_FEW;
+    const float share = shares[count - k];
     numbers *of = &c->of[last];
     unsigned beside = STP_BESIDE_ABSENT;
     uint8_t value[CHANNELS];
-    inputs in = {.of = {0.0f}};
+    float before[CHANNELS] = {0.0f}; /* how far the first two channels are off */
     for (int v = 0; v < CHANNELS; v++)
         value[v] = out->rgb[channel[v]];
 #pragma GCC unroll 3
     for (int v = 0; v < CHANNELS; v++) {
-        for (int i = 0; i < NEAR; i++)
-            in.of[i] = near->of[i]->off[v];
-        in.of[LEFT] = share * b.left[v];
+        const four others = {near->of[0]->off[v], near->of[1]->off[v], near->of[2]->off[v],
+                             near->of[3]->off[v]};
+        const inputs in = {.half = {others, {share * b->left[v], before[0], before[1], 0.0f}}};
         const float expected = s.off[v], hoped = expected + sum_of(&c->weights[kind][v], &in);
-        int32_t predicted = stp_square_whole((double)hoped);
-        predicted = predicted < 0 ? 0 : predicted > 255 ? 255 : predicted;
+        const float limited = hoped > 0.0f ? (hoped < 255.0f ? hoped : 255.0f) : 0.0f;
+        const int32_t predicted = (int32_t)(limited + 0.5f);
         const uint32_t mean =
             last ? of->mean[v] : (of->mean[v] + mean_around(near, v, of->mean[v])) / 2;
         const int32_t cell = code(to, of, v, mean, &beside, predicted, &value[v], decode);
@@ -180,13 +186,12 @@ STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *
         of->mean[v] = stp_mean_after(of->mean[v], cell);
         s.size[v] = (uint8_t)abs(cell);
         s.off[v] = value[v] - expected;
-        b.left[v] -= s.off[v];
-        if (v + 1 < CHANNELS)
-            in.of[FIRST + v] = s.off[v];
+        b->left[v] -= s.off[v];
+        before[v] = s.off[v];
     }
     of->rows++;
     c->spots[sample] = s;
-    c->broods[s.parent] = b;
+    b->known = (uint8_t)(k + 1);
     for (int v = 0; v < CHANNELS; v++)
         out->rgb[channel[v]] = value[v];
 }
