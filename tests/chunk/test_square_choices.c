@@ -9,7 +9,10 @@
 #define CHOICE_LADDER 16u
 #define CHOICE_LOOSE 32u
 #define CHOICE_MORE 64u
+/* What lines may take: by rows they take 305, family by family 524. */
+#define LINES_BYTES 400u
 /* In the byte that follows then. */
+#define CHOICE_ROWS 1u /* of level 0 */
 #define CHOICE_SIDES 16u
 
 /* Normals that are all alike follow from those of the parents, if heights do not tell them. */
@@ -53,12 +56,25 @@ static void test_ladder(void **state)
     assert_in_range(sizes[0], 1, sizes[2] * 3 / 4);
 }
 
-/* Colours that slowly change from sample to sample, and noise; those of merged samples are means.
- */
+/* Gives merged samples the means of the colours of level 0. */
+static void merge_colours(stp_chunk *chunk)
+{
+    for (uint32_t p = 0; p < SQUARES; p++)
+        for (int l = 1; l < STP_LEVEL_COUNT; l++)
+            for (unsigned j = 0; j < chunk->patches[p].counts[l]; j++)
+                for (unsigned k = 0; k < 3; k++) {
+                    const stp_sample *finer = chunk->samples[l - 1] + chunk->level_begin[l - 1][p];
+                    unsigned sum = 2;
+                    for (unsigned i = 0; i < 4; i++)
+                        sum += finer[4 * j + i].rgb[k];
+                    chunk->samples[l][chunk->level_begin[l][p] + j].rgb[k] = (uint8_t)(sum / 4);
+                }
+}
+
+/* Colours that slowly change from sample to sample, and noise. */
 static void fill_colours(stp_chunk *chunk, unsigned noise)
 {
-    for (uint32_t p = 0; p < SQUARES; p++) {
-        const uint8_t *counts = chunk->patches[p].counts;
+    for (uint32_t p = 0; p < SQUARES; p++)
         for (uint32_t i = 0; i < 64; i++) {
             const uint32_t column = p % ACROSS * 8 + stp_square_column(i);
             const uint32_t row = p / ACROSS * 8 + stp_square_row(i);
@@ -67,19 +83,10 @@ static void fill_colours(stp_chunk *chunk, unsigned noise)
                 chunk->samples[0][chunk->level_begin[0][p] + i].rgb[k] =
                     (uint8_t)(50 * k + column + row / 2 + random);
         }
-        for (int l = 1; l < STP_LEVEL_COUNT; l++)
-            for (unsigned j = 0; j < counts[l]; j++)
-                for (unsigned k = 0; k < 3; k++) {
-                    const stp_sample *finer = chunk->samples[l - 1] + chunk->level_begin[l - 1][p];
-                    unsigned sum = 2;
-                    for (unsigned i = 0; i < 4; i++)
-                        sum += finer[4 * j + i].rgb[k];
-                    chunk->samples[l][chunk->level_begin[l][p] + j].rgb[k] = (uint8_t)(sum / 4);
-                }
-    }
+    merge_colours(chunk);
 }
 
-/* Smooth colours are loose, at all levels that have them so; noise is not. */
+/* Smooth colours of merged samples are loose; noise is not. */
 static void test_loose(void **state)
 {
     (void)state;
@@ -87,14 +94,71 @@ static void test_loose(void **state)
         stp_chunk *chunk = make_chunk(&(recipe){.wild = false}), *decoded = make_room(chunk, 0);
         fill_colours(chunk, noise);
         coded bytes = encode(chunk);
-        for (int s = 1; s < STP_SEGMENT_COUNT; s++)
-            assert_int_equal(!!(*begin_of(&bytes, s) & CHOICE_LOOSE), noise == 0);
+        assert_int_equal(!!(*begin_of(&bytes, 1) & CHOICE_LOOSE), noise == 0);
         assert_int_equal(decode(&bytes, decoded), STP_OK);
         assert_same(chunk, decoded);
         stp_chunk_destroy(&decoded);
         stp_chunk_destroy(&chunk);
         clear(&bytes);
     }
+}
+
+/* Whether colours of level 0 are coded by rows. */
+static bool has_rows(const coded *bytes)
+{
+    const uint8_t *choice = begin_of(bytes, 2);
+    return choice[0] & CHOICE_MORE && choice[1] & CHOICE_ROWS;
+}
+
+/* Colours that vary are coded by rows, on all kinds of rasters, and come back. */
+static void test_rows(void **state)
+{
+    (void)state;
+    const recipe recipes[] = {
+        {.octaves = 0}, {.spread = true}, {.wild = true}, {.tilted = true, .swapped = true}};
+    for (unsigned i = 0; i < 4; i++)
+        for (unsigned noise = 0; noise < 300; noise += 100) {
+            stp_chunk *chunk = make_chunk(&recipes[i]), *decoded = make_room(chunk, 0);
+            if (!recipes[i].wild)
+                fill_colours(chunk, noise);
+            coded bytes = encode(chunk);
+            assert_true(has_rows(&bytes));
+            assert_int_equal(decode(&bytes, decoded), STP_OK);
+            assert_same(chunk, decoded);
+            stp_chunk_destroy(&decoded);
+            stp_chunk_destroy(&chunk);
+            clear(&bytes);
+        }
+    stp_chunk *chunk = make_chunk(&recipes[1]);
+    fill_colours(chunk, 20);
+    damage(chunk);
+    stp_chunk_destroy(&chunk);
+}
+
+/* Lines from left to right: what is above tells nothing of a row, and what is to the left all, as
+ * is learned. Equal colours are not coded by rows. */
+static void test_learned(void **state)
+{
+    (void)state;
+    size_t sizes[2];
+    for (unsigned lines = 0; lines < 2; lines++) {
+        stp_chunk *chunk = make_chunk(&(recipe){.wild = false}), *decoded = make_room(chunk, 0);
+        for (uint32_t i = 0; i < chunk->level_begin[0][SQUARES]; i++) {
+            const uint32_t row = i / 64 / ACROSS * 8 + stp_square_row(i % 64);
+            memset(chunk->samples[0][i].rgb, lines ? (int)(stp_random_u64(3, row) % 256) : 99, 3);
+        }
+        merge_colours(chunk);
+        coded bytes = encode(chunk);
+        assert_int_equal(has_rows(&bytes), lines);
+        assert_int_equal(decode(&bytes, decoded), STP_OK);
+        assert_same(chunk, decoded);
+        sizes[lines] = bytes.segment[2].size;
+        stp_chunk_destroy(&decoded);
+        stp_chunk_destroy(&chunk);
+        clear(&bytes);
+    }
+    print_message("lines take %zu bytes more\n", sizes[1] - sizes[0]);
+    assert_in_range(sizes[1] - sizes[0], 1, LINES_BYTES);
 }
 
 /* Moves the origin of each patch along the heights, so that it is a multiple of nothing. */
@@ -251,7 +315,8 @@ static void test_damaged(void **state)
     stp_chunk_destroy(&chunk);
 }
 
-/* The other byte: no steps at level 0, no end before it. */
+/* The other byte: no steps at level 0, where colours by rows are neither loose nor follow; no end
+ * before it. */
 static void test_damaged_more(void **state)
 {
     (void)state;
@@ -267,6 +332,11 @@ static void test_damaged_more(void **state)
             choice[1] ^= (uint8_t)(1u << bit);
             assert_refused(&bytes, chunk);
             choice[1] ^= (uint8_t)(1u << bit);
+        }
+        for (unsigned bit = 3; bit < 6 && s == 2; bit += 2) { /* follow, loose */
+            choice[0] ^= (uint8_t)(1u << bit);
+            assert_refused(&bytes, chunk);
+            choice[0] ^= (uint8_t)(1u << bit);
         }
         const size_t size = bytes.segment[s].size;
         bytes.segment[s].size = (size_t)(choice - bytes.segment[s].data) + 1;
@@ -312,7 +382,8 @@ int main(void)
         cmocka_unit_test(test_loose),   cmocka_unit_test(test_steps),
         cmocka_unit_test(test_sides),   cmocka_unit_test(test_radii),
         cmocka_unit_test(test_damaged), cmocka_unit_test(test_damaged_more),
-        cmocka_unit_test(test_rungs),
+        cmocka_unit_test(test_rungs),   cmocka_unit_test(test_rows),
+        cmocka_unit_test(test_learned),
     };
     return cmocka_run_group_tests_name("choices of squares", tests, NULL, NULL);
 }

@@ -538,7 +538,8 @@ def decode(segments, patch_count, linked, name, joined=False):
         told = told_of(corners, patches, level)
         ladder = ladder_of(tables.read(rungs, LADDER_COLUMNS).rows, cursor.name)
         both = [tables.read(rows, SAMPLE_COLUMNS, level, last) for last, rows in enumerate(told)]
-        levels[level] = (codec_squares.decode_level(squares, level, *how, levels[level + 1], both, ladder) if squares else
+        levels[level] = (codec_squares.decode_level(squares, level, *how, levels[level + 1], both, ladder,
+                                                    getattr(tables, "symbols", None)) if squares else
                          finer_level(*both, patches, level, levels[level + 1], getattr(tables, "sublattices", []), corners))
         tables.end()
     return patches, levels

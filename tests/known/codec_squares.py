@@ -5,6 +5,7 @@ import math
 import struct
 
 from model import Sample, integer_normal, require, unit_normal
+from odds import Numbers
 
 ROOT2 = 1.4142135623730951
 SIDE, ORDER = 8, range(64)
@@ -260,11 +261,100 @@ def rung_of(patch, axis, z, steps, cell, ladder):
     return (whole(ladder[min(over + cell & 65535, len(ladder) - 1)] / steps - patch.origin[axis])) & 65535
 
 
-def decode_level(block, level, how, more, parents, tables, ladder):
-    """The samples of a level. tables: of elder and of last children. ladder: heights; empty: there is none."""
+NEAR = ((-1, 0, 2), (0, -1, 2), (-1, -1, 1), (1, -1, 1))  # column, row, what a magnitude counts
+# In sixteenths: of the place among four children, of the last one of less than four, of others.
+WEIGHTS = ((6, 7, -2, -1, 0, 6, 1, 0), (1, 5, 0, 1, 12, 8, 0, 0), (4, 4, -1, -3, 13, 4, -1, 0), (1, 1, 0, 0, 15, 1, 0, 0),
+           (0, 0, 0, 0, 16, 0, 0, 0), (2, 2, 0, 0, 10, 10, 2, 0))
+FOLLOWING = (0, 0, 0, 0, 0, 16, 0, 0)
+
+
+def single(x):
+    return struct.unpack("<f", struct.pack("<f", x))[0]
+
+
+def sum_of(a, b):
+    p = [single(single(a[i] * b[i]) + single(a[i + 4] * b[i + 4])) for i in range(4)]
+    return single(single(p[0] + p[1]) + single(p[2] + p[3]))
+
+
+class Rows:
+    """Colours of level 0 by rows: green, red and blue of each sample in the order of cells."""
+
+    def __init__(self, block, parents, symbols):
+        self.block, self.symbols, follow = block, symbols, symbols.bits(0, 1)
+        self.weights = [[[w / 16 for w in (FOLLOWING if follow and v else k)] for v in range(3)] for k in WEIGHTS]
+        self.off, self.size, self.values, self.parent = [], [], [], []
+        self.left, self.counts, self.known, self.rows = [], [], [0] * len(parents), [0, 0]
+        self.numbers = [[Numbers(v & 1, 9 if t == v == 0 else 8, None) for v in range(3)] for t in range(2)]
+        self.expect([[s.colour[k] for s in parents] for k in range(3)])
+
+    def expect(self, values):
+        places, parent = self.block.levels[0].places, 0
+        for patch in self.block.patches:
+            for low, high in children_of(patch, 1):
+                family = Family(self.block, 0, parent, values)
+                family.count = high - low
+                self.left.append([0.0] * 3)
+                self.counts.append(family.count)
+                for _ in range(family.count):
+                    self.off.append([single(e) for e in family.expected(places[len(self.off)])])
+                    self.parent.append(parent)
+                parent += 1
+
+    def read(self):
+        """The colours of all samples."""
+        self.size, self.values = [[0] * 3 for _ in self.off], [None] * len(self.off)
+        cells = [self.block.cell(0, i) for i in range(len(self.off))]
+        rasters = list(dict.fromkeys(s[3] for s in self.block.squares))
+        for i in sorted(range(len(self.off)), key=lambda i: (rasters.index(cells[i][0]), cells[i][2], cells[i][1], -i)):
+            number, column, row = cells[i]
+            near = [self.block.at(0, number, column + c, row + r) for c, r, _ in NEAR]
+            self.read_sample(i, near)
+        return self.values
+
+    def read_sample(self, sample, near):
+        parent, inputs, value, beside = self.parent[sample], [0.0] * 8, [], None
+        count, k = self.counts[parent], self.known[parent]
+        self.known[parent] += 1
+        last = k + 1 == count
+        kind = k if count == 4 else 4 if last else 5
+        shift = 5 + (self.rows[last] >= 64) + (self.rows[last] >= 256)
+        share = single(1.0 / (count - k))
+        all_shares = sum(n[2] for n, i in zip(NEAR, near) if i >= 0)
+        for v in range(3):
+            inputs[:4] = [self.off[i][v] if i >= 0 else 0.0 for i in near]
+            inputs[4] = single(share * self.left[parent][v])
+            weights, expected = self.weights[kind][v], self.off[sample][v]
+            hoped = single(expected + sum_of(weights, inputs))
+            number = self.numbers[last][v]
+            mean = number.mean
+            if all_shares and not last:
+                total = sum(n[2] * self.size[i][v] for n, i in zip(NEAR, near) if i >= 0)
+                mean = (mean + (total * (65536 // all_shares) >> 8)) // 2
+            number.beside = beside
+            cell = number.read(self.symbols, shift, mean, 8)
+            value.append(int(single(min(max(hoped, 0.0), 255.0) + 0.5)) + cell & 255)
+            error = single(value[v] - hoped)
+            step = single(single(error * (5 / 64)) / single(4.0 + sum_of(inputs, inputs)))
+            self.weights[kind][v] = [single(w + single(x * step)) for w, x in zip(weights, inputs)]
+            self.size[sample][v] = abs(cell)
+            self.off[sample][v] = single(value[v] - expected)
+            self.left[parent][v] = single(self.left[parent][v] - self.off[sample][v])
+            if v < 2:
+                inputs[5 + v] = self.off[sample][v]
+            beside = number
+        self.rows[last] += 1
+        self.values[sample] = value
+
+
+def decode_level(block, level, how, more, parents, tables, ladder, symbols):
+    """The samples of a level. tables: of elder and of last children. ladder: heights; empty: there is none. symbols: what
+    follows the tables."""
     require(how & 7 <= 6, "a level of squares begins wrong")
-    multiple = more & 15
-    require(not (level == 0 and multiple), "a level of squares goes on wrong")
+    multiple = more & 15 if level else 0
+    require(level or not more & 14, "a level of squares goes on wrong")
+    require(level or not more & 1 or not how & 40, "colours by rows follow or are loose")
+    colours = Rows(block, parents, symbols).read() if level == 0 and more & 1 else None
     on, samples, cells = block.levels[level], [], []
     rows = [iter(t.rows) for t in tables]
     block.set_heights(level + 1, parents)
@@ -287,6 +377,7 @@ def decode_level(block, level, how, more, parents, tables, ladder):
                 tied = 0.0 if how & 32 else share
                 s.colour = [(whole(expected[n] + tied * left[n]) + row[5 + n] + (move if n else 0)) & 255
                             for n in range(3)] + [(up.colour[3] + row[8]) & 255]
+                s.colour[:3] = colours[i] if colours else s.colour[:3]
                 s.position = [0, 0, 0]
                 z = expected[3] + share * left[3]
                 s.position[raster.axis] = (rung_of(patch, raster.axis, z, steps, row[11], ladder) if ladder else

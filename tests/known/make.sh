@@ -252,4 +252,20 @@ for codec in raw draco zstd; do
     "$program" prep turns.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "turns/2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" turns/2_0_raw.stipple >turns/2_0.samples
-rm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+# From here on colours of level 0 come by rows.
+mkdir -p painted
+awk 'BEGIN {
+    print "P3\n72 40\n255"
+    for (r = 0; r < 40; r++)
+        for (c = 0; c < 72; c++) {
+            ball = (c - 30) ^ 2 + (r - 18) ^ 2 < 150
+            noise = (c * c * 31 + r * r * 17 + c * r) % 23
+            print int((ball ? 200 : 60) + c / 3 + noise), int((ball ? 40 : 90) + r / 2 + noise), int(ball ? 20 + noise : 250 - 3 * c)
+        }
+}' >paint.ppm
+for codec in raw draco zstd; do
+    "$program" prep depth.pgm --colour paint.ppm --pinhole 60,60,35.5,19.5 --height-scale 0.001 \
+        -o "painted/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" painted/2_0_raw.stipple >painted/2_0.samples
+rm paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -94,8 +94,9 @@ class Numbers:
         self.lane, self.mean, self.beside, self.size, self.cells = lane, 1 << first, beside, NONE, []
         self.odds = [[falling_odds(ratio, side) for ratio in row] for row in RATIOS]
 
-    def read(self, symbols, shift):
-        length = self.mean.bit_length()
+    def read(self, symbols, shift, mean=None, bits=16):
+        """The next cell, modulo 2^bits. mean: in place of the column's."""
+        length = (self.mean if mean is None else mean).bit_length()
         low = max(length - 10, 0)
         odds = self.odds[min(max(length, 4), 10) - 4][self.beside.size if self.beside else NONE]
         symbol, plain = symbols.symbol(self.lane, odds, shift, low)
@@ -104,10 +105,11 @@ class Numbers:
             head = symbols.bits(self.lane, 5)
             high = MOST + (1 << (head >> 1)) + symbols.bits(self.lane, head >> 1)
             high = -high if head & 1 else high
-        cell = signed((high << low) + plain - (1 << low >> 1), 16)
+        cell = signed((high << low) + plain - (1 << low >> 1), bits)
         self.size = SMALL if high == 0 else MIDDLE if abs(high) < 3 else LARGE
         self.mean += 32 * abs(cell) - (self.mean >> 3)
         self.cells.append(cell)
+        return cell
 
 
 class Kinds:

@@ -9,26 +9,6 @@
 #include <string.h>
 
 #define INLINE STP_INLINE
-/* High parts from -HIGH_MOST to HIGH_MOST are symbols 0 to 30; symbol 31 stands for all others. */
-#define HIGH_MOST 15
-#define FAR_SYMBOL (STP_ODDS_SYMBOLS - 1)
-/* The mean of magnitudes is in 1/256 and follows about the last eight cells. */
-#define MEAN_BITS 8u
-#define MEAN_SHIFT 3
-/* Bits of the mean without low bits: it is less than 4. */
-#define MEAN_BITS_WHOLE (MEAN_BITS + 2)
-/* A mean of fewer bits, below 1/16, counts as that. */
-#define MEAN_BITS_LEAST (MEAN_BITS - 4)
-/* Sizes of the mean: below 1/16, one an octave up to 2, and above. */
-#define SIZE_COUNT (MEAN_BITS_WHOLE - MEAN_BITS_LEAST + 1)
-_Static_assert(SIZE_COUNT == STP_CELL_SIZES, "sizes of means");
-/* How large the high part of the cell beside is: not there, 0, up to 2, more. */
-enum { BESIDE_NONE, BESIDE_SMALL, BESIDE_MIDDLE, BESIDE_LARGE, BESIDE_COUNT };
-_Static_assert(BESIDE_COUNT == STP_CELL_BESIDES, "sizes of cells beside");
-#define MIDDLE_LEAST 1u
-#define LARGE_LEAST 3u
-/* Items of a cell: symbol, low bits, length of what is beyond, what is beyond. */
-#define CELL_ITEMS 4u
 /* Rows that items are reserved for at a time. */
 #define ROWS_AHEAD 16u
 /* No symbol's odds are less than this at first. */
@@ -45,10 +25,8 @@ _Static_assert(BESIDE_COUNT == STP_CELL_BESIDES, "sizes of cells beside");
 /* In tight tables the cells of some columns have one sign, as a rule: at first the weights of the
  * other sign are less by so many bits. */
 #define SIDE_BITS 5
-/* Whether a high part beyond the symbols is negative, and bits of how far it is beyond. */
-#define FAR_BITS 5u
 /* A column's first mean is a power of two, at most that of the greatest magnitude. */
-#define FIRST_MOST (15u + MEAN_BITS)
+#define FIRST_MOST (15u + STP_MEAN_BITS)
 
 /* The odds of a column of kinds: of the upper half by that of the cell before; of the lower half by
  * whether the upper one, and the lower one of the cell before, are not 0. */
@@ -65,52 +43,24 @@ typedef struct column {
     int16_t *cells;
     const unsigned *size_beside; /* `size` of the column beside, or of none */
     uint32_t mean;               /* of the magnitudes of the cells before, in 1/256 */
-    unsigned size;               /* of the last cell: BESIDE_SMALL and so on */
+    unsigned size;               /* of the last cell: STP_BESIDE_SMALL and so on */
     unsigned before;             /* of kinds: the last cell */
     unsigned lane, number;       /* which lane of symbols; which column of the table */
     bool is_kinds;
     uint64_t bytes; /* that were read for its cells */
 } column;
 
-/* At least 1. */
-INLINE unsigned significant_bits(uint32_t value)
-{
-    return 32u - (unsigned)__builtin_clz(value | 1u);
-}
-
-/* ---- which odds: all without branches, which nobody could predict ---- */
-
-INLINE uint32_t mean_after(uint32_t mean, int32_t cell)
-{
-    return mean + (((uint32_t)abs(cell) << MEAN_BITS >> MEAN_SHIFT) - (mean >> MEAN_SHIFT));
-}
-
-/* How many bits of the next cell are low: as many as leave the mean of high parts below 4. */
-INLINE unsigned mean_low_bits(uint32_t mean)
-{
-    const unsigned bits = significant_bits(mean);
-    return (bits > MEAN_BITS_WHOLE ? bits : MEAN_BITS_WHOLE) - MEAN_BITS_WHOLE;
-}
-
-INLINE unsigned size_of(uint32_t mean)
-{
-    unsigned bits = significant_bits(mean);
-    bits = bits > MEAN_BITS_LEAST ? bits : MEAN_BITS_LEAST;
-    bits = bits < MEAN_BITS_WHOLE ? bits : MEAN_BITS_WHOLE;
-    return bits - MEAN_BITS_LEAST;
-}
-
 /* The odds before the first cell: magnitudes fall by `ratio` / 2^16 from one to the next. side: the
  * sign of the cells, 0 if they have both. */
 static void odds_begin(uint32_t ratio, int side, stp_odds *out)
 {
     uint32_t weight[STP_ODDS_SYMBOLS], below[STP_ODDS_SYMBOLS + 1] = {0}, w = FIRST_WEIGHT;
-    for (int high = 0; high <= HIGH_MOST; high++) {
-        weight[HIGH_MOST + high] = side < 0 && high > 0 ? w >> SIDE_BITS : w;
-        weight[HIGH_MOST - high] = side > 0 && high > 0 ? w >> SIDE_BITS : w;
+    for (int high = 0; high <= STP_NUMBER_HIGH_MOST; high++) {
+        weight[STP_NUMBER_HIGH_MOST + high] = side < 0 && high > 0 ? w >> SIDE_BITS : w;
+        weight[STP_NUMBER_HIGH_MOST - high] = side > 0 && high > 0 ? w >> SIDE_BITS : w;
         w = w * ratio >> 16;
     }
-    weight[FAR_SYMBOL] = w;
+    weight[STP_NUMBER_FAR] = w;
     for (int s = 0; s < STP_ODDS_SYMBOLS; s++)
         below[s + 1] = below[s] + weight[s];
     /* Doubles divide several numbers at once. Their quotients, cut, are those of whole numbers. */
@@ -121,22 +71,22 @@ static void odds_begin(uint32_t ratio, int side, stp_odds *out)
 
 /* By which part of 2^16 the odds fall from one magnitude to the next, by size of the mean and of
  * the cell beside. They are those of cells of such a mean. */
-static const uint16_t first_ratio[SIZE_COUNT][BESIDE_COUNT] = {
+static const uint16_t first_ratio[STP_NUMBER_SIZES][STP_NUMBER_BESIDES] = {
     {983, 737, 983, 1327},        {2891, 2170, 2891, 3897},     {5749, 4326, 5749, 7713},
     {11246, 8542, 11246, 14840},  {20832, 16304, 20832, 26261}, {33927, 28285, 33927, 39657},
     {46343, 41561, 46343, 50585},
 };
 
 /* The odds of columns of a side, which are made once. */
-static const stp_number_odds *number_odds_first(stp_first_odds *first, int side)
+const stp_number_odds *stp_number_odds_first(stp_first_odds *first, int side)
 {
     stp_number_odds *out = &first->of[side + 1];
     if (first->known[side + 1])
         return out;
     first->known[side + 1] = true;
-    for (unsigned i = 0; i < SIZE_COUNT; i++)
-        for (unsigned b = 0; b < BESIDE_COUNT; b++)
-            odds_begin(first_ratio[i][b], side, &out->of[i * BESIDE_COUNT + b]);
+    for (unsigned i = 0; i < STP_NUMBER_SIZES; i++)
+        for (unsigned b = 0; b < STP_NUMBER_BESIDES; b++)
+            odds_begin(first_ratio[i][b], side, &out->of[i * STP_NUMBER_BESIDES + b]);
     return out;
 }
 
@@ -161,63 +111,24 @@ static void kind_odds_begin(bool tight, kind_odds *out)
 
 /* ---- one cell ---- */
 
-/* Which odds of its column the next number has. */
-INLINE unsigned next_odds(const column *c)
+INLINE stp_number_way way_of(const column *c, int shift)
 {
-    return size_of(c->mean) * BESIDE_COUNT + *c->size_beside;
-}
-
-INLINE void take(column *c, int32_t cell, int32_t high)
-{
-    const unsigned size = (unsigned)abs(high);
-    c->size = BESIDE_SMALL + (unsigned)(size >= MIDDLE_LEAST) + (unsigned)(size >= LARGE_LEAST);
-    c->mean = mean_after(c->mean, cell);
-}
-
-INLINE void put_far(stp_symbol_writer *w, unsigned lane, int32_t high)
-{
-    const uint32_t beyond = (uint32_t)(abs(high) - HIGH_MOST);
-    const unsigned length = significant_bits(beyond) - 1;
-    stp_symbol_put_bits(w, lane, 2 * length + (high < 0), FAR_BITS);
-    stp_symbol_put_bits(w, lane, beyond - (1u << length), length);
+    return (stp_number_way){c->mean, *c->size_beside, c->lane, shift};
 }
 
 INLINE void put_number(stp_symbol_writer *w, column *c, int32_t cell, int shift)
 {
-    const unsigned bits = mean_low_bits(c->mean);
-    const int32_t raised = cell + (int32_t)(1u << bits >> 1);
-    const int32_t high = raised >> bits;
-    const bool far = abs(high) > HIGH_MOST;
-    const unsigned k = next_odds(c);
-    stp_symbol_put(w, c->lane, &c->odds.numbers.of[k], shift,
-                   far ? FAR_SYMBOL : (unsigned)(high + HIGH_MOST),
-                   (uint32_t)raised & ((1u << bits) - 1), bits);
-    if (far)
-        put_far(w, c->lane, high);
-    take(c, cell, high);
-}
-
-INLINE int32_t get_far(stp_symbol_reader *r, unsigned lane)
-{
-    const uint32_t head = stp_symbol_get_bits(r, lane, FAR_BITS);
-    const unsigned length = head >> 1;
-    const uint32_t rest = stp_symbol_get_bits(r, lane, length);
-    const int32_t size = HIGH_MOST + (int32_t)((1u << length) + rest);
-    return head & 1u ? -size : size;
+    const stp_number_way way = way_of(c, shift);
+    c->size = stp_number_put(w, &c->odds.numbers, &way, cell);
+    c->mean = stp_mean_after(c->mean, cell);
 }
 
 INLINE int16_t get_number(stp_symbol_reader *r, column *c, int shift)
 {
-    const unsigned bits = mean_low_bits(c->mean);
-    const unsigned k = next_odds(c);
-    uint32_t low;
-    const unsigned symbol = stp_symbol_get(r, c->lane, &c->odds.numbers.of[k], shift, bits, &low);
-    uint32_t high = (uint32_t)symbol - HIGH_MOST;
-    if (symbol == FAR_SYMBOL)
-        high = (uint32_t)get_far(r, c->lane);
-    const uint32_t cell = (high << bits) + low - (1u << bits >> 1);
-    take(c, (int16_t)cell, (int32_t)high);
-    return (int16_t)cell;
+    const stp_number_way way = way_of(c, shift);
+    const int16_t cell = stp_number_get(r, &c->odds.numbers, &way, &c->size);
+    c->mean = stp_mean_after(c->mean, cell);
+    return cell;
 }
 
 /* Which odds the lower half of a kind has: by whether the upper half, and the lower one of the cell
@@ -264,7 +175,7 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, stp_
                                  columns *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    static const unsigned none = BESIDE_NONE;
+    static const unsigned none = STP_BESIDE_ABSENT;
     const unsigned *size[STP_TABLE_COLUMNS_LIMIT];
     STP_TRY(
         stp_alloc_unset(&out->memory, table->column_count + 1u, sizeof *out->of, "columns", err));
@@ -289,7 +200,7 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, stp_
         if (c->is_kinds)
             kind_odds_begin(table->tight, &c->odds.kinds);
         else
-            c->odds.numbers = *number_odds_first(first, side);
+            c->odds.numbers = *stp_number_odds_first(first, side);
     }
 done:
     return status;
@@ -309,8 +220,8 @@ static uint8_t first_mean(const int16_t *cells, uint32_t count)
     uint64_t sum = 0;
     for (uint32_t i = 0; i < count; i++)
         sum += (uint64_t)abs(cells[i]);
-    const uint32_t mean = count > 0 ? (uint32_t)((sum << MEAN_BITS) / count) : 0;
-    return (uint8_t)(significant_bits(mean + mean / 2) - 1);
+    const uint32_t mean = count > 0 ? (uint32_t)((sum << STP_MEAN_BITS) / count) : 0;
+    return (uint8_t)(stp_significant_bits(mean + mean / 2) - 1);
 }
 
 STP_WIDE
@@ -333,7 +244,8 @@ static stp_status put_rows(const columns *all, uint32_t rows, stp_symbol_writer 
     begin_known_means(all);
     for (uint32_t i = 0; i < rows; i++) {
         if (i % ROWS_AHEAD == 0)
-            STP_TRY(stp_symbols_reserve(w, (size_t)CELL_ITEMS * all->count * ROWS_AHEAD, err));
+            STP_TRY(
+                stp_symbols_reserve(w, (size_t)STP_NUMBER_ITEMS * all->count * ROWS_AHEAD, err));
         put_row(w, all, i);
         if (i == 0)
             begin_known_means(all);

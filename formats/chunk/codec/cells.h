@@ -6,17 +6,8 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_CELLS_H
 #define STP_FORMATS_CHUNK_CODEC_CELLS_H
 
-#include "formats/chunk/codec/symbols.h"
+#include "formats/chunk/codec/number.h"
 #include "formats/chunk/codec/table.h"
-
-/* Sizes of a column's mean, and of the cell beside: each has odds of its own. */
-#define STP_CELL_SIZES 7
-#define STP_CELL_BESIDES 4
-
-/* The odds of a column of numbers. */
-typedef struct stp_number_odds {
-    stp_odds of[STP_CELL_SIZES * STP_CELL_BESIDES];
-} stp_number_odds;
 
 /* The odds that columns begin with, by the sign of their cells (0, 1, 2 for -1, 0, 1): made once
  * for the tables of a part. Begins with nothing known. */
@@ -24,6 +15,9 @@ typedef struct stp_first_odds {
     bool known[3];
     stp_number_odds of[3];
 } stp_first_odds;
+
+/* The odds of columns of a side, -1, 0 or 1, which are made once. */
+const stp_number_odds *stp_number_odds_first(stp_first_odds *first, int side);
 
 /* Appends the columns that are not in the mask of constant columns. Errors: OUT_OF_MEMORY. */
 stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes *out,

@@ -7,6 +7,7 @@
 #include "formats/chunk/codec/predict.h"
 #include "formats/chunk/codec/raw.h"
 #include "formats/chunk/codec/shares.h"
+#include "formats/chunk/codec/square/square_colours.h"
 #include "formats/chunk/codec/square/square_level.h"
 #include "formats/chunk/codec/table_code.h"
 #include "formats/chunk/codec/tight.h"
@@ -151,9 +152,11 @@ done:
     return status;
 }
 
-/* Fills the tables of a level of squares, and writes the choice that goes before them. */
+/* Fills the tables of a level of squares, and writes the choice that goes before them. *rows:
+ * whether colours are coded by rows, behind them. */
 static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_map *map,
-                                  stp_level_tables *tables, table_sink *to, stp_error *err)
+                                  stp_level_tables *tables, table_sink *to, bool *rows,
+                                  stp_error *err)
 {
     stp_square_choice choice = {.reach = level == 0 ? chunk->reach : 1, .tight = to->is_tight};
     stp_ladder ladder = {0};
@@ -162,6 +165,7 @@ static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_
     if (level == 0 && to->is_tight && stp_raster_spreads(map->grids[0].raster))
         STP_TRY(stp_ladder_find(chunk, map, &ladder, err));
     choice.rungs = ladder.count;
+    *rows = choice.rows = level == 0 && to->is_tight && stp_square_colours_vary(chunk);
     stp_square_level_encode(chunk, level, map, ladder.count > 0 ? &ladder : NULL, &choice, tables);
     STP_TRY(stp_square_choice_write(&choice, to->out, err));
     if (ladder.count > 0)
@@ -175,6 +179,7 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
                                table_sink *to, stp_error *err)
 {
     stp_level_tables tables = {0};
+    bool rows = false;
     stp_status status = STP_OK;
     if (to->is_tight && level == 0 && stp_has_corners(chunk))
         STP_TRY(stp_corners_find(chunk, &tables.corners, err));
@@ -188,12 +193,15 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
     if (to->is_tight)
         stp_level_coarsen(chunk, level, &tables);
     if (squares->found)
-        STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to, err));
+        STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to, &rows, err));
     else
         stp_predict_level_encode(chunk, level, &tables);
     tables.elder.tight = tables.last.tight = to->is_tight;
     STP_TRY(table_write(to, &tables.elder, err));
     STP_TRY(table_write(to, &tables.last, err));
+    if (rows)
+        STP_TRY(stp_square_colours_encode(chunk, &squares->map, &to->tight.first,
+                                          &to->tight.symbols, err));
 done:
     stp_level_tables_destroy(&tables);
     return status;
@@ -336,14 +344,28 @@ done:
     return status;
 }
 
-/* Decodes a level of squares from its tables. */
-static stp_status squares_level_decode(const stp_square_choice *choice, int level,
-                                       const stp_ladder *ladder, stp_chunk *chunk,
-                                       const stp_level_tables *tables, stp_error *err)
+static stp_status colours_read(table_source *from, const stp_square_map *map, stp_chunk *chunk,
+                               stp_error *err)
 {
+    const uint8_t *begin = from->tight.symbols.next;
+    const stp_status status =
+        stp_square_colours_decode(chunk, map, &from->tight.first, &from->tight.symbols, err);
+    if (from->shares)
+        from->shares->bytes[STP_SHARE_COLOURS] += (size_t)(from->tight.symbols.next - begin);
+    return status;
+}
+
+/* Decodes a level of squares from its tables, and colours by rows from what follows. */
+static stp_status squares_level_decode(table_source *from, int level, const stp_ladder *ladder,
+                                       stp_chunk *chunk, const stp_level_tables *tables,
+                                       stp_error *err)
+{
+    const stp_square_choice *choice = &from->choice;
     stp_square_map map = {0};
     const bool planes = choice->reach > 0 && choice->reach <= STP_SQUARE_REACH_MOST;
     stp_status status = stp_square_map_create(chunk, chunk->squares, planes, &map, err);
+    if (status == STP_OK && choice->rows)
+        status = colours_read(from, &map, chunk, err);
     if (status == STP_OK)
         stp_square_level_decode(chunk, level, &map, choice->rungs > 0 ? ladder : NULL, choice,
                                 tables);
@@ -401,7 +423,7 @@ static stp_status level_decode(table_source *from, int level, stp_chunk *chunk, 
     STP_TRY(table_read(from, &tables.elder, err));
     STP_TRY(table_read(from, &tables.last, err));
     if (squares)
-        STP_TRY(squares_level_decode(&from->choice, level, &ladder, chunk, &tables, err));
+        STP_TRY(squares_level_decode(from, level, &ladder, chunk, &tables, err));
     else
         stp_predict_level_decode(chunk, level, &tables);
 done:

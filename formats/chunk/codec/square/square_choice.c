@@ -19,6 +19,7 @@
 #define LADDER_BYTES 2u
 /* The other byte. */
 #define STEPS 15u
+#define ROWS 1u /* of level 0, which has no steps */
 #define SIDES 16u
 #define RADII_SHIFT 5
 
@@ -69,15 +70,15 @@ void stp_square_choice_find(const stp_chunk *block, int level, const stp_square_
 stp_status stp_square_choice_write(const stp_square_choice *choice, stp_bytes *out, stp_error *err)
 {
     const bool ladder = choice->rungs > 0,
-               more = choice->steps > 0 || choice->sides || choice->radii > 0;
+               more = choice->steps > 0 || choice->rows || choice->sides || choice->radii > 0;
     uint8_t bytes[BYTES + MORE_BYTES + LADDER_BYTES];
     size_t size = 0;
     bytes[size++] =
         (uint8_t)(choice->reach | (choice->follow ? FOLLOW : 0) | (ladder ? LADDER : 0) |
                   (choice->loose ? LOOSE : 0) | (more ? MORE : 0) | (choice->tight ? TIGHT : 0));
     if (more)
-        bytes[size++] =
-            (uint8_t)(choice->steps | (choice->sides ? SIDES : 0) | choice->radii << RADII_SHIFT);
+        bytes[size++] = (uint8_t)(choice->steps | (choice->rows ? ROWS : 0) |
+                                  (choice->sides ? SIDES : 0) | choice->radii << RADII_SHIFT);
     stp_put_u16(bytes + size, (uint16_t)(choice->rungs - 1u));
     return stp_bytes_append(out, bytes, size + (ladder ? LADDER_BYTES : 0), err);
 }
@@ -93,10 +94,12 @@ static stp_status read_more(stp_cursor *c, int level, stp_square_choice *out, st
     if (c->left < MORE_BYTES)
         return stp_error_set(err, STP_CORRUPT, "it ends before a level of squares");
     const uint8_t byte = *c->bytes;
-    out->steps = byte & STEPS;
+    out->steps = level > 0 ? byte & STEPS : 0;
+    out->rows = level == 0 && byte & ROWS;
     out->sides = byte & SIDES;
     out->radii = byte >> RADII_SHIFT;
-    if ((level == 0 && out->steps > 0) || !out->tight)
+    if ((level == 0 && byte & STEPS & ~ROWS) || (out->rows && (out->follow || out->loose)) ||
+        !out->tight)
         return stp_error_set(err, STP_CORRUPT, "a level of squares goes on with byte %u", byte);
     stp_cursor_skip(c, MORE_BYTES);
     return STP_OK;

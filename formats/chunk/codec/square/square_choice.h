@@ -9,6 +9,7 @@ typedef struct stp_square_choice {
     unsigned reach; /* of the windows of normals, 1 to 4; 0, 5 and 6: square.h */
     bool follow;    /* red and blue change as green does */
     bool loose;     /* colours do not follow from what is left of the parent's */
+    bool rows;      /* of level 0, tight: colours are coded by rows (square_colours.h) */
     bool tight;     /* the tables that follow are one run (tight.h) */
     bool sides;     /* of normals that two codes tell, the lesser one is meant (square_normal.h) */
     unsigned steps; /* of levels 1 and 2: heights are multiples of 2^steps */

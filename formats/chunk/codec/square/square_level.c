@@ -23,6 +23,7 @@ typedef struct coder {
     const stp_square_grid *grid;       /* of the patch at hand */
     const stp_square_choice *choice;
     int level;
+    int value_count; /* that have slopes now: 1, if colours are coded by rows */
     bool decode;
 } coder;
 
@@ -55,38 +56,10 @@ STP_INLINE int32_t code(const coder *c, const table_row *r, unsigned column, int
     return value;
 }
 
-/* What to expect around a parent. Offsets are in sides of its cell. */
-typedef struct field {
-    double value[VALUE_COUNT];
-    double by_column[VALUE_COUNT], by_row[VALUE_COUNT], across[VALUE_COUNT];
-    double column, row;
-} field;
-
-STP_INLINE field field_at(const coder *c, int32_t parent)
-{
-    const int level = c->level + 1;
-    const stp_square_level *on = &c->grid->level[level];
-    const int column = stp_square_cell(on->column[parent], level);
-    const int row = stp_square_cell(on->row[parent], level);
-    const stp_slope_samples by_column = stp_slope_find(on, level, parent, true);
-    const stp_slope_samples by_row = stp_slope_find(on, level, parent, false);
-    int32_t corner[4];
-    field out = {.column = on->column[parent], .row = on->row[parent]};
-    for (int k = 0; k < 4; k++)
-        corner[k] = stp_square_at(on, column + (k & 1 ? 1 : -1), row + (k & 2 ? 1 : -1));
-    for (int v = 0; v < VALUE_COUNT; v++) {
-        out.value[v] = c->values[v][parent];
-        out.by_column[v] = stp_slope_of(&by_column, c->values[v]);
-        out.by_row[v] = stp_slope_of(&by_row, c->values[v]);
-        out.across[v] = stp_slope_twist(corner, c->values[v]);
-    }
-    return out;
-}
-
 /* ---- a family ---- */
 
 typedef struct family {
-    field field;
+    stp_square_field field;
     double left[VALUE_COUNT]; /* what is left of the parent's mean */
     unsigned count;
     uint32_t parent, first; /* samples */
@@ -100,15 +73,8 @@ typedef struct family {
 /* Sets what is expected of child k. */
 STP_INLINE void expect(const coder *c, const family *f, unsigned k, double out[VALUE_COUNT])
 {
-    const stp_square_level *on = &c->grid->level[c->level];
-    const double side = (double)(1 << (c->level + 1));
-    const double column = (on->column[f->first + k] - f->field.column) / side;
-    const double row = (on->row[f->first + k] - f->field.row) / side;
-    for (int v = 0; v < VALUE_COUNT; v++) {
-        out[v] = f->field.value[v] + (column * f->field.by_column[v] + row * f->field.by_row[v]);
-        if (f->count == 4)
-            out[v] += column * row * f->field.across[v];
-    }
+    stp_square_expect(&f->field, &c->grid->level[c->level], c->level, f->first + k, f->count,
+                      c->value_count, out);
 }
 
 /* The position along the height, coded as a rung. */
@@ -207,7 +173,8 @@ STP_INLINE void code_child(const coder *c, family *f, unsigned k, const table_ro
     s->flags = (uint8_t)code(c, r, STP_COLUMN_FLAGS, parent->flags, s->flags, 0xff);
     s->class_id = (uint8_t)code(c, r, STP_COLUMN_CLASS, parent->class_id, s->class_id, 0xff);
     s->intensity = (uint8_t)code(c, r, STP_COLUMN_INTENSITY, parent->intensity, s->intensity, 0xff);
-    code_colours(c, f, r, expected, share, s);
+    if (!c->choice->rows)
+        code_colours(c, f, r, expected, share, s);
     code_height(c, f, r, child, expected[HEIGHT] + share * f->left[HEIGHT], s);
     code_across(c, f, r, child, s);
     f->left[HEIGHT] += expected[HEIGHT] - c->grid->level[c->level].height[child];
@@ -225,7 +192,8 @@ static void find_family(const coder *c, uint32_t p, unsigned j, family *f)
 
 static void begin_family(const coder *c, family *f)
 {
-    f->field = field_at(c, (int32_t)f->parent);
+    f->field = stp_square_field_at(&c->grid->level[c->level + 1], c->level + 1, (int32_t)f->parent,
+                                   c->values, c->value_count);
     for (int v = 0; v < VALUE_COUNT; v++)
         f->left[v] = 0.0;
 }
@@ -259,6 +227,7 @@ STP_WIDE
 static bool code_families(coder *c)
 {
     walk w = {0};
+    c->value_count = c->choice->rows ? 1 : VALUE_COUNT;
     while (next_family(c, &w)) {
         if (w.parent == 1) {
             w.f.steps = stp_square_map_steps(c->map, w.f.patch);
@@ -270,6 +239,7 @@ static bool code_families(coder *c)
             code_child(c, &w.f, k, &next);
         }
     }
+    c->value_count = VALUE_COUNT;
     return w.f.loose < w.f.tied;
 }
 
@@ -557,10 +527,11 @@ static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
     double *colours = map->sums;
     /* All grids have the same heights. */
     const double *heights = stp_square_grid_of(map, 0)->level[level + 1].height;
-    coder c = {block, map, ladder, tables, {[HEIGHT] = heights}, NULL, choice, level, decode};
+    coder c = {block, map,    ladder, tables,      {[HEIGHT] = heights},
+               NULL,  choice, level,  VALUE_COUNT, decode};
     set_heights(block, level + 1, map);
     for (int v = GREEN; v <= BLUE; v++, colours += count) {
-        for (uint32_t i = 0; i < count; i++)
+        for (uint32_t i = 0; i < count && !choice->rows; i++)
             colours[i] = parents[i].rgb[channel[v]];
         c.values[v] = colours;
     }
@@ -573,12 +544,12 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
 {
     stp_square_choice_find(block, level, map, tables->last.normal_shift, choice);
     coder c = coder_begin(block, level, map, ladder, choice, tables, false);
-    choice->loose = code_families(&c);
+    choice->loose = code_families(&c) && !choice->rows;
     if (choice->loose)
         code_families(&c);
     choose_reach(&c, choice);
     code_radii(&c);
-    choice->follow = cost(&tables->elder, true) < cost(&tables->elder, false);
+    choice->follow = !choice->rows && cost(&tables->elder, true) < cost(&tables->elder, false);
     if (choice->follow)
         move_colours(&tables->elder, -1);
 }

@@ -2,6 +2,7 @@
 #include "formats/chunk/codec/square/square_map.h"
 
 #include "base/memory.h"
+#include "base/wide.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -86,7 +87,8 @@ static const char *find_extents(const stp_chunk *block, const stp_square_map *ma
     return count > most ? "its squares are too far apart" : NULL;
 }
 
-/* Parts the memory of samples among the levels of all grids, and that of cells among the grids. */
+/* Parts the memory of samples among the levels of all grids, and that of cells among the grids.
+ * cell: of the samples before, too. */
 static void share_out(const stp_chunk *block, const extent *extents, double *next, int32_t *cell,
                       double *sums, stp_square_map *map)
 {
@@ -98,6 +100,8 @@ static void share_out(const stp_chunk *block, const extent *extents, double *nex
             *arrays[k] = next;
             next += block->level_begin[l][block->patch_count];
         }
+        samples[l].before = cell;
+        cell += block->level_begin[l][block->patch_count];
     }
     for (uint32_t r = 0; r < map->grid_count; r++) {
         if (is_empty(&extents[r]))
@@ -135,11 +139,12 @@ static stp_status allocate(const stp_chunk *block, const extent *extents, size_t
     size_t doubles = sums, cells = 0;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         doubles += 5 * (size_t)block->level_begin[l][block->patch_count];
+        cells += block->level_begin[l][block->patch_count];
         cells += (squares * STP_SQUARE_SAMPLES) >> 2 * l;
     }
     STP_TRY(stp_alloc(&map->grids, map->grid_count, sizeof *map->grids, "a map of squares", err));
-    STP_TRY(stp_alloc(&map->memory, doubles * sizeof(double) + cells * sizeof(int32_t), 1,
-                      "a map of squares", err));
+    STP_TRY(stp_alloc_unset(&map->memory, doubles * sizeof(double) + cells * sizeof(int32_t), 1,
+                            "a map of squares", err));
     map->sums = map->memory;
     share_out(block, extents, map->sums + sums, (int32_t *)(void *)(map->sums + doubles),
               planes ? map->sums : NULL, map);
@@ -151,7 +156,9 @@ static void put_cell(const stp_square_level *level, int l, uint32_t sample)
 {
     const int column = stp_square_cell(level->column[sample], l);
     const int row = stp_square_cell(level->row[sample], l);
-    level->cells[(size_t)row * (size_t)level->cell_columns + (size_t)column] = (int32_t)sample;
+    int32_t *cell = &level->cells[(size_t)row * (size_t)level->cell_columns + (size_t)column];
+    level->before[sample] = *cell;
+    *cell = (int32_t)sample;
 }
 
 /* The nearest whole number, ties to even. */
@@ -160,7 +167,14 @@ static double nearest(double x)
     return nearbyint(x);
 }
 
+/* Column of a sample within a square by its bit; row, by half of it. */
+static unsigned place_of(unsigned bit)
+{
+    return (bit & 1u) | (bit >> 1 & 2u) | (bit >> 2 & 4u);
+}
+
 /* Of level grids, places across are whole numbers. */
+STP_WIDE
 static void place_finest(const stp_chunk *block, uint32_t p, const stp_square_map *map)
 {
     const stp_square *square = &map->squares[p];
@@ -173,8 +187,8 @@ static void place_finest(const stp_chunk *block, uint32_t p, const stp_square_ma
     for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
-        const uint32_t column = square->column * STP_SQUARE_SIDE + stp_square_column(k);
-        const uint32_t row = square->row * STP_SQUARE_SIDE + stp_square_row(k);
+        const uint32_t column = square->column * STP_SQUARE_SIDE + place_of(k);
+        const uint32_t row = square->row * STP_SQUARE_SIDE + place_of(k >> 1);
         level->column[i] = column - grid->column;
         level->row[i] = row - grid->row;
         for (int j = 0; j < 2; j++) {
@@ -194,6 +208,7 @@ static double mean(const double *values, uint32_t begin, uint32_t end)
 }
 
 /* Places the merged samples of a level of a patch. */
+STP_WIDE
 static void place_merged(const stp_chunk *block, uint32_t p, int l, const stp_square_map *map)
 {
     const stp_square_grid *grid = stp_square_grid_of(map, p);
@@ -287,10 +302,14 @@ bool stp_square_is_beside_hole(const stp_square_map *map, const stp_square_grid 
     const stp_square_level *on = &grid->level[level];
     const int column = stp_square_cell(on->column[sample], level);
     const int row = stp_square_cell(on->row[sample], level);
-    for (int j = row - 1; j <= row + 1 && !map->full[level]; j++)
-        for (int i = column - 1; i <= column + 1; i++)
-            if (i >= 0 && j >= 0 && i < on->cell_columns && j < on->cell_rows &&
-                stp_square_at(on, i, j) < 0)
+    const int left = column > 0 ? column - 1 : 0, top = row > 0 ? row - 1 : 0;
+    const int right = column + 1 < on->cell_columns ? column + 1 : column;
+    const int bottom = row + 1 < on->cell_rows ? row + 1 : row;
+    for (int j = top; j <= bottom && !map->full[level]; j++) {
+        const int32_t *cells = on->cells + (size_t)j * (size_t)on->cell_columns;
+        for (int i = left; i <= right; i++)
+            if (cells[i] < 0)
                 return true;
+    }
     return false;
 }

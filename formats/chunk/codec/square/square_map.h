@@ -25,6 +25,7 @@ typedef struct stp_square_level {
                              height, in steps of its patch's lattice from the chunk's origin */
     double *height;       /* in steps of the finest lattice from the chunk's origin */
     int32_t *cells;       /* which sample is in a cell; -1: none */
+    int32_t *before;      /* the sample before in the cell of a sample; -1: none */
     int cell_columns, cell_rows;
 } stp_square_level;
 

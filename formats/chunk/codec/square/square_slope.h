@@ -78,4 +78,50 @@ STP_INLINE double stp_slope_field_value(const stp_slope_field *f, double column,
     return children == 4 ? plane + column * row * f->across : plane;
 }
 
+/* Several values at once: the most. */
+#define STP_SQUARE_VALUES 4
+
+/* What to expect around a parent of several values. Offsets are in sides of its cell. */
+typedef struct stp_square_field {
+    double value[STP_SQUARE_VALUES];
+    double by_column[STP_SQUARE_VALUES], by_row[STP_SQUARE_VALUES], across[STP_SQUARE_VALUES];
+    double column, row;
+} stp_square_field;
+
+/* level: the parent's. values: of all its samples. */
+STP_INLINE stp_square_field stp_square_field_at(const stp_square_level *on, int level,
+                                                int32_t parent, const double *const *values,
+                                                int count)
+{
+    const int column = stp_square_cell(on->column[parent], level);
+    const int row = stp_square_cell(on->row[parent], level);
+    const stp_slope_samples by_column = stp_slope_find(on, level, parent, true);
+    const stp_slope_samples by_row = stp_slope_find(on, level, parent, false);
+    int32_t corner[4];
+    stp_square_field out = {.column = on->column[parent], .row = on->row[parent]};
+    for (int k = 0; k < 4; k++)
+        corner[k] = stp_square_at(on, column + (k & 1 ? 1 : -1), row + (k & 2 ? 1 : -1));
+    for (int v = 0; v < count; v++) {
+        out.value[v] = values[v][parent];
+        out.by_column[v] = stp_slope_of(&by_column, values[v]);
+        out.by_row[v] = stp_slope_of(&by_row, values[v]);
+        out.across[v] = stp_slope_twist(corner, values[v]);
+    }
+    return out;
+}
+
+/* What is expected of a child of a level; children: of its parent. */
+STP_INLINE void stp_square_expect(const stp_square_field *f, const stp_square_level *on, int level,
+                                  uint32_t child, unsigned children, int count, double *out)
+{
+    const double side = (double)(1 << (level + 1));
+    const double column = (on->column[child] - f->column) / side;
+    const double row = (on->row[child] - f->row) / side;
+    for (int v = 0; v < count; v++) {
+        out[v] = f->value[v] + (column * f->by_column[v] + row * f->by_row[v]);
+        if (children == 4)
+            out[v] += column * row * f->across[v];
+    }
+}
+
 #endif

@@ -1,0 +1,359 @@
+/* Codes the colours of level 0 of squares by rows. */
+#include "formats/chunk/codec/square/square_colours.h"
+
+#include "base/memory.h"
+#include "base/wide.h"
+#include "formats/chunk/codec/square/square_slope.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Each channel follows those before it. */
+#define CHANNELS 3
+static const uint8_t channel[CHANNELS] = {1, 0, 2}; /* green, red, blue */
+/* Samples around that come before: left, above, and above to the left and the right. */
+#define NEAR 4
+/* What tells of a channel: how far those around are off what was expected of them; what is left of
+ * the parent; how far the first channel is off, and of the third one the second. */
+enum { LEFT = NEAR, FIRST, SECOND, INPUT_COUNT = 8 };
+typedef float four __attribute__((vector_size(sizeof(float) * NEAR)));
+typedef union inputs {
+    float of[INPUT_COUNT]; /* the last one is 0 */
+    four half[2];
+} inputs;
+/* Kinds of a child: the place among four; the last one of less than four; others. */
+enum { LAST_OF_FEW = 4, OF_FEW, KIND_COUNT };
+/* In sixteenths: how much each input counts at first. */
+static const int8_t first_weights[KIND_COUNT][INPUT_COUNT] = {
+    {6, 7, -2, -1, 0, 6, 1}, {1, 5, 0, 1, 12, 8, 0}, {4, 4, -1, -3, 13, 4, -1},
+    {1, 1, 0, 0, 15, 1, 0},  {0, 0, 0, 0, 16, 0, 0}, {2, 2, 0, 0, 10, 10, 2},
+};
+/* The same of channels behind the first one, if they follow that. */
+static const int8_t following[INPUT_COUNT] = {[FIRST] = 16};
+/* How fast weights move, and what keeps them where inputs are small. */
+#define RATE (5.0f / 64.0f)
+#define POWER_LEAST 4.0f
+/* The bits of the first means: of the first channel of elder children, and of the others. */
+#define FIRST_MEAN 9
+#define OTHER_MEAN 8
+
+typedef struct spot {
+    float off[CHANNELS]; /* what is expected; when it is known, the value less that */
+    uint32_t parent;
+    uint8_t size[CHANNELS]; /* magnitudes of cells */
+} spot;
+
+typedef struct brood {
+    float left[CHANNELS]; /* what is expected less what came, of all children so far */
+    uint8_t count, known; /* children in all, and so far */
+} brood;
+
+/* The samples around one that come before. */
+typedef struct around {
+    const spot *of[NEAR]; /* `nothing` where there is none */
+    uint32_t share;       /* what a magnitude counts, in 2^-16; 0: there is none at all */
+} around;
+static const spot nothing;
+
+/* Numbers of elder or of last children. */
+typedef struct numbers {
+    stp_number_odds odds[CHANNELS];
+    uint32_t mean[CHANNELS];
+    uint32_t rows;
+} numbers;
+
+typedef struct coder {
+    const stp_chunk *block;
+    spot *spots;
+    brood *broods;
+    bool *done; /* by grid */
+    inputs weights[KIND_COUNT][CHANNELS];
+    numbers of[2]; /* elder, last */
+} coder;
+
+/* Where cells go, or come from: one of both. */
+typedef struct cells {
+    stp_symbol_writer w;
+    stp_symbol_reader r;
+} cells;
+
+/* ---- what the parents tell ---- */
+
+/* values: of the parents, by channel. */
+STP_WIDE
+static void expect_all(coder *c, const stp_square_map *map, const double *const *values)
+{
+    const stp_chunk *block = c->block;
+    for (uint32_t p = 0; p < block->patch_count; p++) {
+        const stp_square_grid *grid = stp_square_grid_of(map, p);
+        const unsigned parents = block->patches[p].counts[1];
+        const unsigned children = block->patches[p].counts[0];
+        for (unsigned j = 0; j < parents; j++) {
+            const uint32_t parent = block->level_begin[1][p] + j;
+            const unsigned begin = stp_level_children_begin(j, parents, children);
+            const unsigned count = stp_level_children_begin(j + 1, parents, children) - begin;
+            const stp_square_field field =
+                stp_square_field_at(&grid->level[1], 1, (int32_t)parent, values, CHANNELS);
+            c->broods[parent] = (brood){.count = (uint8_t)count};
+            for (unsigned k = 0; k < count; k++) {
+                const uint32_t child = block->level_begin[0][p] + begin + k;
+                double expected[CHANNELS];
+                spot *s = &c->spots[child];
+                s->parent = parent;
+                stp_square_expect(&field, &grid->level[0], 0, child, count, CHANNELS, expected);
+                for (int v = 0; v < CHANNELS; v++)
+                    s->off[v] = (float)expected[v];
+            }
+        }
+    }
+}
+
+/* ---- a sample ---- */
+
+/* The sum of the products. */
+STP_INLINE float sum_of(const inputs *a, const inputs *b)
+{
+    const four p = a->half[0] * b->half[0] + a->half[1] * b->half[1];
+    return (p[0] + p[1]) + (p[2] + p[3]);
+}
+
+STP_INLINE void learn(inputs *weights, const inputs *in, float off)
+{
+    const float step = off * RATE / (POWER_LEAST + sum_of(in, in));
+    weights->half[0] += in->half[0] * step;
+    weights->half[1] += in->half[1] * step;
+}
+
+/* The mean of a channel's magnitudes around, in 1/256; `mean` if there is none. */
+STP_INLINE uint32_t mean_around(const around *a, int v, uint32_t mean)
+{
+    const uint32_t sum =
+        2u * a->of[0]->size[v] + 2u * a->of[1]->size[v] + a->of[2]->size[v] + a->of[3]->size[v];
+    return a->share > 0 ? sum * a->share >> (16 - STP_MEAN_BITS) : mean;
+}
+
+/* The number of least magnitude that equals x modulo 256. */
+STP_INLINE int32_t least(int32_t x)
+{
+    return ((x + 128) & 255) - 128;
+}
+
+/* Codes a value with the cell of least magnitude, which it returns. */
+STP_INLINE int32_t code(cells *to, numbers *of, int v, uint32_t mean, unsigned *beside,
+                        int32_t predicted, uint8_t *value, bool decode)
+{
+    const stp_number_way way = {mean, *beside, (unsigned)v & 1u, stp_odds_shift(of->rows)};
+    if (!decode) {
+        const int32_t cell = least(*value - predicted);
+        *beside = stp_number_put(&to->w, &of->odds[v], &way, cell);
+        return cell;
+    }
+    const int32_t cell = least(stp_number_get(&to->r, &of->odds[v], &way, beside));
+    *value = (uint8_t)(predicted + cell);
+    return cell;
+}
+
+/* What is written comes last: a byte may be anything's, so all would be read anew. */
+STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *near, bool decode)
+{
+    static const float shares[] = {0.0f, 1.0f, 1.0f / 2.0f, 1.0f / 3.0f, 1.0f / 4.0f};
+    stp_sample *out = &c->block->samples[0][sample];
+    spot s = c->spots[sample];
+    brood *b = &c->broods[s.parent];
+    const unsigned k = b->known, count = b->count;
+    const bool last = k + 1 == count;
+    const unsigned kind = count == 4 ? k : last ? LAST_OF_FEW : OF_FEW;
+    const float share = shares[count - k];
+    numbers *of = &c->of[last];
+    unsigned beside = STP_BESIDE_ABSENT;
+    uint8_t value[CHANNELS];
+    float before[CHANNELS] = {0.0f}; /* how far the first two channels are off */
+    for (int v = 0; v < CHANNELS; v++)
+        value[v] = out->rgb[channel[v]];
+#pragma GCC unroll 3
+    for (int v = 0; v < CHANNELS; v++) {
+        const four others = {near->of[0]->off[v], near->of[1]->off[v], near->of[2]->off[v],
+                             near->of[3]->off[v]};
+        const inputs in = {.half = {others, {share * b->left[v], before[0], before[1], 0.0f}}};
+        const float expected = s.off[v], hoped = expected + sum_of(&c->weights[kind][v], &in);
+        const float limited = hoped > 0.0f ? (hoped < 255.0f ? hoped : 255.0f) : 0.0f;
+        const int32_t predicted = (int32_t)(limited + 0.5f);
+        const uint32_t mean =
+            last ? of->mean[v] : (of->mean[v] + mean_around(near, v, of->mean[v])) / 2;
+        const int32_t cell = code(to, of, v, mean, &beside, predicted, &value[v], decode);
+        learn(&c->weights[kind][v], &in, value[v] - hoped);
+        of->mean[v] = stp_mean_after(of->mean[v], cell);
+        s.size[v] = (uint8_t)abs(cell);
+        s.off[v] = value[v] - expected;
+        b->left[v] -= s.off[v];
+        before[v] = s.off[v];
+    }
+    of->rows++;
+    c->spots[sample] = s;
+    b->known = (uint8_t)(k + 1);
+    for (int v = 0; v < CHANNELS; v++)
+        out->rgb[channel[v]] = value[v];
+}
+
+/* ---- a level ---- */
+
+/* Codes the samples of a cell, the last one first. */
+STP_INLINE void code_cell(coder *c, cells *to, const stp_square_level *on, int column, int row,
+                          bool decode)
+{
+    static const uint8_t counts[NEAR] = {2, 2, 1, 1};
+    static const uint32_t shares[] = {0, 65536, 32768, 21845, 16384, 13107, 10922};
+    const int32_t sample[NEAR] = {
+        stp_square_at(on, column - 1, row), stp_square_at(on, column, row - 1),
+        stp_square_at(on, column - 1, row - 1), stp_square_at(on, column + 1, row - 1)};
+    around near;
+    unsigned count = 0;
+    for (int i = 0; i < NEAR; i++) {
+        near.of[i] = sample[i] >= 0 ? &c->spots[sample[i]] : &nothing;
+        count += sample[i] >= 0 ? counts[i] : 0;
+    }
+    near.share = shares[count];
+    for (int32_t i = stp_square_at(on, column, row); i >= 0; i = on->before[i])
+        code_sample(c, to, (uint32_t)i, &near, decode);
+}
+
+/* Rasters come as patches come to them: in a file they have no other order. */
+STP_INLINE void code_all(coder *c, cells *to, const stp_square_map *map, bool decode)
+{
+    cells own = *to; /* nothing else points to them: they stay in registers */
+    for (uint32_t p = 0; p < c->block->patch_count; p++) {
+        const stp_square_grid *grid = stp_square_grid_of(map, p);
+        const stp_square_level *on = &grid->level[0];
+        bool *done = &c->done[grid - map->grids];
+        for (int row = 0; row < on->cell_rows && !*done; row++)
+            for (int column = 0; column < on->cell_columns; column++)
+                code_cell(c, &own, on, column, row, decode);
+        *done = true;
+    }
+    *to = own;
+}
+
+STP_WIDE
+static void encode_all(coder *c, cells *to, const stp_square_map *map)
+{
+    code_all(c, to, map, false);
+}
+
+STP_WIDE
+static void decode_all(coder *c, cells *to, const stp_square_map *map)
+{
+    code_all(c, to, map, true);
+}
+
+static void begin_odds(coder *c, stp_first_odds *first, bool follow)
+{
+    for (int t = 0; t < 2; t++) {
+        c->of[t].rows = 0;
+        for (int v = 0; v < CHANNELS; v++) {
+            c->of[t].odds[v] = *stp_number_odds_first(first, 0);
+            c->of[t].mean[v] = UINT32_C(1) << (t == 0 && v == 0 ? FIRST_MEAN : OTHER_MEAN);
+        }
+    }
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        for (int v = 0; v < CHANNELS; v++) {
+            const int8_t *weights = follow && v > 0 ? following : first_weights[kind];
+            for (int i = 0; i < INPUT_COUNT; i++)
+                c->weights[kind][v].of[i] = (float)weights[i] / 16.0f;
+        }
+}
+
+/* Whether the differences of channels are less than half as much off as they are. */
+static bool would_follow(const coder *c)
+{
+    const stp_chunk *block = c->block;
+    double alone = 0.0, together = 0.0;
+    for (uint32_t i = 0; i < block->level_begin[0][block->patch_count]; i++) {
+        float off[CHANNELS];
+        for (int v = 0; v < CHANNELS; v++)
+            off[v] = block->samples[0][i].rgb[channel[v]] - c->spots[i].off[v];
+        for (int v = 1; v < CHANNELS; v++) {
+            alone += fabs((double)off[v]);
+            together += fabs((double)(off[v] - off[0]));
+        }
+    }
+    return together < alone / 2.0;
+}
+
+/* Makes a coder that knows what the parents tell; clear it even if it fails. */
+static stp_status coder_create(const stp_chunk *block, const stp_square_map *map, coder *c,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t count = block->level_begin[0][block->patch_count];
+    const uint32_t parents = block->level_begin[1][block->patch_count];
+    const double *values[CHANNELS];
+    c->block = block;
+    c->spots = NULL;
+    c->broods = NULL;
+    c->done = NULL;
+    STP_TRY(stp_alloc_unset(&c->spots, count, sizeof *c->spots, "colours by rows", err));
+    STP_TRY(stp_alloc_unset(&c->broods, parents, sizeof *c->broods, "colours by rows", err));
+    STP_TRY(stp_alloc(&c->done, map->grid_count, sizeof *c->done, "colours by rows", err));
+    for (int v = 0; v < CHANNELS; v++) {
+        double *colours = map->sums + (size_t)v * parents;
+        for (uint32_t i = 0; i < parents; i++)
+            colours[i] = block->samples[1][i].rgb[channel[v]];
+        values[v] = colours;
+    }
+    expect_all(c, map, values);
+done:
+    return status;
+}
+
+static void coder_clear(const coder *c)
+{
+    free(c->spots);
+    free(c->broods);
+    free(c->done);
+}
+
+bool stp_square_colours_vary(const stp_chunk *block)
+{
+    const stp_sample *samples = block->samples[0];
+    bool same = true;
+    for (uint32_t i = 1; i < block->level_begin[0][block->patch_count] && same; i++)
+        same = memcmp(samples[i].rgb, samples[0].rgb, CHANNELS) == 0;
+    return !same;
+}
+
+stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_map *map,
+                                     stp_first_odds *first, stp_symbol_writer *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    coder c;
+    cells to = {0};
+    const size_t count = (size_t)CHANNELS * block->level_begin[0][block->patch_count];
+    STP_TRY(coder_create(block, map, &c, err));
+    STP_TRY(stp_symbols_reserve(w, 1 + STP_NUMBER_ITEMS * count, err));
+    const bool follow = would_follow(&c);
+    stp_symbol_put_bits(w, 0, follow, 1);
+    begin_odds(&c, first, follow);
+    to.w = *w;
+    encode_all(&c, &to, map);
+    *w = to.w;
+done:
+    coder_clear(&c);
+    return status;
+}
+
+stp_status stp_square_colours_decode(const stp_chunk *block, const stp_square_map *map,
+                                     stp_first_odds *first, stp_symbol_reader *r, stp_error *err)
+{
+    coder c;
+    cells to = {0};
+    const stp_status status = coder_create(block, map, &c, err);
+    if (status == STP_OK) {
+        begin_odds(&c, first, stp_symbol_get_bits(r, 0, 1));
+        to.r = *r;
+        decode_all(&c, &to, map);
+        *r = to.r;
+    }
+    coder_clear(&c);
+    return status;
+}

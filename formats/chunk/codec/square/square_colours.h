@@ -1,0 +1,23 @@
+/* Codes the colours of level 0 of squares by rows, each sample by those around it that come
+ * before, by its parent and by its other channels. What these tell is learned on the way.
+ *
+ * formats/SPEC.md, "Colours by rows", has the arithmetic. Encoding and decoding run the same code.
+ * Threads: any, one map each. */
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_COLOURS_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_COLOURS_H
+
+#include "formats/chunk/codec/cells.h"
+#include "formats/chunk/codec/square/square_map.h"
+
+/* Whether the colours of level 0 are not all equal. */
+bool stp_square_colours_vary(const stp_chunk *block);
+
+/* Level 0; level 1 of the block must be there. first: is used and added to. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_map *map,
+                                     stp_first_odds *first, stp_symbol_writer *w, stp_error *err);
+/* What does not fit into the bytes, the reader tells at their end. */
+stp_status stp_square_colours_decode(const stp_chunk *block, const stp_square_map *map,
+                                     stp_first_odds *first, stp_symbol_reader *r, stp_error *err);
+
+#endif
