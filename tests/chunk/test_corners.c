@@ -122,7 +122,7 @@ static void blocks_come_back(void **state)
             others += numbers[i] < 0;
         }
         assert_int_equal(stp_segment_encode(chunk, 2, STP_CODEC_DRACO, &bytes, NULL), STP_OK);
-        const double most = 18.0 * (others + told) + corners * (3.0 + log2(vertices)) / 8.0;
+        const double most = 18.5 * (others + told) + corners * (3.0 + log2(vertices)) / 8.0;
         print_message("%u vertices: %zu bytes, at most %.0f\n", vertices, bytes.size, most);
         assert_true((double)bytes.size < most);
         free(bytes.data);

@@ -32,6 +32,22 @@ static void test_parents(void **state)
     clear(&bytes);
 }
 
+/* No part of squares has odds that are known. */
+static void test_known_odds(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = make_chunk(&(recipe){.wild = false}), *decoded = make_room(chunk, 1);
+    coded bytes = encode(chunk);
+    uint8_t *begin = begin_of(&bytes, 1);
+    uint8_t *states = begin + 1 + !!(*begin & CHOICE_MORE);
+    assert_int_equal(states[3] >> 6, 1);
+    states[3] &= 63u;
+    assert_int_equal(decode(&bytes, decoded), STP_CORRUPT);
+    stp_chunk_destroy(&decoded);
+    stp_chunk_destroy(&chunk);
+    clear(&bytes);
+}
+
 /* Heights of a camera that come in steps take less than half of what others take; other squares,
  * and heights that do not come in steps, have no ladder. */
 static void test_ladder(void **state)
@@ -378,12 +394,12 @@ static void test_rungs(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_parents), cmocka_unit_test(test_ladder),
-        cmocka_unit_test(test_loose),   cmocka_unit_test(test_steps),
-        cmocka_unit_test(test_sides),   cmocka_unit_test(test_radii),
-        cmocka_unit_test(test_damaged), cmocka_unit_test(test_damaged_more),
-        cmocka_unit_test(test_rungs),   cmocka_unit_test(test_rows),
-        cmocka_unit_test(test_learned),
+        cmocka_unit_test(test_parents),      cmocka_unit_test(test_known_odds),
+        cmocka_unit_test(test_ladder),       cmocka_unit_test(test_loose),
+        cmocka_unit_test(test_steps),        cmocka_unit_test(test_sides),
+        cmocka_unit_test(test_radii),        cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_damaged_more), cmocka_unit_test(test_rungs),
+        cmocka_unit_test(test_rows),         cmocka_unit_test(test_learned),
     };
     return cmocka_run_group_tests_name("choices of squares", tests, NULL, NULL);
 }

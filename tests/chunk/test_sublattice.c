@@ -153,6 +153,7 @@ static stp_status head_status(bool may_coarsen, unsigned sublattice, stp_error *
     stp_tight_writer w = {0};
     stp_tight_reader r;
     stp_bytes bytes = {0};
+    bool written;
     int16_t cells[STP_SAMPLE_COLUMN_COUNT] = {0}, beside[STP_SAMPLE_COLUMN_COUNT] = {0};
     uint8_t sublattices[1] = {99};
     stp_table table = {.values = cells,
@@ -166,9 +167,9 @@ static stp_status head_status(bool may_coarsen, unsigned sublattice, stp_error *
                        .sublattice_count = 1,
                        .beside = beside,
                        .tight_first = stp_tight_elder};
-    stp_tight_begin(&w);
+    stp_tight_begin(false, &w);
     put_head(&w, sublattice);
-    assert_int_equal(stp_tight_write(&w, &bytes, NULL), STP_OK);
+    assert_int_equal(stp_tight_write(&w, &bytes, &written, NULL), STP_OK);
     assert_int_equal(stp_tight_read(&r, bytes.data, bytes.size, NULL), STP_OK);
     stp_status status = stp_tight_get(&r, &table, err);
     if (status == STP_OK)

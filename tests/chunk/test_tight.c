@@ -86,12 +86,13 @@ static void lanes_may_be_uneven(void **state)
         stp_tight_writer w = {0};
         stp_tight_reader r;
         stp_bytes bytes = {0};
+        bool written;
         assert_int_equal(stp_symbols_reserve(&w.symbols, 200, NULL), STP_OK);
         for (uint32_t i = 0; i < 100 + alone; i++)
             stp_symbol_put_bits(&w.symbols, i < 100 && i % 2, 77 * i + 1, 16);
-        assert_int_equal(stp_tight_write(&w, &bytes, NULL), STP_OK);
+        assert_int_equal(stp_tight_write(&w, &bytes, &written, NULL), STP_OK);
         assert_true(stp_is_tight(bytes.data, bytes.size));
-        assert_int_equal(stp_symbols_are_short(bytes.data, bytes.size), alone < 3);
+        assert_int_equal(stp_symbols_are_short(bytes.data, bytes.size, false), alone < 3);
         assert_in_range(bytes.size, 2 * (100 + alone), 2 * (100 + alone) + (alone < 3 ? 8 : 16));
         assert_int_equal(stp_tight_read(&r, bytes.data, bytes.size, NULL), STP_OK);
         for (uint32_t i = 0; i < 100 + alone; i++)
@@ -153,6 +154,7 @@ static stp_status head_status(unsigned shift, double step, unsigned how, stp_err
     stp_tight_writer w = {0};
     stp_tight_reader r;
     stp_bytes bytes = {0};
+    bool written;
     int16_t cells[STP_SAMPLE_COLUMN_COUNT] = {0}, beside[STP_SAMPLE_COLUMN_COUNT] = {0};
     stp_table table = {.values = cells,
                        .stride = 1,
@@ -165,7 +167,7 @@ static stp_status head_status(unsigned shift, double step, unsigned how, stp_err
     const stp_scale scale = {.step = step};
     uint8_t scale_bytes[STP_SCALE_BYTES];
     stp_scale_write(&scale, scale_bytes);
-    stp_tight_begin(&w);
+    stp_tight_begin(false, &w);
     assert_int_equal(stp_symbols_reserve(&w.symbols, 50, NULL), STP_OK);
     stp_symbol_put_bits(&w.symbols, 0, shift, 4);
     stp_symbol_put_bits(&w.symbols, 0, 1, 1);
@@ -173,7 +175,7 @@ static stp_status head_status(unsigned shift, double step, unsigned how, stp_err
         stp_symbol_put_bits(&w.symbols, 0, stp_get_u16(scale_bytes + i), 16);
     for (unsigned c = 0; c < STP_SAMPLE_COLUMN_COUNT; c++)
         stp_symbol_put(&w.symbols, 0, &w.how, 5, c == 0 ? how : 1, 0, 0);
-    assert_int_equal(stp_tight_write(&w, &bytes, NULL), STP_OK);
+    assert_int_equal(stp_tight_write(&w, &bytes, &written, NULL), STP_OK);
     assert_int_equal(stp_tight_read(&r, bytes.data, bytes.size, NULL), STP_OK);
     stp_status status = stp_tight_get(&r, &table, err);
     if (status == STP_OK)

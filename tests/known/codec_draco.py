@@ -5,9 +5,10 @@ import struct
 
 import codec_squares
 from corners import Equal, has_corners, read_corners
+from known_odds import Known
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
                    grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
-from odds import TIGHT_LADDER, TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Symbols, is_short, read_columns, tight_columns
+from odds import TIGHT_LADDER, TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Row, Symbols, is_short, read_columns, tight_columns
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
@@ -169,8 +170,8 @@ class TightTables:
         self.shift = None
         return read_corners(self.symbols, patches, self.name)
 
-    def read(self, rows, columns, level=None, last=False):
-        """The next table: of patches, of their squares, or of samples; level: None for level 3."""
+    def read(self, rows, columns, level=None, last=False, kinds=()):
+        """The next table: of patches, of their squares, or of samples; level: None for level 3; kinds: of its rows."""
         symbols, shift, radii, same, coded = self.symbols, 0, 0, {}, []
         if rows == 0:
             return Table()
@@ -188,8 +189,10 @@ class TightTables:
                 self.scale = Scale(Cursor(data, self.name))
             if self.coarse and symbols.bits(0, 1):
                 self.read_sublattices()
+        known = Known(columns, level, last) if symbols.known else None
         for c in range(columns):
-            how = symbols.symbol(0, symbols.how, 5, 0)[0]
+            odds = known.how(c, c == 0 or coded[-1:] == [c - 1]) if known else symbols.how
+            how = symbols.symbol(0, odds, 5, 0)[0]
             require(how <= 2, f"{self.name}: a column is coded in way {how}")
             if how == 0:
                 coded.append(c)
@@ -202,7 +205,7 @@ class TightTables:
             firsts = TIGHT_SAMPLES[0 if level is None else 1 + last]
         else:
             firsts = TIGHT_PATCHES if patches else TIGHT_LADDER if columns == LADDER_COLUMNS else TIGHT_OWN
-        table = tight_columns(symbols, rows, columns, coded, firsts) | same
+        table = tight_columns(symbols, rows, columns, coded, firsts, known, kinds) | same
         return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches, radii)
 
     def end(self):
@@ -215,7 +218,7 @@ class LooseTables:
     def __init__(self, cursor, joined):
         self.cursor, self.joined = cursor, joined
 
-    def read(self, rows, columns, level=None, last=False):
+    def read(self, rows, columns, level=None, last=False, _kinds=()):
         return read_table(self.cursor, rows, columns, self.joined, level)
 
     def end(self):
@@ -446,12 +449,13 @@ def family(parent, children, rows, shifts, scales, sublattice, turnings):
         normals.add(e, child)
 
 
-def told_of(corners, patches, level):
-    """How many elder and last children of a level are told."""
-    told, i = [0, 0], 0
-    for children in (c for patch in patches for c in families(patch, level)):
+def told_of(corners, patches, level, parents):
+    """The rows of elder and of last children of a level that are told."""
+    told, i = ([], []), 0
+    for children, parent in zip((c for patch in patches for c in families(patch, level)), parents):
         for k in children:
-            told[k == children[-1]] += not (corners and corners[i])
+            if not (corners and corners[i]):
+                told[k == children[-1]].append(Row(children[-1] - k, parent.flags))
             i += 1
     return told
 
@@ -535,9 +539,9 @@ def decode(segments, patch_count, linked, name, joined=False):
         tables.patch_count, corners = patch_count, []
         if level == 0 and isinstance(tables, TightTables) and has_corners(patches):
             corners = tables.read_corners(patches)
-        told = told_of(corners, patches, level)
+        told = told_of(corners, patches, level, levels[level + 1])
         ladder = ladder_of(tables.read(rungs, LADDER_COLUMNS).rows, cursor.name)
-        both = [tables.read(rows, SAMPLE_COLUMNS, level, last) for last, rows in enumerate(told)]
+        both = [tables.read(len(rows), SAMPLE_COLUMNS, level, last, rows) for last, rows in enumerate(told)]
         levels[level] = (codec_squares.decode_level(squares, level, *how, levels[level + 1], both, ladder,
                                                     getattr(tables, "symbols", None)) if squares else
                          finer_level(*both, patches, level, levels[level + 1], getattr(tables, "sublattices", []), corners))

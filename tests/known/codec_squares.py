@@ -332,7 +332,7 @@ class Rows:
                 total = sum(n[2] * self.size[i][v] for n, i in zip(NEAR, near) if i >= 0)
                 mean = (mean + (total * (65536 // all_shares) >> 8)) // 2
             number.beside = beside
-            cell = number.read(self.symbols, shift, mean, 8)
+            cell = number.read(self.symbols, None, shift, mean, 8)
             value.append(int(single(min(max(hoped, 0.0), 255.0) + 0.5)) + cell & 255)
             error = single(value[v] - hoped)
             step = single(single(error * (5 / 64)) / single(4.0 + sum_of(inputs, inputs)))

@@ -216,6 +216,10 @@ in_blocks rows/2_0 middles.ply
 mkdir -p coarse
 "$program" gen statue -n 1000 --seed 13 -o middles.ply --quiet --force
 in_blocks coarse/2_0 middles.ply
+# From here on odds are known; fits and closed samples tell of them, too.
+mkdir -p known
+"$program" gen statue -n 1200 --noise 0.5 --seed 15 -o middles.ply --quiet --force
+in_blocks known/2_0 middles.ply
 # Maps as their paper stores them, and the same in the other codecs.
 mkdir -p paper
 "$program" gen statue -n 700 --seed 12 -o maps.ply --quiet --force

@@ -30,10 +30,14 @@ TIGHT_SQUARES = (((7, 0, 0, 7, 7, 9, 8, 8, 8, 3, 3, 11), (7, 0, 0, 7, 7, 8, 8, 8
 FALLING, RISING = (9, *range(15, 23), *range(25, 33), 35, 36), (2, 4, 6, 38, 41)
 
 
-def is_short(cursor):
-    """Whether states of as many bytes as they need follow."""
+# Of B, among elder children, the odds that are known differ by how many siblings follow.
+POSITION_B = 10
+
+
+def is_short(cursor, marks=(0, 1)):
+    """Whether states of as many bytes as they need follow; mark 0: of known odds."""
     head = cursor.data[cursor.at:cursor.at + 4]
-    return len(head) == 4 and head[3] >> 6 == 1 and 1 <= head[3] & 7 <= 5
+    return len(head) == 4 and head[3] >> 6 in marks and 1 <= head[3] & 7 <= 5
 
 
 class Symbols:
@@ -41,6 +45,7 @@ class Symbols:
 
     def __init__(self, cursor, tight=False):
         self.cursor, self.last = cursor, 1 << 31
+        self.known = tight and is_short(cursor, (0,))
         if tight and is_short(cursor):
             first, sizes, self.last = cursor.take(3), cursor.number(1), 1 << 15
             first += cursor.take(sizes & 7)
@@ -94,11 +99,14 @@ class Numbers:
         self.lane, self.mean, self.beside, self.size, self.cells = lane, 1 << first, beside, NONE, []
         self.odds = [[falling_odds(ratio, side) for ratio in row] for row in RATIOS]
 
-    def read(self, symbols, shift, mean=None, bits=16):
+    def odds_of(self, size, _row):
+        return self.odds[size][self.beside.size if self.beside else NONE]
+
+    def read(self, symbols, row, shift, mean=None, bits=16):
         """The next cell, modulo 2^bits. mean: in place of the column's."""
         length = (self.mean if mean is None else mean).bit_length()
         low = max(length - 10, 0)
-        odds = self.odds[min(max(length, 4), 10) - 4][self.beside.size if self.beside else NONE]
+        odds = self.odds_of(min(max(length, 4), 10) - 4, row)
         symbol, plain = symbols.symbol(self.lane, odds, shift, low)
         high = symbol - MOST
         if symbol == FAR:
@@ -112,6 +120,19 @@ class Numbers:
         return cell
 
 
+class KnownNumbers(Numbers):
+    """A column of numbers whose odds are known."""
+
+    def __init__(self, lane, first, beside, odds, is_b):
+        self.lane, self.mean, self.beside, self.size, self.cells = lane, 1 << first, beside, NONE, []
+        self.odds, self.is_b = odds, is_b
+
+    def odds_of(self, size, row):
+        if not self.beside:
+            return self.odds[4 * size + row.left]
+        return self.odds[4 * size + self.beside.size + (3 * (row.left - 1) if self.is_b and row.left else 0)]
+
+
 class Kinds:
     """A column of kinds: flags, classes, children."""
 
@@ -122,11 +143,36 @@ class Kinds:
         odds = [0] + [ALL - step * (17 - s) for s in range(1, 16)] + [ALL - 4 * (SYMBOLS - s) for s in range(16, SYMBOLS)]
         self.upper, self.lower = [list(odds) for _ in range(16)], [list(odds) for _ in range(4)]
 
-    def read(self, symbols, shift):
-        upper = symbols.symbol(self.lane, self.upper[self.before >> 4], shift, 0)[0] & 15
-        odds = self.lower[2 * (upper != 0) + (self.before & 15 != 0)]
+    def odds_of(self, _row):
+        return self.upper[self.before >> 4], self.lower
+
+    def read(self, symbols, row, shift):
+        odds, lower = self.odds_of(row)
+        upper = symbols.symbol(self.lane, odds, shift, 0)[0] & 15
+        odds = lower[2 * (upper != 0) + (self.before & 15 != 0)]
         self.before = upper << 4 | symbols.symbol(self.lane, odds, shift, 0)[0] & 15
         self.cells.append(signed(self.before, 8))
+
+
+class KnownKinds(Kinds):
+    """A column of kinds whose odds are known."""
+
+    def __init__(self, lane, odds):
+        self.lane, self.before, self.cells, self.upper, self.lower = lane, 0, [], odds[:16], odds[16:24]
+
+    def odds_of(self, row):
+        upper = self.before >> 4 if row is NO_PARENT else self.before >> 6 | 4 * row.fit
+        return self.upper[upper], self.lower[4 * row.closed:]
+
+
+class Row:
+    """What is known of a row: how many siblings follow, the parent's fit, and whether the parent is closed."""
+
+    def __init__(self, left=0, flags=0):
+        self.left, self.fit, self.closed = left, flags >> 6, flags >> 3 & 1
+
+
+NO_PARENT = Row()
 
 
 def beside_of(column, columns):
@@ -136,28 +182,32 @@ def beside_of(column, columns):
     return None if column in PATCH_ALONE else column - 1
 
 
-def tight_column(lane, c, columns, table, firsts):
+def tight_column(lane, c, columns, table, firsts, known):
     kinds = KINDS.get(columns, PATCH_KINDS)
+    if known:
+        beside, is_b = table.get(beside_of(c, columns)), columns == 12 and c == POSITION_B
+        return KnownKinds(lane, known.cells(c)) if c in kinds else KnownNumbers(lane, firsts[c], beside, known.cells(c), is_b)
     side = (c in RISING) - (c in FALLING) if columns not in KINDS else 0
     return Kinds(lane, 128) if c in kinds else Numbers(lane, firsts[c], table.get(beside_of(c, columns)), side)
 
 
-def read_rows(symbols, rows, table, firsts):
-    """Reads all cells. firsts: None, or the first means that row 0 leaves as they are."""
+def read_rows(symbols, rows, table, firsts, known=False, kinds=()):
+    """Reads all cells. firsts: None, or the first means that row 0 leaves as they are; kinds: of rows, if they are known."""
     for row in range(rows):
         for c, column in table.items():
-            column.read(symbols, 5 + (row >= 64) + (row >= 256))
+            shift = 6 + (row >= 64) if known else 5 + (row >= 64) + (row >= 256)
+            column.read(symbols, kinds[row] if kinds else NO_PARENT, shift)
             if firsts and row == 0:
                 column.mean = 1 << firsts[c]
     return {c: column.cells for c, column in table.items()}
 
 
-def tight_columns(symbols, rows, columns, coded, firsts):
+def tight_columns(symbols, rows, columns, coded, firsts, known=None, kinds=()):
     """The cells of the columns `coded` of a tight table."""
     table = {}
     for i, c in enumerate(coded):
-        table[c] = tight_column(i % LANES, c, columns, table, firsts)
-    return read_rows(symbols, rows, table, firsts)
+        table[c] = tight_column(i % LANES, c, columns, table, firsts, known)
+    return read_rows(symbols, rows, table, firsts, known, kinds)
 
 
 def read_columns(cursor, rows, columns, same, middles, tight):

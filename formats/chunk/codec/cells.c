@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/wide.h"
+#include "formats/chunk/codec/predict.h"
 #include "formats/chunk/codec/symbols.h"
 
 #include <stdlib.h>
@@ -31,19 +32,27 @@
 /* The odds of a column of kinds: of the upper half by that of the cell before; of the lower half by
  * whether the upper one, and the lower one of the cell before, are not 0. */
 typedef struct kind_odds {
-    stp_odds upper[HALVES], lower[4];
+    stp_odds upper[HALVES], lower[8];
 } kind_odds;
+
+/* What a row adds to the number of the odds of the halves of kinds, if they are known. */
+typedef struct row_places {
+    unsigned upper, lower;
+} row_places;
 
 /* A column that is coded. */
 typedef struct column {
     union {
         stp_number_odds numbers;
         kind_odds kinds;
+        stp_odds known[STP_KNOWN_CELLS];
     } odds;
     int16_t *cells;
     const unsigned *size_beside; /* `size` of the column beside, or of none */
+    unsigned before_shift;       /* of kinds: so many bits less of the last cell count */
     uint32_t mean;               /* of the magnitudes of the cells before, in 1/256 */
     unsigned size;               /* of the last cell: STP_BESIDE_SMALL and so on */
+    unsigned size_least;         /* what a small cell has: STP_BESIDE_SMALL, or by the row */
     unsigned before;             /* of kinds: the last cell */
     unsigned lane, number;       /* which lane of symbols; which column of the table */
     bool is_kinds;
@@ -116,18 +125,25 @@ INLINE stp_number_way way_of(const column *c, int shift)
     return (stp_number_way){c->mean, *c->size_beside, c->lane, shift};
 }
 
+/* Takes what the cell is beside others, and the cell. */
+INLINE void take(column *c, unsigned size, int32_t cell)
+{
+    c->size = c->size_least + size - STP_BESIDE_SMALL;
+    c->mean = stp_mean_after(c->mean, cell);
+}
+
 INLINE void put_number(stp_symbol_writer *w, column *c, int32_t cell, int shift)
 {
     const stp_number_way way = way_of(c, shift);
-    c->size = stp_number_put(w, &c->odds.numbers, &way, cell);
-    c->mean = stp_mean_after(c->mean, cell);
+    take(c, stp_number_put(w, c->odds.known, &way, cell), cell);
 }
 
 INLINE int16_t get_number(stp_symbol_reader *r, column *c, int shift)
 {
     const stp_number_way way = way_of(c, shift);
-    const int16_t cell = stp_number_get(r, &c->odds.numbers, &way, &c->size);
-    c->mean = stp_mean_after(c->mean, cell);
+    unsigned size;
+    const int16_t cell = stp_number_get(r, c->odds.known, &way, &size);
+    take(c, size, cell);
     return cell;
 }
 
@@ -138,22 +154,29 @@ INLINE unsigned lower_odds(const column *c, unsigned upper)
     return 2u * (upper != 0) + ((c->before & (HALVES - 1)) != 0);
 }
 
-INLINE void put_kind(stp_symbol_writer *w, column *c, unsigned cell, int shift)
+/* Likewise the upper half: by that of the cell before, or what it tells beside the row. */
+INLINE unsigned upper_odds(const column *c, const row_places *row)
 {
-    const unsigned was = c->before >> HALF_BITS, upper = cell >> HALF_BITS;
-    const unsigned k = lower_odds(c, upper);
+    return (c->before >> HALF_BITS >> c->before_shift) + row->upper;
+}
+
+INLINE void put_kind(stp_symbol_writer *w, column *c, const row_places *row, unsigned cell,
+                     int shift)
+{
+    const unsigned upper = cell >> HALF_BITS;
+    const unsigned was = upper_odds(c, row), k = lower_odds(c, upper) + row->lower;
     stp_symbol_put(w, c->lane, &c->odds.kinds.upper[was], shift, upper, 0, 0);
     stp_symbol_put(w, c->lane, &c->odds.kinds.lower[k], shift, cell & (HALVES - 1), 0, 0);
     c->before = cell;
 }
 
-INLINE int16_t get_kind(stp_symbol_reader *r, column *c, int shift)
+INLINE int16_t get_kind(stp_symbol_reader *r, column *c, const row_places *row, int shift)
 {
-    const unsigned was = c->before >> HALF_BITS;
+    const unsigned was = upper_odds(c, row);
     uint32_t none;
     const unsigned upper =
         stp_symbol_get(r, c->lane, &c->odds.kinds.upper[was], shift, 0, &none) & (HALVES - 1);
-    const unsigned k = lower_odds(c, upper);
+    const unsigned k = lower_odds(c, upper) + row->lower;
     const unsigned lower =
         stp_symbol_get(r, c->lane, &c->odds.kinds.lower[k], shift, 0, &none) & (HALVES - 1);
     c->before = upper << HALF_BITS | lower;
@@ -167,16 +190,40 @@ typedef struct columns {
     void *memory;
     column *of;
     unsigned count, number_count;
+    bool known;
+    /* If odds are known: the kinds of rows, NULL if all are 0; what stands beside columns that have
+     * none beside them; and the size_least of the column beside B, or of nobody. */
+    const uint8_t *row_kinds;
+    unsigned alone;
+    unsigned *size_least_beside_b, nobody;
     const uint8_t *first; /* by column of the table: the bits of its first mean. Not NULL: the cells
                              of the first row leave means as they are */
 } columns;
+
+/* The odds of a column before its first cell. first: NULL if they are known. */
+static void column_begin(const stp_table *table, stp_first_odds *first, column *c)
+{
+    const int side = table->tight && table->side ? table->side[c->number] : 0;
+    const bool is_b = table->row_kinds && c->number == STP_COLUMN_POSITION_B;
+    const unsigned count = c->is_kinds ? STP_KNOWN_KINDS
+                           : is_b      ? STP_KNOWN_CELLS
+                                       : STP_KNOWN_NUMBERS;
+    if (!first)
+        stp_known_cells(table->known + (size_t)STP_KNOWN_COUNT * c->number, count, c->odds.known);
+    if (first && c->is_kinds)
+        kind_odds_begin(table->tight, &c->odds.kinds);
+    else if (first)
+        c->odds.numbers = *stp_number_odds_first(first, side);
+}
 
 static stp_status columns_create(const stp_table *table, uint64_t constant, stp_first_odds *first,
                                  columns *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    static const unsigned none = STP_BESIDE_ABSENT;
     const unsigned *size[STP_TABLE_COLUMNS_LIMIT];
+    out->known = !first;
+    out->size_least_beside_b = &out->nobody;
+    out->row_kinds = first ? NULL : table->row_kinds;
     STP_TRY(
         stp_alloc_unset(&out->memory, table->column_count + 1u, sizeof *out->of, "columns", err));
     out->of = (column *)(((uintptr_t)out->memory + _Alignof(column) - 1) & ~(_Alignof(column) - 1));
@@ -184,7 +231,7 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, stp_
     for (unsigned k = 0; k < table->column_count; k++) {
         column *c = &out->of[out->count];
         const int beside = table->beside[k];
-        size[k] = &none;
+        size[k] = &out->alone;
         if (constant >> k & 1u)
             continue;
         c->mean = c->size = c->before = 0;
@@ -193,14 +240,14 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, stp_
         c->lane = out->count++ % STP_SYMBOL_LANES;
         c->cells = stp_table_column(table, k);
         c->is_kinds = beside == STP_BESIDE_KINDS;
-        c->size_beside = beside >= 0 ? size[beside] : &none;
+        c->size_beside = beside >= 0 ? size[beside] : &out->alone;
         size[k] = &c->size;
         out->number_count += !c->is_kinds;
-        const int side = table->tight && table->side ? table->side[k] : 0;
-        if (c->is_kinds)
-            kind_odds_begin(table->tight, &c->odds.kinds);
-        else
-            c->odds.numbers = *stp_number_odds_first(first, side);
+        c->size_least = STP_BESIDE_SMALL;
+        if (out->row_kinds && k == STP_COLUMN_POSITION_A)
+            out->size_least_beside_b = &c->size_least;
+        c->before_shift = out->row_kinds ? 2 : 0;
+        column_begin(table, first, c);
     }
 done:
     return status;
@@ -224,21 +271,37 @@ static uint8_t first_mean(const int16_t *cells, uint32_t count)
     return (uint8_t)(stp_significant_bits(mean + mean / 2) - 1);
 }
 
-STP_WIDE
-static void put_row(stp_symbol_writer *w, const columns *all, uint32_t row)
+/* Takes what a row's kind tells. */
+INLINE row_places row_begin(columns *all, uint32_t row)
 {
-    const int shift = stp_odds_shift(row);
+    if (!all->row_kinds)
+        return (row_places){0};
+    static const uint8_t least[4] = {STP_BESIDE_SMALL, STP_BESIDE_SMALL,
+                                     STP_BESIDE_SMALL + (STP_NUMBER_BESIDES - STP_BESIDE_SMALL),
+                                     STP_BESIDE_SMALL +
+                                         2 * (STP_NUMBER_BESIDES - STP_BESIDE_SMALL)};
+    const unsigned kind = all->row_kinds[row], left = kind & 3u;
+    all->alone = left;
+    *all->size_least_beside_b = least[left];
+    return (row_places){.upper = kind & 12u, .lower = kind >> 2 & 4u};
+}
+
+STP_WIDE
+static void put_row(stp_symbol_writer *w, columns *all, uint32_t row)
+{
+    const int shift = stp_odds_shift(row, all->known);
+    const row_places places = row_begin(all, row);
     stp_symbol_writer own = *w; /* nothing else points to it: it stays in registers */
     column *const end = all->of + all->count;
     for (column *c = all->of; c < end; c++)
         if (c->is_kinds)
-            put_kind(&own, c, (uint8_t)c->cells[row], shift);
+            put_kind(&own, c, &places, (uint8_t)c->cells[row], shift);
         else
             put_number(&own, c, c->cells[row], shift);
     *w = own;
 }
 
-static stp_status put_rows(const columns *all, uint32_t rows, stp_symbol_writer *w, stp_error *err)
+static stp_status put_rows(columns *all, uint32_t rows, stp_symbol_writer *w, stp_error *err)
 {
     stp_status status = STP_OK;
     begin_known_means(all);
@@ -308,16 +371,19 @@ static stp_status take_first(const uint8_t *bytes, size_t size, columns *all, si
     return STP_OK;
 }
 
-/* counted: adds up each column's bytes. A constant in each caller. */
-INLINE void decode_rows(stp_symbol_reader *r, const columns *all, uint32_t rows, bool counted)
+/* counted: adds up each column's bytes; known: odds are known. Constants in each caller. */
+INLINE void decode_rows_as(stp_symbol_reader *r, columns *all, uint32_t rows, bool counted,
+                           bool known)
 {
     stp_symbol_reader own = *r; /* nothing else points to it: it stays in registers */
     column *const end = all->of + all->count;
     for (uint32_t i = 0; i < rows; i++) {
-        const int shift = stp_odds_shift(i);
+        const int shift = stp_odds_shift(i, known);
+        const row_places places = known ? row_begin(all, i) : (row_places){0};
         for (column *c = all->of; c < end; c++) {
             const uint8_t *begin = own.next;
-            c->cells[i] = c->is_kinds ? get_kind(&own, c, shift) : get_number(&own, c, shift);
+            c->cells[i] =
+                c->is_kinds ? get_kind(&own, c, &places, shift) : get_number(&own, c, shift);
             if (counted)
                 c->bytes += (uint64_t)(own.next - begin);
         }
@@ -327,10 +393,18 @@ INLINE void decode_rows(stp_symbol_reader *r, const columns *all, uint32_t rows,
     *r = own;
 }
 
+INLINE void decode_rows(stp_symbol_reader *r, columns *all, uint32_t rows, bool counted)
+{
+    if (all->known)
+        decode_rows_as(r, all, rows, counted, true);
+    else
+        decode_rows_as(r, all, rows, counted, false);
+}
+
 #ifdef __x86_64__
 /* The same for processors with wider registers, with the same results. */
 __attribute__((target("avx2,bmi,bmi2,lzcnt"))) static void
-decode_rows_wide(stp_symbol_reader *r, const columns *all, uint32_t rows)
+decode_rows_wide(stp_symbol_reader *r, columns *all, uint32_t rows)
 {
     decode_rows(r, all, rows, false);
 }
@@ -341,13 +415,13 @@ __attribute__((target(AVX512))) static void
 #else
 __attribute__((target(AVX512 ",prefer-vector-width=512"))) static void
 #endif
-decode_rows_widest(stp_symbol_reader *r, const columns *all, uint32_t rows)
+decode_rows_widest(stp_symbol_reader *r, columns *all, uint32_t rows)
 {
     decode_rows(r, all, rows, false);
 }
 #endif
 
-static void decode_quickly(stp_symbol_reader *r, const columns *all, uint32_t rows)
+static void decode_quickly(stp_symbol_reader *r, columns *all, uint32_t rows)
 {
 #ifdef __x86_64__
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
@@ -364,7 +438,7 @@ static void decode_quickly(stp_symbol_reader *r, const columns *all, uint32_t ro
 }
 
 /* Decodes all columns. Adds what each takes to the table's count, if somebody asks. */
-static void get_rows(stp_symbol_reader *r, const columns *all, const stp_table *table)
+static void get_rows(stp_symbol_reader *r, columns *all, const stp_table *table)
 {
     if (!table->column_bytes) {
         decode_quickly(r, all, table->row_count);

@@ -28,7 +28,8 @@ stp_status stp_cells_decode(const uint8_t *bytes, size_t size, uint64_t constant
                             stp_error *err);
 
 /* The same of a tight table, among other symbols. What does not fit into the bytes, the reader
- * tells at their end. first: is used and added to. Errors: OUT_OF_MEMORY. */
+ * tells at their end. first: is used and added to; NULL: the odds are known, which the table has.
+ * Errors: OUT_OF_MEMORY. */
 stp_status stp_cells_put(const stp_table *table, uint64_t constant, stp_first_odds *first,
                          stp_symbol_writer *w, stp_error *err);
 stp_status stp_cells_get(stp_symbol_reader *r, uint64_t constant, stp_first_odds *first,

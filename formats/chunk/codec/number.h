@@ -94,15 +94,16 @@ STP_INLINE void stp_number_put_far(stp_symbol_writer *w, unsigned lane, int32_t 
     stp_symbol_put_bits(w, lane, beyond - (1u << length), length);
 }
 
-/* Takes a number, for which there must be room. Returns its stp_beside_of. */
-STP_INLINE unsigned stp_number_put(stp_symbol_writer *w, stp_number_odds *odds,
-                                   const stp_number_way *way, int32_t number)
+/* Takes a number, for which there must be room. odds: as in stp_number_odds, or known. Returns its
+ * stp_beside_of. */
+STP_INLINE unsigned stp_number_put(stp_symbol_writer *w, stp_odds *odds, const stp_number_way *way,
+                                   int32_t number)
 {
     const unsigned bits = stp_mean_low_bits(way->mean);
     const int32_t raised = number + (int32_t)(1u << bits >> 1);
     const int32_t high = raised >> bits;
     const bool far = abs(high) > STP_NUMBER_HIGH_MOST;
-    stp_symbol_put(w, way->lane, &odds->of[stp_number_odds_at(way)], way->shift,
+    stp_symbol_put(w, way->lane, &odds[stp_number_odds_at(way)], way->shift,
                    far ? STP_NUMBER_FAR : (unsigned)(high + STP_NUMBER_HIGH_MOST),
                    (uint32_t)raised & ((1u << bits) - 1), bits);
     if (far)
@@ -120,13 +121,13 @@ STP_INLINE int32_t stp_number_get_far(stp_symbol_reader *r, unsigned lane)
 }
 
 /* The next number; *beside: its stp_beside_of. */
-STP_INLINE int16_t stp_number_get(stp_symbol_reader *r, stp_number_odds *odds,
-                                  const stp_number_way *way, unsigned *beside)
+STP_INLINE int16_t stp_number_get(stp_symbol_reader *r, stp_odds *odds, const stp_number_way *way,
+                                  unsigned *beside)
 {
     const unsigned bits = stp_mean_low_bits(way->mean);
     uint32_t low;
     const unsigned symbol =
-        stp_symbol_get(r, way->lane, &odds->of[stp_number_odds_at(way)], way->shift, bits, &low);
+        stp_symbol_get(r, way->lane, &odds[stp_number_odds_at(way)], way->shift, bits, &low);
     uint32_t high = (uint32_t)symbol - STP_NUMBER_HIGH_MOST;
     if (symbol == STP_NUMBER_FAR)
         high = (uint32_t)stp_number_get_far(r, way->lane);

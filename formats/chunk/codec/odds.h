@@ -28,10 +28,11 @@ typedef struct stp_odds {
 #define STP_ODDS_QUICK_ROWS 64u
 #define STP_ODDS_MIDDLE_ROWS 256u
 
-/* A symbol of this row moves its odds by 1 / 2^shift of the way. */
-STP_INLINE int stp_odds_shift(uint32_t row)
+/* A symbol of this row moves its odds by 1 / 2^shift of the way. known: 1 if the odds begin as they
+ * are in other blocks, else 0. */
+STP_INLINE int stp_odds_shift(uint32_t row, int known)
 {
-    return 5 + (row >= STP_ODDS_QUICK_ROWS) + (row >= STP_ODDS_MIDDLE_ROWS);
+    return 5 + (row >= STP_ODDS_QUICK_ROWS) + (known | (row >= STP_ODDS_MIDDLE_ROWS));
 }
 
 /* The symbol at a place of the scale: one less than how many of `below` are not above it. */

@@ -192,6 +192,8 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
     tables.last.scale = tables.elder.scale;
     if (to->is_tight)
         stp_level_coarsen(chunk, level, &tables);
+    if (to->tight.known)
+        STP_TRY(stp_level_row_kinds(chunk, level, &tables, err));
     if (squares->found)
         STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to, &rows, err));
     else
@@ -226,25 +228,39 @@ static stp_status squares_begin(const stp_chunk *chunk, const block_squares *squ
     return stp_bytes_append(out, head, sizeof head, err);
 }
 
+/* Appends the tables of a part; nothing, and *written is false, if odds cannot be known. */
+static stp_status tables_encode(const stp_chunk *chunk, int segment, block_squares *squares,
+                                bool known, stp_bytes *out, bool *written, stp_error *err)
+{
+    stp_status status = STP_OK;
+    table_sink to = {.out = out, .is_tight = may_be_tight(chunk, segment, squares)};
+    *written = true;
+    stp_tight_begin(known && to.is_tight, &to.tight);
+    if (segment == 0) {
+        if (to.is_tight && squares->found)
+            STP_TRY(squares_begin(chunk, squares, out, err));
+        STP_TRY(patches_encode(chunk, squares, &to, err));
+        STP_TRY(vertices_encode(chunk, &to, err));
+    }
+    STP_TRY(level_encode(chunk, stp_segment_finest(segment), squares, &to, err));
+    if (to.is_tight)
+        STP_TRY(stp_tight_write(&to.tight, out, written, err));
+done:
+    stp_tight_clear(&to.tight);
+    return status;
+}
+
 static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     block_squares squares = {0};
-    table_sink to = {.out = out};
+    bool written = false;
     STP_TRY(squares_find(chunk, segment, &squares, err));
-    to.is_tight = may_be_tight(chunk, segment, &squares);
-    stp_tight_begin(&to.tight);
-    if (segment == 0) {
-        if (to.is_tight && squares.found)
-            STP_TRY(squares_begin(chunk, &squares, out, err));
-        STP_TRY(patches_encode(chunk, &squares, &to, err));
-        STP_TRY(vertices_encode(chunk, &to, err));
-    }
-    STP_TRY(level_encode(chunk, stp_segment_finest(segment), &squares, &to, err));
-    if (to.is_tight)
-        STP_TRY(stp_tight_write(&to.tight, out, err));
+    if (!squares.found)
+        STP_TRY(tables_encode(chunk, segment, &squares, true, out, &written, err));
+    if (!written)
+        STP_TRY(tables_encode(chunk, segment, &squares, false, out, &written, err));
 done:
-    stp_tight_clear(&to.tight);
     squares_clear(&squares);
     return status;
 }
@@ -416,6 +432,8 @@ static stp_status level_decode(table_source *from, int level, stp_chunk *chunk, 
     if (from->is_tight && level == 0 && stp_has_corners(chunk))
         STP_TRY(corners_read(from, chunk, &tables.corners, err));
     STP_TRY(stp_level_tables_create(chunk, level, squares, &tables, err));
+    if (from->is_tight && from->tight.known)
+        STP_TRY(stp_level_row_kinds(chunk, level, &tables, err));
     if (squares && !from->is_tight)
         STP_TRY(choice_read(from, level, err));
     if (squares && from->choice.rungs > 0)
@@ -468,6 +486,8 @@ static stp_status tables_begin(table_source *from, int segment, stp_chunk *chunk
     if (!from->is_tight)
         return STP_OK;
     STP_TRY(stp_tight_read(&from->tight, c->bytes, c->left, err));
+    if (from->tight.known && (from->first || stp_chunk_is_squares(chunk)))
+        return stp_error_set(err, STP_CORRUPT, "squares whose odds are known");
     if (from->shares)
         from->shares->bytes[STP_SHARE_FRAME] += (size_t)(from->tight.symbols.next - c->bytes);
     c->left = 0;

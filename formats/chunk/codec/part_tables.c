@@ -74,6 +74,7 @@ stp_status stp_part_table_create(const stp_chunk *chunk, stp_table *table, unsig
     table->first = patch_first;
     table->tight_first = table->is_patches ? stp_tight_patches : stp_tight_vertices;
     table->side = table->is_patches ? stp_tight_sides : NULL;
+    table->known = table->is_patches ? stp_known_patches() : stp_known_vertices();
     if (chunk->is_block)
         table->joined =
             column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
@@ -94,12 +95,26 @@ stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squar
         status = stp_part_table_create(chunk, &tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
     tables->elder.tight_first = squares ? stp_tight_squares[level > 0][0] : stp_tight_elder;
     tables->last.tight_first = squares ? stp_tight_squares[level > 0][1] : stp_tight_last;
+    tables->elder.known = stp_known_level(level, false);
+    tables->last.known = stp_known_level(level, true);
     tables->elder.may_scale = tables->last.may_scale = chunk->is_block && level == 0;
     tables->elder.may_coarsen = tables->last.may_coarsen = chunk->is_block && !squares;
     if (status == STP_OK && level == 0 && tables->elder.may_coarsen)
         status = stp_alloc(&tables->elder.sublattices, chunk->patch_count, 1, "sublattices", err);
     tables->last.sublattices = tables->elder.sublattices;
     tables->elder.sublattice_count = tables->last.sublattice_count = chunk->patch_count;
+    return status;
+}
+
+stp_status stp_level_row_kinds(const stp_chunk *chunk, int level, stp_level_tables *tables,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_table *elder = &tables->elder, *last = &tables->last;
+    STP_TRY(stp_alloc_unset(&elder->row_kinds, elder->row_count + 1u, 1, "rows", err));
+    STP_TRY(stp_alloc_unset(&last->row_kinds, last->row_count + 1u, 1, "rows", err));
+    stp_predict_row_kinds(chunk, level, tables->corners.of, elder->row_kinds, last->row_kinds);
+done:
     return status;
 }
 
@@ -140,5 +155,7 @@ void stp_level_tables_destroy(stp_level_tables *tables)
     free(tables->elder.values);
     free(tables->last.values);
     free(tables->elder.sublattices);
+    free(tables->elder.row_kinds);
+    free(tables->last.row_kinds);
     stp_corners_clear(&tables->corners);
 }

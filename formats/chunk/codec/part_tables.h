@@ -17,6 +17,10 @@ stp_status stp_part_table_create(const stp_chunk *chunk, stp_table *table, unsig
  * the block is one of squares. Errors: OUT_OF_MEMORY. */
 stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squares,
                                    stp_level_tables *tables, stp_error *err);
+/* Finds the kinds of rows of a level of points. The next coarser level must be there. Errors:
+ * OUT_OF_MEMORY. */
+stp_status stp_level_row_kinds(const stp_chunk *chunk, int level, stp_level_tables *tables,
+                               stp_error *err);
 /* The greatest shift of a grid that has all radii of a level. */
 unsigned stp_radius_shift(const stp_chunk *chunk, int level);
 /* Sets the coarsest grid of radii and, at level 0, the coarsest sublattices that all samples are

@@ -491,6 +491,30 @@ void stp_predict_row_counts(const stp_chunk *chunk, int level, uint32_t *elder, 
     *elder = chunk->level_begin[level][chunk->patch_count] - *last;
 }
 
+void stp_predict_row_kinds(const stp_chunk *chunk, int level, const stp_corner *corners,
+                           uint8_t *elder, uint8_t *last)
+{
+    const stp_sample *parent = chunk->samples[level + 1];
+    for (uint32_t i = 0; i < chunk->patch_count; i++) {
+        const unsigned count = chunk->patches[i].counts[level + 1];
+        const unsigned finer = chunk->patches[i].counts[level];
+        unsigned begin = 0;
+        for (unsigned j = 1; j <= count; j++) {
+            const unsigned end = stp_level_children_begin(j, count, finer);
+            const uint8_t kind = stp_row_kind_of(0, parent++->flags);
+            for (unsigned left = end - begin; left-- > 0;) {
+                if (corners && corners++->ago > 0)
+                    continue;
+                if (left > 0)
+                    *elder++ = (uint8_t)(kind | left);
+                else
+                    *last++ = kind;
+            }
+            begin = end;
+        }
+    }
+}
+
 void stp_predict_level_encode(const stp_chunk *chunk, int level, const stp_level_tables *tables)
 {
     code_level(chunk, level, tables->elder.sublattices, tables->corners.of,

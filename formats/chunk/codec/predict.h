@@ -40,6 +40,11 @@ typedef struct stp_level_tables {
 /* Rows of a level's two tables (level 0..2). Needs only patches and level_begin. */
 void stp_predict_row_counts(const stp_chunk *chunk, int level, uint32_t *elder, uint32_t *last);
 
+/* What the parents tell of the rows of a level's tables (known_odds.h); NULL for no rows. The next
+ * coarser level must be there. corners: of all samples of level 0, or NULL. */
+void stp_predict_row_kinds(const stp_chunk *chunk, int level, const stp_corner *corners,
+                           uint8_t *elder, uint8_t *last);
+
 /* Level 3, one table of patch_count rows. */
 void stp_predict_vertices_encode(const stp_chunk *chunk, const stp_table *table);
 void stp_predict_vertices_decode(stp_chunk *chunk, const stp_table *table);

@@ -9,8 +9,9 @@
 #define STATE_BYTES 8u
 #define STATES_BYTES (STATE_BYTES * STP_SYMBOL_LANES)
 #define WORD_BYTES 4u
-/* Short states: three bytes of the first; a byte with bit 6 set, bytes of the second state less 1
- * in bits 3-5, further bytes of the first in bits 0-2; these; the second state. */
+/* Short states: three bytes of the first; a byte with bit 6 set unless odds are known, bytes of the
+ * second state less 1 in bits 3-5, further bytes of the first in bits 0-2; these; the second state.
+ */
 #define SHORT_AT 4u
 #define SHORT_MARK 0x40u
 #define SIZE_BITS 3u
@@ -104,8 +105,8 @@ static size_t byte_length(uint64_t number, size_t least)
     return bytes;
 }
 
-stp_status stp_symbols_write_short(const stp_symbol_writer *w, stp_bytes *out, bool *written,
-                                   stp_error *err)
+stp_status stp_symbols_write_short(const stp_symbol_writer *w, bool known, stp_bytes *out,
+                                   bool *written, stp_error *err)
 {
     code c = {0};
     uint8_t head[SHORT_AT + STATES_BYTES];
@@ -116,7 +117,8 @@ stp_status stp_symbols_write_short(const stp_symbol_writer *w, stp_bytes *out, b
     if (*written) {
         const size_t first = byte_length(c.state[0], SHORT_AT), second = byte_length(c.state[1], 1);
         size_t at = put_state(c.state[0], SHORT_AT - 1, head, 0);
-        head[at++] = (uint8_t)(SHORT_MARK | (second - 1) << SIZE_BITS | (first - SHORT_AT + 1));
+        const size_t sizes = (second - 1) << SIZE_BITS | (first - SHORT_AT + 1);
+        head[at++] = (uint8_t)(sizes | (known ? 0 : SHORT_MARK));
         at = put_state(c.state[0] >> 8 * (SHORT_AT - 1), first - SHORT_AT + 1, head, at);
         at = put_state(c.state[1], second, head, at);
         status = append(&c, head, at, out, err);
@@ -145,12 +147,12 @@ static uint64_t get_state(const uint8_t *bytes, size_t count)
     return state;
 }
 
-bool stp_symbols_are_short(const uint8_t *bytes, size_t size)
+bool stp_symbols_are_short(const uint8_t *bytes, size_t size, bool known)
 {
     const unsigned sizes = size >= SHORT_AT ? bytes[SHORT_AT - 1] : 0;
     const unsigned more = sizes & ((1u << SIZE_BITS) - 1);
-    return sizes >> 2 * SIZE_BITS == SHORT_MARK >> 2 * SIZE_BITS && more > 0 &&
-           more <= FIRST_MORE_LIMIT;
+    const unsigned mark = known ? 0 : SHORT_MARK;
+    return sizes >> 2 * SIZE_BITS == mark >> 2 * SIZE_BITS && more > 0 && more <= FIRST_MORE_LIMIT;
 }
 
 stp_status stp_symbols_begin_short(stp_symbol_reader *r, const uint8_t *bytes, size_t size,

@@ -3,6 +3,7 @@
 #define STP_FORMATS_CHUNK_CODEC_TABLE_H
 
 #include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/known_odds.h"
 #include "formats/chunk/codec/scale.h"
 
 /* The mask has bits for other things behind those of columns. */
@@ -50,6 +51,10 @@ typedef struct stp_table {
     bool tight;
     const uint8_t *tight_first;
     const int8_t *side;
+    /* If the odds of a tight part are known: the curves of each column (known_odds.h), and of each
+     * row stp_row_kind_of; NULL: all 0. */
+    const uint8_t *known;
+    uint8_t *row_kinds;
     /* Decoding adds each column's bytes here; those of a stream go to its first column. NULL:
      * nobody asks. */
     uint64_t *column_bytes;

@@ -61,6 +61,15 @@ static void how_begin(stp_odds *how)
     how->below[HOW_CONSTANT] = 15 << 11;
 }
 
+/* The odds of how a column is coded, which is known: they do not go on. */
+static stp_odds *known_how(const stp_table *table, uint64_t constant, unsigned column,
+                           stp_odds *out)
+{
+    const unsigned before = column > 0 && constant >> (column - 1) & 1u;
+    stp_known_begin(table->known[STP_KNOWN_COUNT * column + STP_KNOWN_HOW + before], out);
+    return out;
+}
+
 /* Of how sublattices change from patch to patch: a half that they do not, else all alike. */
 static void sublattice_odds_begin(stp_odds *odds)
 {
@@ -73,8 +82,9 @@ static void sublattice_odds_begin(stp_odds *odds)
 
 /* ---- writing ---- */
 
-void stp_tight_begin(stp_tight_writer *w)
+void stp_tight_begin(bool known, stp_tight_writer *w)
 {
+    w->known = known;
     how_begin(&w->how);
 }
 
@@ -89,7 +99,8 @@ static void put_columns(stp_tight_writer *w, const stp_table *table, uint64_t co
         const int16_t value = *stp_table_column(table, c);
         const bool same = constant >> c & 1u;
         const unsigned how = !same ? HOW_VARYING : value == 0 ? HOW_ZERO : HOW_CONSTANT;
-        stp_symbol_put(&w->symbols, LANE, &w->how, HOW_SHIFT, how, 0, 0);
+        stp_odds own, *odds = w->known ? known_how(table, constant, c, &own) : &w->how;
+        stp_symbol_put(&w->symbols, LANE, odds, HOW_SHIFT, how, 0, 0);
         if (how == HOW_CONSTANT)
             stp_symbol_put_bits(&w->symbols, LANE, (uint16_t)value, CELL_BITS);
     }
@@ -161,7 +172,7 @@ stp_status stp_tight_put(stp_tight_writer *w, const stp_table *table, stp_error 
         STP_TRY(put_grids(w, table, err));
     STP_TRY(stp_symbols_reserve(&w->symbols, HEAD_ITEMS, err));
     put_columns(w, table, constant);
-    STP_TRY(stp_cells_put(table, constant, &w->first, &w->symbols, err));
+    STP_TRY(stp_cells_put(table, constant, w->known ? NULL : &w->first, &w->symbols, err));
 done:
     return status;
 }
@@ -176,12 +187,13 @@ stp_status stp_tight_put_corners(stp_tight_writer *w, const stp_chunk *block,
     return stp_corners_put(block, corners, LANE, &w->symbols, err);
 }
 
-stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, stp_error *err)
+stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, bool *written, stp_error *err)
 {
     const size_t begin = out->size;
     bool is_short;
-    stp_status status = stp_symbols_write_short(&w->symbols, out, &is_short, err);
-    if (status != STP_OK || is_short)
+    stp_status status = stp_symbols_write_short(&w->symbols, w->known, out, &is_short, err);
+    *written = is_short || !w->known;
+    if (status != STP_OK || is_short || w->known)
         return status;
     status = stp_symbols_write(&w->symbols, out, err);
     if (status != STP_OK)
@@ -197,12 +209,13 @@ stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, stp_error 
 bool stp_is_tight(const uint8_t *bytes, size_t size)
 {
     return (size >= MARK_BYTES && stp_get_u32(bytes) & TIGHT_MARK) ||
-           stp_symbols_are_short(bytes, size);
+           stp_symbols_are_short(bytes, size, false) || stp_symbols_are_short(bytes, size, true);
 }
 
 stp_status stp_tight_read(stp_tight_reader *r, const uint8_t *bytes, size_t size, stp_error *err)
 {
-    const bool is_short = stp_symbols_are_short(bytes, size);
+    r->known = stp_symbols_are_short(bytes, size, true);
+    const bool is_short = r->known || stp_symbols_are_short(bytes, size, false);
     stp_status status = is_short ? stp_symbols_begin_short(&r->symbols, bytes, size, err)
                                  : stp_symbols_begin(&r->symbols, bytes, size, err);
     if (status != STP_OK)
@@ -235,7 +248,8 @@ static stp_status get_columns(stp_tight_reader *r, const stp_table *table, uint6
     *constant = 0;
     for (unsigned c = 0; c < table->column_count; c++) {
         uint32_t plain;
-        const unsigned how = stp_symbol_get(&r->symbols, LANE, &r->how, HOW_SHIFT, 0, &plain);
+        stp_odds own, *odds = r->known ? known_how(table, *constant, c, &own) : &r->how;
+        const unsigned how = stp_symbol_get(&r->symbols, LANE, odds, HOW_SHIFT, 0, &plain);
         if (how >= HOW_COUNT)
             return stp_error_set(err, STP_CORRUPT, "a column of a table is coded in no known way");
         if (how == HOW_VARYING)
@@ -303,7 +317,7 @@ stp_status stp_tight_get(stp_tight_reader *r, stp_table *table, stp_error *err)
     if (table->may_shift)
         STP_TRY(get_grids(r, table, err));
     STP_TRY(get_columns(r, table, &constant, err));
-    STP_TRY(stp_cells_get(&r->symbols, constant, &r->first, table, err));
+    STP_TRY(stp_cells_get(&r->symbols, constant, r->known ? NULL : &r->first, table, err));
 done:
     return status;
 }

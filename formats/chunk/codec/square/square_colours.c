@@ -143,13 +143,13 @@ STP_INLINE int32_t least(int32_t x)
 STP_INLINE int32_t code(cells *to, numbers *of, int v, uint32_t mean, unsigned *beside,
                         int32_t predicted, uint8_t *value, bool decode)
 {
-    const stp_number_way way = {mean, *beside, (unsigned)v & 1u, stp_odds_shift(of->rows)};
+    const stp_number_way way = {mean, *beside, (unsigned)v & 1u, stp_odds_shift(of->rows, 0)};
     if (!decode) {
         const int32_t cell = least(*value - predicted);
-        *beside = stp_number_put(&to->w, &of->odds[v], &way, cell);
+        *beside = stp_number_put(&to->w, of->odds[v].of, &way, cell);
         return cell;
     }
-    const int32_t cell = least(stp_number_get(&to->r, &of->odds[v], &way, beside));
+    const int32_t cell = least(stp_number_get(&to->r, of->odds[v].of, &way, beside));
     *value = (uint8_t)(predicted + cell);
     return cell;
 }

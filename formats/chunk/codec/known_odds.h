@@ -1,0 +1,38 @@
+/* What the odds of a part begin with, if they are known: one of a few curves for each column and
+ * what stands before and beside a cell, as blocks of scans have them. formats/SPEC.md, "Known
+ * odds", says what the numbers mean; known_curves.inc and known_columns.inc have them. Threads:
+ * any. */
+#ifndef STP_FORMATS_CHUNK_CODEC_KNOWN_ODDS_H
+#define STP_FORMATS_CHUNK_CODEC_KNOWN_ODDS_H
+
+#include "formats/chunk/codec/odds.h"
+
+#include <stdbool.h>
+
+/* Of a column: odds of cells; then those of whether it is constant, if the column before varies,
+ * and if not. */
+#define STP_KNOWN_CELLS 34
+/* Those of columns of numbers but B, and of kinds. */
+#define STP_KNOWN_NUMBERS 28
+#define STP_KNOWN_KINDS 24
+#define STP_KNOWN_HOW STP_KNOWN_CELLS
+#define STP_KNOWN_COUNT (STP_KNOWN_HOW + 2)
+
+/* The curves of a table's columns, STP_KNOWN_COUNT numbers each. level: 2 to 0; last: of last
+ * children. */
+const uint8_t *stp_known_patches(void);
+const uint8_t *stp_known_vertices(void);
+const uint8_t *stp_known_level(int level, bool last);
+
+void stp_known_begin(unsigned curve, stp_odds *out);
+/* The same of several curves. */
+void stp_known_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out);
+
+/* What is known of a row before it is decoded: bits 0-1 how many siblings of the child follow it,
+ * bits 2-3 the fit of its parent, bit 4 whether the parent is closed. */
+STP_INLINE uint8_t stp_row_kind_of(unsigned siblings_left, unsigned parent_flags)
+{
+    return (uint8_t)(siblings_left | (parent_flags >> 6 & 3u) << 2 | (parent_flags >> 3 & 1u) << 4);
+}
+
+#endif
