@@ -147,6 +147,7 @@ static stp_status open_scene(stp_renderer *r, const stp_model *const *models, si
                                   .cpu_bytes = r->params.cpu_memory_bytes,
                                   .thread_count = stp_pool_thread_count(r->pool),
                                   .software = stp_road_is_software(),
+                                  .views_follow = r->params.views_follow,
                                   .wake = r->params.wake,
                                   .wake_context = r->params.wake_context},
         err));

@@ -379,6 +379,9 @@ typedef struct stp_renderer_params {
      * renderer. */
     void (*wake)(void *);
     void *wake_context;
+    /* The pictures are those of a flight: what the next view may show is kept from the first one
+     * on. Otherwise from the second on, and blocks are decoded again for it. */
+    bool views_follow;
 } stp_renderer_params;
 
 /* Errors: GL (no current 4.5 context), LIMIT (budget too small), NOT_FOUND (shader_folder),

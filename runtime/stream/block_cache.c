@@ -28,7 +28,8 @@ struct stp_block_cache {
     uint32_t free_count;
     uint32_t *slot_of; /* by block */
     stp_damage_log damage;
-    stp_patch_look from;    /* need is measured from this view */
+    stp_patch_look from; /* need is measured from this view */
+    bool views_follow;
     uint32_t damage_seen;   /* blocks that were damaged when it began */
     stp_victims victims;    /* as of victims_stamp and this view; some may no longer have to go */
     uint64_t victims_stamp; /* 0: there is no list */
@@ -122,7 +123,7 @@ void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, st
     /* NOLINTEND(bugprone-suspicious-memory-comparison) */
     cache->from.frame = *frame;
     cache->from.eye = eye;
-    cache->from.ahead = streams || cache->from.number > 1;
+    cache->from.ahead = streams || cache->views_follow || cache->from.number > 1;
     cache->victims_stamp = 0;
 }
 
@@ -552,6 +553,7 @@ stp_status stp_block_cache_create(stp_block_cache **out, const stp_block_cache_p
     STP_TRY(stp_alloc(&c, 1, sizeof *c, "a block cache", err));
     c->scene = params->scene;
     c->budget = b;
+    c->views_follow = params->views_follow;
     STP_TRY(create_tables(c, err));
     STP_TRY(stp_stream_create(&c->stream,
                               &(stp_stream_params){.scene = params->scene,

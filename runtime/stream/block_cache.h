@@ -35,6 +35,7 @@ typedef struct stp_block_cache_params {
     uint64_t cpu_bytes;     /* 0: 1 GiB */
     unsigned thread_count;  /* for decoding, at least 1 */
     bool software;          /* the driver draws on the CPU */
+    bool views_follow;      /* see stp_renderer_params */
     void (*wake)(void *);   /* see stp_stream_params */
     void *wake_context;
 } stp_block_cache_params;
@@ -58,8 +59,8 @@ uint32_t stp_block_cache_slot(const stp_block_cache *cache, uint32_t block);
 const stp_resident *stp_block_cache_get(const stp_block_cache *cache, uint32_t slot);
 
 /* Sets where the scene is seen from: near blocks are needed more than far ones. streams: pictures
- * do not wait for blocks. Blocks that arrive for the first view, if it waits, have no levels that
- * only others need. */
+ * do not wait for blocks. Blocks that arrive for the first view, if it waits and no views follow,
+ * have no levels that only others need. */
 void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye,
                           bool streams);
 

@@ -154,6 +154,7 @@ static stp_status open_flight(flight *f, const char **paths, size_t count, const
     f->params.keep_pixels = o->normals;
     STP_TRY(stp_gl_context_create(&f->context, err));
     stp_renderer_params params = draw_options_renderer(&o->draw, f->model, common);
+    params.views_follow = f->last > f->first;
     STP_TRY(stp_renderer_create(&f->renderer, &params, err));
     STP_TRY(is_film ? open_film(f, err) : open_folder(f, err));
 done:
