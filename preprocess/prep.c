@@ -375,7 +375,8 @@ static stp_status treat_points(stp_prep_job *job, stp_error *err)
     if (job->in_parts) {
         STP_TRY(stp_prep_sort_parts(job, err));
     } else {
-        STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, job->pool, stats, err));
+        STP_TRY(stp_claims_check(&stats->first, &job->cloud, job->source, NULL, NULL, job->pool,
+                                 stats, err));
         STP_TRY(stp_cloud_sort(&job->cloud, job->pool, err));
     }
     stats->each_has_all = stp_ranks_count(job->params->ranks) > 1 && !job->cloud.blocks;

@@ -153,7 +153,8 @@ static stp_status check_claims(stp_prep_job *job, stp_error *err)
     stp_ranks *ranks = job->params->ranks;
     const stp_prep_stats before = *stats;
     stp_first_camera first = {0};
-    STP_TRY(stp_claims_check(&first, &job->cloud, job->source, job->pool, stats, err));
+    STP_TRY(stp_claims_check(&first, &job->cloud, job->source, ranks, job->begins, job->pool, stats,
+                             err));
     uint64_t found[] = {stats->points_unstationed - before.points_unstationed, stats->stations_off,
                         stats->stations_refused, stats->normals_seen};
     STP_TRY(stp_ranks_sum(ranks, found, sizeof found / sizeof *found, err));

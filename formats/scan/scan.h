@@ -241,6 +241,7 @@ typedef struct stp_scan_info {
     double coordinate_step; /* scale of integer or short decimal coordinates; 0: floats */
     double intensity_full;  /* the file's number for intensity 65535, if 0 is 0; 0: not known */
     uint64_t seek_points;   /* reading may go on at multiples of it (stp_scan_seek); 0: nowhere */
+    bool seek_reads;        /* such a seek reads the file up to there */
     bool counted;           /* opening read the file from end to end, to count its points */
     double octree_spacing;  /* of the root's points, of an octree whose depths a region's resolution
                                chooses; 0: it is none */

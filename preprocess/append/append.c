@@ -136,7 +136,8 @@ static stp_status read_points(stp_append *a, stp_error *err)
     a->read_count = (uint32_t)job->stats->points_in;
     STP_TRY(
         stp_spill_alloc(job->spill, &a->leaf_of, a->read_count, sizeof *a->leaf_of, "points", err));
-    STP_TRY(stp_claims_check(&job->stats->first, &job->cloud, source, job->pool, job->stats, err));
+    STP_TRY(stp_claims_check(&job->stats->first, &job->cloud, source, NULL, NULL, job->pool,
+                             job->stats, err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_READ, err));
 done:
     return status;

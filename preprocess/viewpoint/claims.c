@@ -33,9 +33,10 @@ static stp_status check_file(stp_first_camera *out, stp_cloud *cloud, const stp_
         STP_TRY(stp_seen_from(&seen, points, image.count > 0 ? &image : NULL, position,
                               file->station_word, err));
     if (one && !seen) {
+        const bool counts = stp_ranks_is_first(points->ranks);
         take_off(cloud, points, stats);
-        stats->stations_off++;
-        stats->stations_refused += file->station_word == STP_STATION_CLAIMED;
+        stats->stations_off += counts;
+        stats->stations_refused += counts && file->station_word == STP_STATION_CLAIMED;
     }
     if (image.count > 0 && seen)
         STP_TRY(stp_image_normals(points, &file->grid, position, pool, &stats->normals_seen, err));
@@ -76,8 +77,27 @@ done:
     return status;
 }
 
+/* Whether no point of a file is stored. */
+static stp_status is_empty(bool *out, const stp_file_points *points, stp_error *err)
+{
+    uint64_t count = points->end - points->begin;
+    const stp_status status = stp_ranks_sum(points->ranks, &count, 1, err);
+    *out = count == 0;
+    return status;
+}
+
+/* Whether several ranks have records [first, next). */
+static bool is_split(const stp_ranks *ranks, const uint32_t *begins, uint64_t first, uint64_t next)
+{
+    bool split = false;
+    for (unsigned rank = 1; begins && rank < ranks->count; rank++)
+        split = split || (begins[rank] > first && begins[rank] < next);
+    return split;
+}
+
 stp_status stp_claims_check(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
-                            stp_pool *pool, stp_prep_stats *stats, stp_error *err)
+                            stp_ranks *ranks, const uint32_t *begins, stp_pool *pool,
+                            stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_file_points points = {.cloud = cloud};
@@ -88,7 +108,10 @@ stp_status stp_claims_check(stp_first_camera *out, stp_cloud *cloud, const stp_p
         points.end = f + 1 == source->file_count
                          ? cloud->count
                          : stp_find_source(cloud, points.begin, cloud->count, next);
-        if (points.end > points.begin)
+        bool empty = true;
+        points.ranks = is_split(ranks, begins, points.first_place, next) ? ranks : NULL;
+        STP_TRY(is_empty(&empty, &points, err));
+        if (!empty)
             STP_TRY(check_file(out, cloud, file, source->stations, &points, pool, stats, err));
         STP_TRY(check_images(cloud, file, source->stations, &points, pool, stats, err));
         points.begin = points.end;

@@ -9,6 +9,7 @@
 
 #include "formats/scan/scan.h"
 #include "preprocess/cloud/cloud.h"
+#include "preprocess/ranks/ranks.h"
 #include "preprocess/viewpoint/first_camera.h"
 
 #define STP_IMAGE_PIXELS 16384u
@@ -19,6 +20,7 @@ typedef struct stp_file_points {
     uint32_t begin, end;
     uint64_t first_place; /* of the file's first record, stored or not */
     bool pixels_told;     /* by the cloud's pixels */
+    stp_ranks *ranks; /* NULL: all points are here; else each rank has some, one after the other */
 } stp_file_points;
 
 /* A point's place in the cloud, and its pixel. */

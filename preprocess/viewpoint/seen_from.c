@@ -25,6 +25,7 @@
  * octahedron. */
 #define PLANE_COSINE 0.5
 #define POINTS_LEAST 64u
+#define MEDIAN_POINTS 1024u
 #define SLIMMEST 1e-4 /* least ratio of a layout's sides: limits the memory of squares */
 #define DISTANCE_MOST 1e100
 
@@ -203,30 +204,57 @@ done:
 
 /* ---- both ---- */
 
-static stp_status sample(stp_dvec3 **out, uint32_t *count, const stp_file_points *p, stp_error *err)
+/* The points of the file, and those of ranks before this one. */
+static stp_status count_points(const stp_file_points *p, uint64_t *all, uint64_t *before,
+                               stp_error *err)
 {
-    const uint32_t all = p->end - p->begin, stride = all / STP_SEEN_POINTS + 1;
-    stp_dvec3 *positions = NULL;
-    stp_status status =
-        stp_alloc(&positions, all / stride + 1, sizeof *positions, "positions", err);
-    *count = 0;
-    for (uint32_t i = 0; status == STP_OK && i < all; i += stride) {
-        stp_cloud_stride(p->cloud->spill, i, stride);
-        positions[(*count)++] = p->cloud->points[p->begin + i].position;
+    stp_status status = STP_OK;
+    const uint64_t own = p->end - p->begin;
+    uint64_t *counts = NULL;
+    STP_TRY(stp_alloc(&counts, stp_ranks_count(p->ranks), sizeof *counts, "ranks", err));
+    STP_TRY(stp_ranks_gather(p->ranks, &own, sizeof own, counts, err));
+    *all = *before = 0;
+    for (unsigned rank = 0; rank < stp_ranks_count(p->ranks); rank++) {
+        *before += p->ranks && rank < p->ranks->self ? counts[rank] : 0;
+        *all += counts[rank];
     }
-    *out = positions;
+done:
+    free(counts);
     return status;
 }
 
-static double median_distance(const stp_file_points *p, stp_dvec3 from)
+/* Takes at most so many of the file's points, evenly; all: how many there are. */
+static stp_status sample(stp_dvec3 **out, uint32_t *count, uint64_t *all, const stp_file_points *p,
+                         uint32_t most, stp_error *err)
 {
-    double distances[1024];
-    size_t count = 0;
-    const uint32_t stride = (p->end - p->begin) / 1024u + 1;
-    for (uint32_t i = p->begin; i < p->end; i += stride)
-        distances[count++] = stp_dvec3_length(stp_dvec3_sub(p->cloud->points[i].position, from));
+    stp_status status = STP_OK;
+    stp_bytes bytes = {0};
+    uint64_t before = 0;
+    STP_TRY(count_points(p, all, &before, err));
+    const uint32_t stride = (uint32_t)(*all / most) + 1, own = p->end - p->begin;
+    for (uint64_t i = (stride - before % stride) % stride; i < own; i += stride) {
+        stp_cloud_stride(p->cloud->spill, i, stride);
+        STP_TRY(
+            stp_bytes_append(&bytes, &p->cloud->points[p->begin + i].position, sizeof **out, err));
+    }
+    if (p->ranks)
+        STP_TRY(stp_ranks_join(p->ranks, &bytes, err));
+    stp_cursor from = {bytes.data, bytes.size};
+    *count = (uint32_t)(bytes.size / sizeof **out);
+    STP_TRY(stp_packet_take_array(&from, out, *count, sizeof **out, err));
+done:
+    free(bytes.data);
+    return status;
+}
+
+/* Of at most MEDIAN_POINTS positions. */
+static double median_distance(const stp_dvec3 *positions, uint32_t count, stp_dvec3 from)
+{
+    double distances[MEDIAN_POINTS];
+    for (uint32_t i = 0; i < count; i++)
+        distances[i] = stp_dvec3_length(stp_dvec3_sub(positions[i], from));
     stp_sort_doubles(distances, count);
-    return distances[count / 2];
+    return count > 0 ? distances[count / 2] : INFINITY;
 }
 
 /* The i-th of six places about a position. */
@@ -238,16 +266,17 @@ static stp_dvec3 beside(stp_dvec3 position, int i, double step)
 }
 
 static stp_status points_allow(bool *out, const stp_file_points *p, stp_dvec3 position,
-                               stp_station_word word, stp_error *err)
+                               double distance, stp_station_word word, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_dvec3 *positions = NULL;
+    uint64_t all;
     uint32_t count = 0;
     double share = 1.0, other = 1.0;
-    STP_TRY(sample(&positions, &count, p, err));
+    STP_TRY(sample(&positions, &count, &all, p, STP_SEEN_POINTS, err));
     STP_TRY(stp_hidden_share(&share, positions, count, position, err));
     *out = share <= HIDDEN_MOST;
-    const double step = BESIDE_POINTS * median_distance(p, position);
+    const double step = BESIDE_POINTS * distance;
     int hiding = 0;
     for (int i = 0; *out && word == STP_STATION_DEFAULT && i < 6; i++) {
         STP_TRY(stp_hidden_share(&other, positions, count, beside(position, i, step), err));
@@ -259,20 +288,36 @@ done:
     return status;
 }
 
+/* Whether the pixels allow the position. */
+static bool pixels_allow(const stp_file_points *p, const stp_image *image, stp_dvec3 position,
+                         double distance, stp_station_word word)
+{
+    int others = 0;
+    if (!image_allows(p, image, position))
+        return false;
+    /* At least two of the six places lie well across the rays. */
+    for (int i = 0; word == STP_STATION_DEFAULT && i < 6; i++)
+        others += image_allows(p, image, beside(position, i, BESIDE_IMAGE * distance));
+    return others <= 2;
+}
+
 stp_status stp_seen_from(bool *out, const stp_file_points *p, const stp_image *image,
                          stp_dvec3 position, stp_station_word word, stp_error *err)
 {
+    stp_status status = STP_OK;
+    stp_dvec3 *few = NULL;
+    uint64_t all = 0;
+    uint32_t count = 0;
     *out = false;
-    if (p->end - p->begin < POINTS_LEAST || !(median_distance(p, position) < DISTANCE_MOST))
-        return STP_OK;
-    if (!image)
-        return points_allow(out, p, position, word, err);
-    *out = image_allows(p, image, position);
-    /* At least two of the six places lie well across the rays. */
-    const double step = BESIDE_IMAGE * median_distance(p, position);
-    int others = 0;
-    for (int i = 0; *out && word == STP_STATION_DEFAULT && i < 6; i++)
-        others += image_allows(p, image, beside(position, i, step));
-    *out = *out && others <= 2;
-    return STP_OK;
+    STP_TRY(sample(&few, &count, &all, p, MEDIAN_POINTS, err));
+    const double distance = all < POINTS_LEAST ? INFINITY : median_distance(few, count, position);
+    if (!(distance < DISTANCE_MOST))
+        goto done;
+    if (image)
+        *out = pixels_allow(p, image, position, distance, word);
+    else
+        STP_TRY(points_allow(out, p, position, distance, word, err));
+done:
+    free(few);
+    return status;
 }

@@ -323,20 +323,40 @@ static void no_images_unless_wanted(void **state)
     }
 }
 
-/* With two names, writes the files there, for tests that run the program. */
+/* Writes a scan as a binary PCD file, which is no image; the scanner is at 4 4 4. */
+static void write_pcd(const char *path, const record *records, size_t count)
+{
+    char header[300];
+    byte_row bytes = {0};
+    snprintf(header, sizeof header,
+             "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH %zu\nHEIGHT 1\n"
+             "VIEWPOINT 4 4 4 1 0 0 0\nPOINTS %zu\nDATA binary\n",
+             count, count);
+    bytes_text(&bytes, header);
+    for (size_t i = 0; i < count; i++) {
+        bytes_float(&bytes, (float)records[i].own.x + 4.0f);
+        bytes_float(&bytes, (float)records[i].own.y + 4.0f);
+        bytes_float(&bytes, (float)records[i].own.z + 4.0f);
+    }
+    scan_fixture_bytes(path, bytes.data, bytes.size);
+    bytes_free(&bytes);
+}
+
+/* With three names, writes files there, for tests that run the program. */
 static int write_files(char **paths)
 {
     record *records = records_of_all();
     size_t counts[SCANS];
     write_e57(paths[0], records, counts);
     write_ptx(paths[1], records, counts);
+    write_pcd(paths[2], records, counts[0]);
     free(records);
     return 0;
 }
 
 int main(int argc, char **argv)
 {
-    if (argc == 3)
+    if (argc == 4)
         return write_files(argv + 1);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(scans_of_an_e57),

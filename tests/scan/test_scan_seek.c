@@ -1,5 +1,6 @@
 /* Tests that readers which can go on anywhere give the points that they give from the beginning on,
  * and that the others say so. Real LAZ files, too, if STIPPLE_SCANS names a folder of scans. */
+#include "tests/fixtures/scan/e57_fixture.h"
 #include "tests/fixtures/scan/scan_fixture.h"
 
 #define POINTS_LIMIT 200000u
@@ -95,6 +96,73 @@ static void lines(void **state)
     check_seeks("seek.csv");
 }
 
+/* Records with a field that is not read between the others. */
+static void binary_pcd(void **state)
+{
+    static const char header[] = "VERSION .7\nFIELDS x y odd z intensity\nSIZE 4 8 1 4 2\n"
+                                 "TYPE F F U F U\nCOUNT 1 1 3 1 1\nWIDTH 3000\nHEIGHT 1\n"
+                                 "VIEWPOINT 1 2 3 1 0 0 0\nPOINTS 3000\nDATA binary\n";
+    byte_row bytes = {0};
+    (void)state;
+    bytes_add(&bytes, header, sizeof header - 1);
+    for (int i = 0; i < 3000; i++) {
+        bytes_float(&bytes, (float)(i % 70));
+        bytes_double(&bytes, i / 70.0);
+        bytes_integer(&bytes, (uint64_t)i * 77, 3);
+        bytes_float(&bytes, (float)i);
+        bytes_integer(&bytes, (uint64_t)i * 21, 2);
+    }
+    scan_fixture_bytes("seek.pcd", bytes.data, bytes.size);
+    bytes_free(&bytes);
+    check_seeks("seek.pcd");
+}
+
+/* Three lists of points, of which the second one is empty. */
+static void lists(void **state)
+{
+    static const int counts[3] = {20000, 0, 21000};
+    FILE *file = fopen("seek.pts", "w");
+    (void)state;
+    assert_non_null(file);
+    for (int k = 0; k < 3; k++) {
+        fprintf(file, "%d\n", counts[k]);
+        for (int i = 0; i < counts[k]; i++)
+            fprintf(file, "%s%d.25 %d %d -100 9 20 %d\n", i % 9999 == 0 ? "\n" : "", i % 300, k,
+                    i % 17, i % 256);
+    }
+    assert_int_equal(fclose(file), 0);
+    check_seeks("seek.pts");
+}
+
+/* Scans of floats and of whole numbers of few bits, whose bytestreams go into packets by other
+ * parts; an empty scan lies between them. */
+static void packets(void **state)
+{
+    static const size_t counts[3] = {9000, 0, 11000};
+    e57_file file;
+    (void)state;
+    e57_begin(&file);
+    for (int scan = 0; scan < 3; scan++) {
+        e57_stream s[4] = {{.part = 801}, {.part = 1200}, {.part = 400}, {.part = 333}};
+        for (size_t i = 0; i < counts[scan]; i++) {
+            bytes_float(&s[0].bytes, (float)i);
+            bytes_double(&s[1].bytes, (double)(i % 77) + scan);
+            bytes_float(&s[2].bytes, (float)(i % 13));
+            bytes_bits(&s[3].bytes, i * 5 % 1021, 10);
+        }
+        e57_vector(&file, s, 4, false);
+        e57_scan(&file, "", counts[scan],
+                 E57_FLOAT("cartesianX", "single") E57_FLOAT("cartesianY", "double")
+                     E57_FLOAT("cartesianZ", "single") E57_INTEGER("intensity", "0", "1023"));
+        for (int i = 0; i < 4; i++)
+            bytes_free(&s[i].bytes);
+    }
+    e57_end(&file, "");
+    e57_write("seek.e57", &file);
+    e57_free(&file);
+    check_seeks("seek.e57");
+}
+
 static void only_forwards(void **state)
 {
     static const char text[] = "1 2 3\n4 5 6\n";
@@ -123,6 +191,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(generated),     cmocka_unit_test(grids), cmocka_unit_test(lines),
+        cmocka_unit_test(binary_pcd),    cmocka_unit_test(lists), cmocka_unit_test(packets),
         cmocka_unit_test(only_forwards), cmocka_unit_test(real),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -43,8 +43,9 @@ typedef struct pattern {
 
 static pattern pattern_of(const stp_scan_info *info, uint64_t wanted)
 {
-    /* grids are read with a step; each thread would count lines anew */
-    const bool whole = info->raster.columns > 0 || info->counted;
+    /* grids are read with a step; each thread would count lines anew, or read up to its places */
+    const bool whole =
+        info->raster.columns > 0 || info->grid.columns > 0 || info->counted || info->seek_reads;
     const uint64_t total = info->point_count, apart = whole ? 0 : info->seek_points;
     const pattern all = {1, 0, total, total / wanted + 1, false};
     if (apart == 1 && wanted / RUN_POINTS >= PLACES_LEAST && total > wanted)

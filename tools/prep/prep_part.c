@@ -23,9 +23,8 @@ uint64_t prep_inputs_part_begin(void *context, uint64_t place)
     const prep_inputs *in = context;
     uint64_t first = 0;
     const size_t i = input_at(in, place, &first);
-    /* the claims of a file are checked with all of its points */
-    const bool whole = in->files[i].station_count == 1 || in->files[i].grid.columns > 0 ||
-                       in->files[i].image_count > 0;
+    /* normals of images come from all of their pixels */
+    const bool whole = in->files[i].grid.columns > 0 || in->files[i].image_count > 0;
     const uint64_t seek = whole ? 0 : in->facts[i].seek_points;
     return seek > 0 ? place - (place - first) % seek : first;
 }

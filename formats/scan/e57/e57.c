@@ -20,8 +20,8 @@ typedef struct reader {
     stp_e57_document document;
     stp_e57_vector vector; /* of the scan that is being read */
     size_t next_scan;
-    uint64_t points_left; /* of all scans */
-    uint16_t station;     /* of the scan that is being read; 0: unknown */
+    uint64_t point_count, points_left; /* of all scans */
+    uint16_t station;                  /* of the scan that is being read; 0: unknown */
     stp_e57_pose pose;
     uint32_t attributes; /* STP_POINT_HAS_* */
     stp_e57_ranges ranges;
@@ -204,7 +204,9 @@ static double coordinate_step(const stp_e57_document *document)
 static void fill_info(reader *r, stp_scan_info *info)
 {
     info->format = "E57";
-    info->point_count = r->points_left;
+    info->point_count = r->point_count = r->points_left;
+    info->seek_points = info->point_count > 0;
+    info->seek_reads = true;
     info->attributes = r->attributes;
     info->heights = true;
     info->coordinate_step = coordinate_step(&r->document);
@@ -372,6 +374,23 @@ done:
     return status;
 }
 
+static stp_status seek_record(void *state, uint64_t point, stp_error *err)
+{
+    stp_status status = STP_OK;
+    reader *r = state;
+    r->points_left = r->point_count - point;
+    r->next_scan = 0;
+    r->stations_begun = 0;
+    STP_TRY(begin_scan(r, err));
+    while (point >= r->vector.scan->record_count) {
+        point -= r->vector.scan->record_count;
+        STP_TRY(begin_scan(r, err));
+    }
+    STP_TRY(stp_e57_vector_seek(&r->vector, point, err));
+done:
+    return status;
+}
+
 static void close_reader(void *state)
 {
     reader *r = state;
@@ -407,4 +426,4 @@ static const uint8_t *packed_numbers(const void *state)
 }
 
 const stp_scan_reader stp_e57_reader = {sizeof(reader), open_reader, read_points,
-                                        close_reader,   NULL,        packed_numbers};
+                                        close_reader,   seek_record, packed_numbers};

@@ -199,3 +199,43 @@ stp_status stp_e57_section_take(stp_e57_section *s, stp_e57_cursor *c, unsigned 
 done:
     return status;
 }
+
+/* Moves on within a packet, or to its end. Returns 1 if that is all. */
+static size_t skip_in(const stp_e57_packet *packet, stp_e57_skip *skip)
+{
+    stp_e57_cursor *c = skip->cursor;
+    const uint32_t size = two_bytes(packet->bytes + DATA_HEADER_BYTES + 2 * c->stream);
+    if (skip->bytes == 0)
+        return 0;
+    if (skip->bytes < size) {
+        c->packet = packet->at;
+        find_stream(packet, c);
+        c->at += (uint32_t)skip->bytes;
+        skip->bytes = 0;
+    } else {
+        c->packet = packet->next;
+        skip->bytes -= size;
+    }
+    return skip->bytes == 0;
+}
+
+stp_status stp_e57_section_skip(stp_e57_section *s, stp_e57_skip *skips, size_t count,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    const stp_e57_packet *packet;
+    uint64_t at = s->first;
+    size_t left = 0;
+    for (size_t i = 0; i < count; i++)
+        left += skips[i].bytes > 0;
+    while (left > 0) {
+        STP_TRY(get_packet(s, at, &packet, err));
+        if (!packet)
+            return fault(s, at, "is missing: bytestreams end before their points", left, err);
+        for (size_t i = 0; i < count; i++)
+            left -= skip_in(packet, &skips[i]);
+        at = packet->next;
+    }
+done:
+    return status;
+}

@@ -53,4 +53,15 @@ stp_e57_cursor stp_e57_section_start(const stp_e57_section *section, uint32_t st
 stp_status stp_e57_section_take(stp_e57_section *section, stp_e57_cursor *cursor,
                                 unsigned char *out, size_t size, size_t *got, stp_error *err);
 
+/* A cursor at the begin of its bytestream, and by how many bytes it is moved on. */
+typedef struct stp_e57_skip {
+    stp_e57_cursor *cursor;
+    uint64_t bytes;
+} stp_e57_skip;
+
+/* Moves cursors on, and sets all bytes to 0: reads the packets up to there once. Errors: IO,
+ * CORRUPT (a bytestream ends before). */
+stp_status stp_e57_section_skip(stp_e57_section *section, stp_e57_skip *skips, size_t count,
+                                stp_error *err);
+
 #endif

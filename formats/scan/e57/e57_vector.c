@@ -83,6 +83,46 @@ done:
     return status;
 }
 
+/* Notes how far a bytestream is to be moved on; a value may begin within a byte. */
+static size_t list_skip(stp_e57_skip *out, const stp_e57_field *field, stp_e57_stream *stream,
+                        uint64_t record)
+{
+    if (!field->present || field->bits == 0)
+        return 0;
+    *out = (stp_e57_skip){&stream->cursor, record * field->bits / 8};
+    stream->bit = (uint32_t)(record * field->bits % 8);
+    return 1;
+}
+
+/* Takes the byte that the next value begins within. */
+static stp_status stage(stp_e57_vector *v, stp_e57_stream *stream, stp_error *err)
+{
+    return stream->bit > 0 ? stp_e57_section_take(&v->section, &stream->cursor, stream->bytes, 1,
+                                                  &stream->staged, err)
+                           : STP_OK;
+}
+
+stp_status stp_e57_vector_seek(stp_e57_vector *v, uint64_t record, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_e57_skip *skips = NULL;
+    size_t count = 0;
+    STP_TRY(stp_alloc(&skips, v->section.packet_count, sizeof *skips, "bytestreams", err));
+    for (int t = 0; t < STP_E57_TARGET_COUNT; t++)
+        count += list_skip(&skips[count], &v->scan->fields[t], &v->streams[t], record);
+    for (uint32_t k = 0; k < v->lane_count; k++)
+        count += list_skip(&skips[count], &v->lanes[k].extra->field, &v->lanes[k].stream, record);
+    STP_TRY(stp_e57_section_skip(&v->section, skips, count, err));
+    for (int t = 0; t < STP_E57_TARGET_COUNT; t++)
+        STP_TRY(stage(v, &v->streams[t], err));
+    for (uint32_t k = 0; k < v->lane_count; k++)
+        STP_TRY(stage(v, &v->lanes[k].stream, err));
+    v->index = record;
+done:
+    free(skips);
+    return status;
+}
+
 /* The number of a field of whole numbers that begins at this bit. */
 static inline int64_t integer_at(const stp_e57_field *field, const stp_e57_stream *stream,
                                  size_t position)

@@ -52,6 +52,9 @@ void stp_e57_vector_free(stp_e57_vector *vector);
  * CORRUPT, LIMIT. */
 stp_status stp_e57_vector_open(stp_e57_vector *vector, stp_e57_pages *pages,
                                const stp_e57_scan *scan, stp_error *err);
+/* Goes to a record, right after open. Reads the packets up to there. Errors: IO, CORRUPT,
+ * OUT_OF_MEMORY. */
+stp_status stp_e57_vector_seek(stp_e57_vector *vector, uint64_t record, stp_error *err);
 /* Reads the next count <= STP_E57_BLOCK_POINTS records, which must exist, into the columns of the
  * scan's fields and its lanes. After the last record, checks that the packets hold no more. Errors:
  * IO, CORRUPT.

@@ -100,6 +100,7 @@ static void fill_info(const reader *r, stp_scan_info *info)
     const stp_pcd_header *h = &r->values.header;
     info->format = names[h->encoding];
     info->point_count = h->points;
+    info->seek_points = h->encoding == STP_PCD_BINARY && h->points > 0;
     info->lost_count = r->values.lost_count;
     info->attributes = r->attributes;
     info->coordinate_step = coordinate_step(h);
@@ -215,10 +216,17 @@ done:
     return status;
 }
 
+static stp_status seek_record(void *state, uint64_t point, stp_error *err)
+{
+    (void)err;
+    stp_pcd_values_seek(&((reader *)state)->values, point);
+    return STP_OK;
+}
+
 static const uint8_t *packed_numbers(const void *state)
 {
     return ((const reader *)state)->values.numbers.packed;
 }
 
 const stp_scan_reader stp_pcd_reader = {sizeof(reader), open_reader, read_points,
-                                        close_reader,   NULL,        packed_numbers};
+                                        close_reader,   seek_record, packed_numbers};

@@ -421,6 +421,12 @@ static size_t block_of(const stp_pcd_values *v, uint64_t left)
     return left < v->block_points ? (size_t)left : v->block_points;
 }
 
+void stp_pcd_values_seek(stp_pcd_values *v, uint64_t record)
+{
+    stp_source_seek(&v->source, v->header.data_offset + record * v->header.stride, 0);
+    v->index = record;
+}
+
 static stp_status sample_spread(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
                                 double *maximum, stp_error *err)
 {
@@ -431,8 +437,7 @@ static stp_status sample_spread(stp_pcd_values *v, stp_pcd_target first, stp_pcd
         uint64_t at = stp_spread_begin(total, block, blocks);
         at = at > next ? at : next; /* else blocks of small files would overlap */
         const size_t count = block_of(v, total - at);
-        stp_source_seek(&v->source, v->header.data_offset + at * v->header.stride, 0);
-        v->index = at;
+        stp_pcd_values_seek(v, at);
         STP_TRY(read_binary(v, count, NULL, err));
         *maximum = column_maximum(v, first, last, count, *maximum);
         next = at + count;

@@ -45,6 +45,8 @@ typedef struct stp_pcd_values {
  */
 stp_status stp_pcd_values_open(stp_pcd_values *values, const char *path, stp_error *err);
 void stp_pcd_values_close(stp_pcd_values *values);
+/* Goes to a record of a binary file. */
+void stp_pcd_values_seek(stp_pcd_values *values, uint64_t record);
 /* Reads the next count <= block_points records, which must exist, into columns and packed. numbers:
  * room for count packed points, if values->keeps_numbers; NULL: their attributes are passed over.
  * In a compressed file, they must be taken for all records or none. Errors: IO, CORRUPT, LIMIT,

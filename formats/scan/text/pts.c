@@ -11,7 +11,9 @@
 
 typedef struct pts {
     stp_text text;
-    uint64_t left; /* points of the list that are not read yet */
+    uint64_t left;       /* points of the list that are not read yet */
+    uint64_t *mark_left; /* the same at text.marks */
+    size_t mark_left_capacity;
 } pts;
 
 /* The text of the first line of points, and where it is. */
@@ -37,10 +39,28 @@ static stp_status keep_first(stp_text *text, first_point *first, uint64_t offset
     return STP_OK;
 }
 
-/* Reads all lists: counts their points and keeps the first one. */
-static stp_status survey(stp_text *text, uint64_t *point_count, first_point *first, stp_error *err)
+/* Marks every so manieth point. left: of its list, from this one on. */
+static stp_status mark(pts *p, uint64_t point, stp_text_mark here, uint64_t left, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_text *text = &p->text;
+    if (point % STP_TEXT_MARK_LINES > 0)
+        return STP_OK;
+    STP_TRY(stp_grow(&text->marks, &text->mark_capacity, text->mark_count + 1, sizeof *text->marks,
+                     "lines", err));
+    STP_TRY(stp_grow(&p->mark_left, &p->mark_left_capacity, text->mark_count + 1,
+                     sizeof *p->mark_left, "lines", err));
+    p->mark_left[text->mark_count] = left;
+    text->marks[text->mark_count++] = here;
+done:
+    return status;
+}
+
+/* Reads all lists: counts and marks their points and keeps the first one. */
+static stp_status survey(pts *p, uint64_t *point_count, first_point *first, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_text *text = &p->text;
     const char *begin, *end;
     uint64_t total = 0, count = 0;
     for (;;) {
@@ -51,12 +71,13 @@ static stp_status survey(stp_text *text, uint64_t *point_count, first_point *fir
             return stp_text_few_lines(text, text->source.line, count, 0, err);
         const uint64_t count_line = text->source.line;
         for (uint64_t i = 0; i < count; i++) {
-            const uint64_t offset = text->source.offset, line = text->source.line;
+            const stp_text_mark here = {text->source.offset, text->source.line};
             STP_TRY(stp_text_next(text, &begin, &end, err));
             if (!begin || stp_text_is_count(begin, end))
                 return stp_text_few_lines(text, count_line, count, i, err);
             if (first->length == 0)
-                STP_TRY(keep_first(text, first, offset, line, begin, end, err));
+                STP_TRY(keep_first(text, first, here.offset, here.line, begin, end, err));
+            STP_TRY(mark(p, total - count + i, here, count - i, err));
         }
     }
     *point_count = total;
@@ -99,11 +120,14 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(stp_alloc(&sample, 1, sizeof *sample, "columns", err));
     STP_TRY(stp_text_open(text, path, err));
     const uint64_t start = text->source.offset;
-    STP_TRY(survey(text, &info->point_count, first, err));
+    STP_TRY(survey(p, &info->point_count, first, err));
     if (first->length > 0)
         STP_TRY(find_columns(text, first, params->columns, sample, err));
     stp_text_fill_info(text, sample, info);
     info->format = "PTS";
+    info->counted = true;
+    if (info->point_count > STP_TEXT_MARK_LINES)
+        info->seek_points = STP_TEXT_MARK_LINES;
     stp_source_seek(&text->source, start, 0);
 done:
     free(first);
@@ -137,9 +161,19 @@ done:
     return status;
 }
 
+static stp_status seek_point(void *state, uint64_t point, stp_error *err)
+{
+    pts *p = state;
+    (void)err;
+    stp_text_seek(&p->text, point);
+    p->left = p->mark_left[point / STP_TEXT_MARK_LINES];
+    return STP_OK;
+}
+
 static void close_reader(void *state)
 {
     pts *p = state;
+    free(p->mark_left);
     stp_text_close(&p->text);
 }
 
@@ -149,4 +183,4 @@ static const uint8_t *packed_numbers(const void *state)
 }
 
 const stp_scan_reader stp_pts_reader = {sizeof(pts),  open_reader, read_points,
-                                        close_reader, NULL,        packed_numbers};
+                                        close_reader, seek_point,  packed_numbers};
