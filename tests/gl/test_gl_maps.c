@@ -13,12 +13,13 @@
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/support/views.h"
 
+#include <stdlib.h>
 #include <sys/stat.h>
 
 /* The side of a cell, about: the root of the ball's surface by the points. */
 #define CELL 0.0177
 
-enum { SIZE = 160, PIXELS = SIZE * SIZE, POINTS = 40000, WAYS = 5 };
+enum { SIZE = 160, PIXELS = SIZE * SIZE, POINTS = 40000, WAYS = 5, LENSES = 5, RIM_VIEWS = 6 };
 #define MAPS_FILE "maps.stipple"
 #define CHUNKS_FILE "chunks.stipple"
 #define FILLED_FILE "filled.stipple" /* the same with the gaps between maps filled */
@@ -241,21 +242,20 @@ static double approach(const stp_view *view, int pixel)
     return least;
 }
 
-/* From near, borders of maps do not stick out over the sharp rim of a lens, where they are steep.
+/* Judges the rim of a lens from near: *db, against the truth; *beyond: pixels beyond the outline.
  */
-static void borders_do_not_stick_out(void **state)
+static void judge_rim(double thickness, double *db, double *beyond)
 {
-    (void)state;
-    lens = 0.15;
     static uint8_t rgba[4 * PIXELS];
     const stp_draw_params params = params_for(STP_MAPS_MESH);
-    size_t hits = 0, beyond = 0;
+    size_t hits = 0, far = 0;
     double sum = 0.0;
     gl_fixture f = {0};
+    lens = thickness;
     prepare(LENS_FILE, POINTS, false);
     gl_fixture_open(&f, LENS_FILE, NULL);
-    for (int i = 0; i < 12; i++) {
-        const double a = M_PI / 6.0 * i;
+    for (int i = 0; i < RIM_VIEWS; i++) {
+        const double a = 2.0 * M_PI / RIM_VIEWS * i;
         const stp_camera camera = {.eye = {3.0 * cos(a), 3.0 * sin(a), 1.0},
                                    .look = {-sin(a), cos(a), 0.0},
                                    .up = {0.0, 0.0, 1.0},
@@ -271,15 +271,35 @@ static void borders_do_not_stick_out(void **state)
                 sum += error * error;
                 hits++;
             }
-            beyond += off > CELL / 3.0;
+            far += off > CELL / 3.0;
         }
     }
-    const double db = psnr_of(sum, hits);
-    print_message("rim: %.1f dB, %zu pixels beyond the outline\n", db, beyond);
+    *db = psnr_of(sum, hits);
+    *beyond = (double)far;
     gl_fixture_close(&f);
     lens = 0.0;
-    assert_true(db >= 51.5);
-    assert_true(beyond <= 40);
+}
+
+static int by_size(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* From near, borders of maps do not stick out over the sharp rim of a lens, where they are steep.
+ * The median of several lenses, for a rounding may decide where maps are cut. */
+static void borders_do_not_stick_out(void **state)
+{
+    (void)state;
+    double db[LENSES], beyond[LENSES];
+    for (int i = 0; i < LENSES; i++) {
+        judge_rim(0.12 + 0.02 * i, &db[i], &beyond[i]);
+        print_message("rim: %.1f dB, %.0f pixels beyond the outline\n", db[i], beyond[i]);
+    }
+    qsort(db, LENSES, sizeof *db, by_size);
+    qsort(beyond, LENSES, sizeof *beyond, by_size);
+    assert_true(db[LENSES / 2] >= 51.5);
+    assert_true(beyond[LENSES / 2] <= 40.0 * RIM_VIEWS / 12);
 }
 
 /* Whether a square has a sample at a column and row, both 0 to 8: then it is in a square beside. */
