@@ -121,6 +121,10 @@ typedef struct stp_drawing {
  * latter of the processor. Does nothing the second time. Errors: GL, OUT_OF_MEMORY. */
 stp_status stp_frame_ready(stp_renderer *r, stp_drawing *d, stp_error *err);
 
+/* Compiles the programs of a variant, and of one road of projection, in place of the old ones.
+ * Errors: GL, OUT_OF_MEMORY, NOT_FOUND. */
+stp_status stp_frame_compile(stp_renderer *r, const stp_variant *variant, stp_lod lod,
+                             stp_error *err);
 /* Compiles the programs for `lod`, if the renderer does not have them: a picture may take another
  * road than its parameters say. Errors: GL. */
 stp_status stp_frame_prepare(stp_renderer *r, stp_lod lod, stp_error *err);

@@ -93,7 +93,7 @@ static void as_moved_before(void **state)
             stp_draw_params params = times(heights[k]), plain = {0};
             const stp_view view = view_of(f, &params, variant % 2);
             params.every_sample = plain.every_sample = variant < 2;
-            params.light[2] = plain.light[2] = variant == 1 ? 1.0 : 0.0;
+            params.light[2] = plain.light[2] = variant % 2 ? 1.0 : 0.0;
             gl_fixture_draw(&other, &view, &plain, NULL, moved);
             for (int r = variant % 2; r < ROADS; r += 2) {
                 size_t apart = 0;

@@ -22,8 +22,7 @@
 
 /* ---- tables ---- */
 
-/* A tight part of squares begins with this number, plus 1 if they are tilted. No other part does.
- */
+/* A tight part of squares, no other one, begins with this number, plus 1 if they are tilted. */
 #define TIGHT_SQUARES (UINT32_C(1) << 30)
 #define TIGHT_SQUARES_BYTES 4u
 
@@ -50,8 +49,7 @@ static stp_status map_find(const stp_chunk *block, int segment, block_squares *o
     return status;
 }
 
-/* If the block has room for squares and their map, segment 0 leaves there what it finds, for the
- * others. */
+/* If the block has room for squares and their map, segment 0 leaves what it finds to the others. */
 static stp_status squares_find(const stp_chunk *block, int segment, block_squares *out,
                                stp_error *err)
 {
@@ -165,7 +163,9 @@ static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_
     if (level == 0 && to->is_tight && stp_raster_spreads(map->grids[0].raster))
         STP_TRY(stp_ladder_find(chunk, map, &ladder, err));
     choice.rungs = ladder.count;
-    *rows = choice.rows = level == 0 && to->is_tight && stp_square_colours_vary(chunk);
+    if (level == 0 && to->is_tight)
+        STP_TRY(stp_square_colours_pay(chunk, map, rows, err));
+    choice.rows = *rows;
     stp_square_level_encode(chunk, level, map, ladder.count > 0 ? &ladder : NULL, &choice, tables);
     STP_TRY(stp_square_choice_write(&choice, to->out, err));
     if (ladder.count > 0)

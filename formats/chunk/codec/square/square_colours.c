@@ -38,6 +38,15 @@ static const int8_t following[INPUT_COUNT] = {[FIRST] = 16};
 #define FIRST_MEAN 9
 #define OTHER_MEAN 8
 
+/* Colours are noise, for which rows do not pay, if samples less half of what those to the left, or
+ * those above, are off have more than this part of their own squares (5/4 where they have nothing
+ * to do with each other), and the square of a channel's is more than NOISE_LEAST on average. Every
+ * so manieth patch is judged. */
+#define NOISE_BESIDE 1.15
+#define NOISE_LEAST 4.0
+#define JUDGED_EVERY 4u
+#define MANY_PATCHES 32u
+
 typedef struct spot {
     float off[CHANNELS]; /* what is expected; when it is known, the value less that */
     uint32_t parent;
@@ -80,12 +89,12 @@ typedef struct cells {
 
 /* ---- what the parents tell ---- */
 
-/* values: of the parents, by channel. */
+/* values: of the parents, by channel. Of every so manieth patch. */
 STP_WIDE
-static void expect_all(coder *c, const stp_square_map *map, const double *const *values)
+static void expect(coder *c, const stp_square_map *map, const double *const *values, uint32_t every)
 {
     const stp_chunk *block = c->block;
-    for (uint32_t p = 0; p < block->patch_count; p++) {
+    for (uint32_t p = 0; p < block->patch_count; p += every) {
         const stp_square_grid *grid = stp_square_grid_of(map, p);
         const unsigned parents = block->patches[p].counts[1];
         const unsigned children = block->patches[p].counts[0];
@@ -280,9 +289,10 @@ static bool would_follow(const coder *c)
     return together < alone / 2.0;
 }
 
-/* Makes a coder that knows what the parents tell; clear it even if it fails. */
-static stp_status coder_create(const stp_chunk *block, const stp_square_map *map, coder *c,
-                               stp_error *err)
+/* Makes a coder that knows what the parents of every so manieth patch tell; clear it even if it
+ * fails. */
+static stp_status coder_create(const stp_chunk *block, const stp_square_map *map, uint32_t every,
+                               coder *c, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint32_t count = block->level_begin[0][block->patch_count];
@@ -301,7 +311,7 @@ static stp_status coder_create(const stp_chunk *block, const stp_square_map *map
             colours[i] = block->samples[1][i].rgb[channel[v]];
         values[v] = colours;
     }
-    expect_all(c, map, values);
+    expect(c, map, values, every);
 done:
     return status;
 }
@@ -313,13 +323,71 @@ static void coder_clear(const coder *c)
     free(c->done);
 }
 
-bool stp_square_colours_vary(const stp_chunk *block)
+static bool colours_vary(const stp_chunk *block)
 {
     const stp_sample *samples = block->samples[0];
     bool same = true;
     for (uint32_t i = 1; i < block->level_begin[0][block->patch_count] && same; i++)
         same = memcmp(samples[i].rgb, samples[0].rgb, CHANNELS) == 0;
     return !same;
+}
+
+/* How far a sample is off what its parent tells. */
+STP_INLINE float off_of(const coder *c, uint32_t i, int v)
+{
+    return c->block->samples[0][i].rgb[channel[v]] - c->spots[i].off[v];
+}
+
+/* Sums of squares: how far samples are off, alone and less half of that beside. */
+typedef struct verdict {
+    double alone, beside, count;
+} verdict;
+
+/* Adds the samples of a patch that have one of another parent so many columns and rows before. */
+static void judge(const coder *c, const stp_square_map *map, uint32_t p, int columns, int rows,
+                  verdict *out)
+{
+    const uint32_t *begin = c->block->level_begin[0];
+    const stp_square_level *on = &stp_square_grid_of(map, p)->level[0];
+    for (uint32_t i = begin[p]; i < begin[p + 1]; i++) {
+        const int32_t other =
+            stp_square_at(on, (int)on->column[i] - columns, (int)on->row[i] - rows);
+        if (other < (int32_t)begin[p] || other >= (int32_t)begin[p + 1] ||
+            c->spots[other].parent == c->spots[i].parent)
+            continue;
+        for (int v = 0; v < CHANNELS; v++) {
+            const float off = off_of(c, i, v), less = off - off_of(c, (uint32_t)other, v) / 2;
+            out->alone += (double)(off * off);
+            out->beside += (double)(less * less);
+            out->count++;
+        }
+    }
+}
+
+static bool is_noise(const verdict *v)
+{
+    return v->alone > NOISE_LEAST * v->count && v->beside > NOISE_BESIDE * v->alone;
+}
+
+stp_status stp_square_colours_pay(const stp_chunk *block, const stp_square_map *map, bool *pay,
+                                  stp_error *err)
+{
+    stp_status status = STP_OK;
+    coder c = {0};
+    verdict left = {0}, above = {0};
+    const uint32_t every = block->patch_count < MANY_PATCHES ? 1 : JUDGED_EVERY;
+    *pay = colours_vary(block);
+    if (!*pay)
+        return STP_OK;
+    STP_TRY(coder_create(block, map, every, &c, err));
+    for (uint32_t p = 0; p < block->patch_count; p += every) {
+        judge(&c, map, p, 1, 0, &left);
+        judge(&c, map, p, 0, 1, &above);
+    }
+    *pay = !is_noise(&left) || !is_noise(&above);
+done:
+    coder_clear(&c);
+    return status;
 }
 
 stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_map *map,
@@ -329,7 +397,7 @@ stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_ma
     coder c;
     cells to = {0};
     const size_t count = (size_t)CHANNELS * block->level_begin[0][block->patch_count];
-    STP_TRY(coder_create(block, map, &c, err));
+    STP_TRY(coder_create(block, map, 1, &c, err));
     STP_TRY(stp_symbols_reserve(w, 1 + STP_NUMBER_ITEMS * count, err));
     const bool follow = would_follow(&c);
     stp_symbol_put_bits(w, 0, follow, 1);
@@ -347,7 +415,7 @@ stp_status stp_square_colours_decode(const stp_chunk *block, const stp_square_ma
 {
     coder c;
     cells to = {0};
-    const stp_status status = coder_create(block, map, &c, err);
+    const stp_status status = coder_create(block, map, 1, &c, err);
     if (status == STP_OK) {
         begin_odds(&c, first, stp_symbol_get_bits(r, 0, 1));
         to.r = *r;

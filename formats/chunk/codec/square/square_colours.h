@@ -9,8 +9,10 @@
 #include "formats/chunk/codec/cells.h"
 #include "formats/chunk/codec/square/square_map.h"
 
-/* Whether the colours of level 0 are not all equal. */
-bool stp_square_colours_vary(const stp_chunk *block);
+/* Whether the colours of level 0 are smaller by rows than in families: not if they are noise, or
+ * all equal. Level 1 of the block must be there. Errors: OUT_OF_MEMORY. */
+stp_status stp_square_colours_pay(const stp_chunk *block, const stp_square_map *map, bool *pay,
+                                  stp_error *err);
 
 /* Level 0; level 1 of the block must be there. first: is used and added to. Errors:
  * OUT_OF_MEMORY. */
