@@ -12,16 +12,18 @@ typedef struct group {
     uint32_t first, count;
 } group;
 
-/* Looks at the next patches of a block; false if there are none. The first time, g->count is 0. */
-static bool look_at_next(group *g, const stp_scene *scene, const stp_gpu_frame *frame,
-                         stp_dvec3 eye, const stp_resident *resident)
+static void group_begin(group *g, const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
+                        const stp_resident *resident)
+{
+    g->chunk = stp_scene_record(scene, resident->block, 0, eye);
+    g->openings = stp_culling_narrow(&g->room, frame, scene, resident->block, eye, NULL);
+    g->first = g->count = 0;
+}
+
+/* Looks at the next patches of a block; false if there are none. */
+static bool look_at_next(group *g, const stp_gpu_frame *frame, const stp_resident *resident)
 {
     const uint32_t patches = resident->placement.patches.count;
-    if (g->count == 0) {
-        g->chunk = stp_scene_record(scene, resident->block, 0, eye);
-        g->openings = stp_culling_narrow(&g->room, frame, scene, resident->block, eye, NULL);
-        g->first = 0;
-    }
     g->first += g->count;
     g->count = patches - g->first < STP_LOOKS_LIMIT ? patches - g->first : STP_LOOKS_LIMIT;
     if (g->count > 0)
@@ -60,7 +62,8 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
     int need = STP_NEED_HEADERS;
     group g;
     *lacks = false;
-    for (g.count = 0; look_at_next(&g, scene, frame, eye, resident);)
+    group_begin(&g, scene, frame, eye, resident);
+    while (look_at_next(&g, frame, resident))
         for (uint32_t i = 0; i < g.count; i++) {
             const stp_mirror_patch *patch = &resident->mirror.patches[g.first + i];
             /* a patch vertex asks for nothing */
@@ -85,7 +88,8 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
                      void (*refer)(void *context, uint32_t below, bool coarse), void *context)
 {
     group g;
-    for (g.count = 0; look_at_next(&g, scene, frame, eye, resident);)
+    group_begin(&g, scene, frame, eye, resident);
+    while (look_at_next(&g, frame, resident))
         for (uint32_t i = 0; i < g.count; i++) {
             const uint32_t block = resident->mirror.briefs[g.first + i].block;
             if (block == STP_BLOCK_NONE || !g.looks.visible[i])
