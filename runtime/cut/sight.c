@@ -241,6 +241,7 @@ static void list_patch(glance *g, uint32_t i)
     const uint32_t at = g->first + i;
     const stp_patch_brief *brief = &r->mirror.briefs[at];
     const size_t below = state_below(l->sight, brief);
+    /* NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Branch): stp_patches_look has set it */
     if (!g->looks.visible[i] || !is_left(l->sight, g->state, at) ||
         (below < STP_CUT_LINKED && below != STP_CUT_LEFT))
         return;
