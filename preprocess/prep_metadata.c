@@ -111,6 +111,13 @@ static void add_grids(cJSON *root, const stp_prep_stats *stats)
         cJSON_AddBoolToObject(root, "turned", stats->images_turned > 0);
 }
 
+static void add_resolution(cJSON *root, const stp_resolution *resolution)
+{
+    cJSON_AddNumberToObject(root, "precision", resolution->precision);
+    if (resolution->exact)
+        cJSON_AddBoolToObject(root, "exact", true);
+}
+
 char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
 {
     const stp_prep_facts *f = context;
@@ -144,9 +151,7 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
         cJSON_AddNumberToObject(root, "triangles", (double)stats->triangles.triangles);
     cJSON_AddNumberToObject(root, "neighbours", f->k);
     cJSON_AddNumberToObject(root, "lambda", f->lambda);
-    cJSON_AddNumberToObject(root, "precision", stats->resolution.precision);
-    if (stats->resolution.exact)
-        cJSON_AddBoolToObject(root, "exact", true);
+    add_resolution(root, &stats->resolution);
     add_grids(root, stats);
     if (stats->normal_bits > 0)
         cJSON_AddNumberToObject(root, "normal_bits", stats->normal_bits);

