@@ -127,9 +127,9 @@ static void first_picture_has_what_it_shows(void **state)
 /* Where a block's samples are; zero if it is not resident. */
 static stp_range texels_of(const stp_block_cache *cache, uint32_t block)
 {
-    return stp_block_cache_finest(cache, block) == STP_NOT_RESIDENT
-               ? (stp_range){0}
-               : stp_block_cache_get(cache, stp_block_cache_slot(cache, block))->placement.texels;
+    if (stp_block_cache_finest(cache, block) == STP_NOT_RESIDENT)
+        return (stp_range){0};
+    return stp_block_cache_get(cache, stp_block_cache_slot(cache, block))->placement.texels;
 }
 
 /* How many of the drawn blocks were loaded again, with more samples, for the second of two views, a
