@@ -23,7 +23,7 @@ typedef struct coder {
     const stp_square_grid *grid;       /* of the patch at hand */
     const stp_square_choice *choice;
     int level;
-    int value_count; /* that have slopes now: 1, if colours are coded by rows */
+    bool heights_only; /* have slopes now: colours are coded by rows */
     bool decode;
 } coder;
 
@@ -73,8 +73,11 @@ typedef struct family {
 /* Sets what is expected of child k. */
 STP_INLINE void expect(const coder *c, const family *f, unsigned k, double out[VALUE_COUNT])
 {
-    stp_square_expect(&f->field, &c->grid->level[c->level], c->level, f->first + k, f->count,
-                      c->value_count, out);
+    const stp_square_level *on = &c->grid->level[c->level];
+    if (c->heights_only) /* loops of a constant length */
+        stp_square_expect(&f->field, on, c->level, f->first + k, f->count, 1, out);
+    else
+        stp_square_expect(&f->field, on, c->level, f->first + k, f->count, VALUE_COUNT, out);
 }
 
 /* The position along the height, coded as a rung. */
@@ -151,6 +154,7 @@ STP_INLINE void code_colours(const coder *c, family *f, const table_row *r,
     static const uint8_t column[VALUE_COUNT] = {
         [GREEN] = STP_COLUMN_GREEN, [RED] = STP_COLUMN_RED, [BLUE] = STP_COLUMN_BLUE};
     for (int v = GREEN; v <= BLUE; v++) {
+        /* NOLINTNEXTLINE(clang-analyzer-core.*): expect has set it, unless colours go by rows */
         const double tied = expected[v] + share * f->left[v];
         uint8_t *value = &s->rgb[channel[v]];
         *value = (uint8_t)code(
@@ -190,10 +194,13 @@ static void find_family(const coder *c, uint32_t p, unsigned j, family *f)
     f->first = c->block->level_begin[c->level][p] + begin;
 }
 
-static void begin_family(const coder *c, family *f)
+STP_INLINE void begin_family(const coder *c, family *f)
 {
-    f->field = stp_square_field_at(&c->grid->level[c->level + 1], c->level + 1, (int32_t)f->parent,
-                                   c->values, c->value_count);
+    const int level = c->level + 1;
+    const stp_square_level *on = &c->grid->level[level];
+    f->field = c->heights_only
+                   ? stp_square_field_at(on, level, (int32_t)f->parent, c->values, 1)
+                   : stp_square_field_at(on, level, (int32_t)f->parent, c->values, VALUE_COUNT);
     for (int v = 0; v < VALUE_COUNT; v++)
         f->left[v] = 0.0;
 }
@@ -227,7 +234,7 @@ STP_WIDE
 static bool code_families(coder *c)
 {
     walk w = {0};
-    c->value_count = c->choice->rows ? 1 : VALUE_COUNT;
+    c->heights_only = c->choice->rows;
     while (next_family(c, &w)) {
         if (w.parent == 1) {
             w.f.steps = stp_square_map_steps(c->map, w.f.patch);
@@ -239,7 +246,7 @@ static bool code_families(coder *c)
             code_child(c, &w.f, k, &next);
         }
     }
-    c->value_count = VALUE_COUNT;
+    c->heights_only = false;
     return w.f.loose < w.f.tied;
 }
 
@@ -527,8 +534,8 @@ static coder coder_begin(const stp_chunk *block, int level, stp_square_map *map,
     double *colours = map->sums;
     /* All grids have the same heights. */
     const double *heights = stp_square_grid_of(map, 0)->level[level + 1].height;
-    coder c = {block, map,    ladder, tables,      {[HEIGHT] = heights},
-               NULL,  choice, level,  VALUE_COUNT, decode};
+    coder c = {block, map,    ladder, tables, {[HEIGHT] = heights},
+               NULL,  choice, level,  false,  decode};
     set_heights(block, level + 1, map);
     for (int v = GREEN; v <= BLUE; v++, colours += count) {
         for (uint32_t i = 0; i < count && !choice->rows; i++)
