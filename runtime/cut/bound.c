@@ -198,6 +198,12 @@ bool stp_rule_faces_eye(const stp_gpu_frame *frame, const stp_rule_bound *bound)
     return faces_away(frame, &turned);
 }
 
+/* What errors count there. */
+static inline float error_weight(const stp_gpu_frame *frame, float sin_alpha)
+{
+    return stp_rule_is_silhouette(sin_alpha) ? frame->terms[1] : 1.0f;
+}
+
 static inline stp_rule_sight look(const stp_gpu_frame *frame, const stp_rule_bound *bound)
 {
     aspect a = aspect_of(frame, bound);
@@ -208,7 +214,7 @@ static inline stp_rule_sight look(const stp_gpu_frame *frame, const stp_rule_bou
                                  bound->radius * stretch, frame->viewport[2], frame->viewport[3],
                                  frame->modes[0] != 0),
         sin_alpha,
-        stp_rule_is_silhouette(sin_alpha) ? frame->terms[1] : 1.0f,
+        error_weight(frame, sin_alpha),
     };
 }
 
@@ -311,4 +317,10 @@ void stp_patches_look(stp_looks *out, const stp_gpu_frame *frame, const stp_gpu_
                                         openings->modes[3]) &&
                           !outside_clip(frame, &bound);
     }
+}
+
+stp_rule_sight stp_looks_sight(const stp_looks *looks, const stp_gpu_frame *frame, uint32_t i)
+{
+    const float sin_alpha = looks->sin_alpha[i];
+    return (stp_rule_sight){looks->scale[i], sin_alpha, error_weight(frame, sin_alpha)};
 }

@@ -155,12 +155,7 @@ typedef struct stp_looks {
 void stp_patches_look(stp_looks *out, const stp_gpu_frame *frame, const stp_gpu_frame *openings,
                       const stp_gpu_chunk *chunk, const stp_patch_brief *briefs, uint32_t count);
 /* What stp_rule_look says of a patch that was looked at. */
-static inline stp_rule_sight stp_looks_sight(const stp_looks *looks, const stp_gpu_frame *frame,
-                                             uint32_t i)
-{
-    const float sine = looks->sin_alpha[i];
-    return (stp_rule_sight){looks->scale[i], sine, sine >= 1.0f ? frame->terms[1] : 1.0f};
-}
+stp_rule_sight stp_looks_sight(const stp_looks *looks, const stp_gpu_frame *frame, uint32_t i);
 /* Whether every normal in the bound turns to every eye ray through it: none of its backs is seen.
  */
 bool stp_rule_faces_eye(const stp_gpu_frame *frame, const stp_rule_bound *bound);

@@ -1,10 +1,10 @@
 /* Tests known odds: the lists of numbers are sound, parts of points have them, rows are told by
  * their parents, and a part that can have no short states does without. */
-#include "formats/chunk/codec/known_odds.h"
+#include "formats/chunk/codec/odds/known_odds.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/odds/tight.h"
 #include "formats/chunk/codec/predict.h"
-#include "formats/chunk/codec/tight.h"
 #include "formats/chunk/patch.h"
 #include "tests/fixtures/any_chunk.h"
 

@@ -1,10 +1,10 @@
 /* Tests columns coded by odds: every magnitude, kinds, few rows, hostile bytes, and what they cost;
  * and the scan's own scale. */
-#include "formats/chunk/codec/cells.h"
+#include "formats/chunk/codec/odds/cells.h"
 
 #include "base/random.h"
+#include "formats/chunk/codec/odds/symbols.h"
 #include "formats/chunk/codec/scale.h"
-#include "formats/chunk/codec/symbols.h"
 #include "formats/chunk/codec/table_code.h"
 
 #include <setjmp.h>

@@ -1,6 +1,6 @@
 /* Tests tight parts: any block comes back, other parts are not tight, tables cost next to nothing
  * beside their cells, and hostile bytes are refused. */
-#include "formats/chunk/codec/tight.h"
+#include "formats/chunk/codec/odds/tight.h"
 
 #include "formats/chunk/codec/predict.h"
 #include "formats/chunk/patch.h"

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-FOLDER = Path(__file__).resolve().parents[2] / "formats/chunk/codec"
+FOLDER = Path(__file__).resolve().parents[2] / "formats/chunk/codec/odds"
 PATCH_COLUMNS, SAMPLE_COLUMNS = 46, 12
 HOW, COUNT = 34, 36
 

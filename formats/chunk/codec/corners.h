@@ -8,7 +8,7 @@
 #define STP_FORMATS_CHUNK_CODEC_CORNERS_H
 
 #include "formats/chunk/chunk_file.h"
-#include "formats/chunk/codec/symbols.h"
+#include "formats/chunk/codec/odds/symbols.h"
 
 /* A level-0 sample of a block. */
 typedef struct stp_corner {

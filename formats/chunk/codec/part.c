@@ -2,6 +2,7 @@
 #include "formats/chunk/codec/part.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/odds/tight.h"
 #include "formats/chunk/codec/paper.h"
 #include "formats/chunk/codec/part_tables.h"
 #include "formats/chunk/codec/predict.h"
@@ -10,7 +11,6 @@
 #include "formats/chunk/codec/square/square_colours.h"
 #include "formats/chunk/codec/square/square_level.h"
 #include "formats/chunk/codec/table_code.h"
-#include "formats/chunk/codec/tight.h"
 #include "formats/chunk/codec/zstd_segment.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"

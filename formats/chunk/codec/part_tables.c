@@ -2,7 +2,7 @@
 #include "formats/chunk/codec/part_tables.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/tight.h"
+#include "formats/chunk/codec/odds/tight.h"
 #include "formats/chunk/patch.h"
 #include "formats/chunk/sublattice.h"
 

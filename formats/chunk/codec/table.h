@@ -3,7 +3,7 @@
 #define STP_FORMATS_CHUNK_CODEC_TABLE_H
 
 #include "formats/chunk/codec/column.h"
-#include "formats/chunk/codec/known_odds.h"
+#include "formats/chunk/codec/odds/known_odds.h"
 #include "formats/chunk/codec/scale.h"
 
 /* The mask has bits for other things behind those of columns. */

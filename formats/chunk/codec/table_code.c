@@ -2,7 +2,7 @@
 #include "formats/chunk/codec/table_code.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/cells.h"
+#include "formats/chunk/codec/odds/cells.h"
 #include "formats/chunk/layout.h"
 
 #include <stdbool.h>

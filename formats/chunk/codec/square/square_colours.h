@@ -6,7 +6,7 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_COLOURS_H
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_COLOURS_H
 
-#include "formats/chunk/codec/cells.h"
+#include "formats/chunk/codec/odds/cells.h"
 #include "formats/chunk/codec/square/square_map.h"
 
 /* Whether the colours of level 0 are smaller by rows than in families: not if they are noise, or

@@ -1,5 +1,5 @@
 /* Codes the tables of a part as one run of symbols. */
-#include "formats/chunk/codec/tight.h"
+#include "formats/chunk/codec/odds/tight.h"
 
 #include "formats/chunk/codec/predict.h"
 #include "formats/chunk/layout.h"

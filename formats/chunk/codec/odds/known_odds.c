@@ -1,5 +1,5 @@
 /* The numbers of known odds. */
-#include "formats/chunk/codec/known_odds.h"
+#include "formats/chunk/codec/odds/known_odds.h"
 
 #include "base/wide.h"
 #include "formats/chunk/codec/predict.h"
@@ -9,7 +9,7 @@
 
 /* Of each curve, `below`. */
 _Alignas(64) static const int16_t curves[] = {
-#include "formats/chunk/codec/known_curves.inc"
+#include "formats/chunk/codec/odds/known_curves.inc"
 };
 #define CURVE_COUNT (sizeof curves / sizeof *curves / STP_ODDS_SYMBOLS)
 _Static_assert(CURVE_COUNT <= 256, "a curve's number is a byte");
@@ -17,7 +17,7 @@ _Static_assert(CURVE_COUNT <= 256, "a curve's number is a byte");
 /* Of each column of each table, the numbers of its curves: patches, level 3, elder and last
  * children of levels 2, 1, 0. */
 static const uint8_t columns[] = {
-#include "formats/chunk/codec/known_columns.inc"
+#include "formats/chunk/codec/odds/known_columns.inc"
 };
 _Static_assert(sizeof columns == STP_KNOWN_COUNT * (STP_LINKED_PATCH_COLUMN_COUNT +
                                                     (size_t)7 * STP_SAMPLE_COLUMN_COUNT),

@@ -1,5 +1,5 @@
 /* Writes symbols as bytes, the last one first. */
-#include "formats/chunk/codec/symbols.h"
+#include "formats/chunk/codec/odds/symbols.h"
 
 #include "base/memory.h"
 

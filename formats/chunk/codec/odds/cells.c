@@ -1,15 +1,17 @@
 /* Codes the columns of a table by odds. */
-#include "formats/chunk/codec/cells.h"
+#include "formats/chunk/codec/odds/cells.h"
 
 #include "base/memory.h"
 #include "base/wide.h"
+#include "formats/chunk/codec/odds/symbols.h"
 #include "formats/chunk/codec/predict.h"
-#include "formats/chunk/codec/symbols.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #define INLINE STP_INLINE
+/* How large a number beside may be, if it is there: so many odds for each kind of row. */
+#define SIZES_BESIDE (STP_NUMBER_BESIDES - STP_BESIDE_SMALL)
 /* Rows that items are reserved for at a time. */
 #define ROWS_AHEAD 16u
 /* No symbol's odds are less than this at first. */
@@ -277,9 +279,8 @@ INLINE row_places row_begin(columns *all, uint32_t row)
     if (!all->row_kinds)
         return (row_places){0};
     static const uint8_t least[4] = {STP_BESIDE_SMALL, STP_BESIDE_SMALL,
-                                     STP_BESIDE_SMALL + (STP_NUMBER_BESIDES - STP_BESIDE_SMALL),
-                                     STP_BESIDE_SMALL +
-                                         2 * (STP_NUMBER_BESIDES - STP_BESIDE_SMALL)};
+                                     STP_BESIDE_SMALL + SIZES_BESIDE,
+                                     STP_BESIDE_SMALL + 2 * SIZES_BESIDE};
     const unsigned kind = all->row_kinds[row], left = kind & 3u;
     all->alone = left;
     *all->size_least_beside_b = least[left];

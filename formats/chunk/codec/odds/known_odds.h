@@ -5,7 +5,7 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_KNOWN_ODDS_H
 #define STP_FORMATS_CHUNK_CODEC_KNOWN_ODDS_H
 
-#include "formats/chunk/codec/odds.h"
+#include "formats/chunk/codec/odds/odds.h"
 
 #include <stdbool.h>
 

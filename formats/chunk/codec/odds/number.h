@@ -5,11 +5,12 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_NUMBER_H
 #define STP_FORMATS_CHUNK_CODEC_NUMBER_H
 
-#include "formats/chunk/codec/symbols.h"
+#include "formats/chunk/codec/odds/symbols.h"
 
 #include <stdlib.h>
 
-/* High parts from -HIGH_MOST to HIGH_MOST are symbols 0 to 30; symbol 31 stands for all others. */
+/* High parts from -STP_NUMBER_HIGH_MOST to that are symbols 0 to 30; symbol 31 stands for all
+ * others. */
 #define STP_NUMBER_HIGH_MOST 15
 #define STP_NUMBER_FAR (STP_ODDS_SYMBOLS - 1)
 /* Whether a high part beyond the symbols is negative, and bits of how far it is beyond. */

@@ -6,7 +6,7 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_CELLS_H
 #define STP_FORMATS_CHUNK_CODEC_CELLS_H
 
-#include "formats/chunk/codec/number.h"
+#include "formats/chunk/codec/odds/number.h"
 #include "formats/chunk/codec/table.h"
 
 /* The odds that columns begin with, by the sign of their cells (0, 1, 2 for -1, 0, 1): made once
