@@ -200,7 +200,7 @@ static void keep_inside(surroundings *around, const float half[3], const run_pic
             around->axes[a][i] = around->axes[a][kept[i]];
     }
     for (; count % STP_RUN_POINTS; count++)
-        around->axes[0][count] = INFINITY;
+        around->axes[0][count] = NAN; /* near nothing, even if squares are beyond all floats */
     around->count = count;
 }
 

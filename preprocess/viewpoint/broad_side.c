@@ -47,10 +47,10 @@ static stp_dvec3 thin_axis(const stp_cloud_point *points, uint32_t count, const 
     const stp_dvec3 normal = stp_dvec3_from_float(stp_moments_normal(&m));
     const stp_dvec3 length = stp_dvec3_from_float(stp_moments_longest(&m));
     const double thick = variance_along(points, count, middle, normal);
-    const double long_ = variance_along(points, count, middle, length);
+    const double lengthwise = variance_along(points, count, middle, length);
     const double broad = variance_along(points, count, middle, stp_dvec3_cross(normal, length));
     const bool flat = thick <= FLAT_MOST * FLAT_MOST * broad &&
-                      broad >= STRIP_LEAST * STRIP_LEAST * long_ && broad > 0.0;
+                      broad >= STRIP_LEAST * STRIP_LEAST * lengthwise && broad > 0.0;
     return flat ? normal : (stp_dvec3){0.0, 0.0, 0.0};
 }
 
