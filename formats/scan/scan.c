@@ -186,7 +186,7 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     const stp_ply *ply = scan->ply;
     scan->info.format = ply_name(ply->header.encoding);
     scan->info.attributes = ply->attributes;
-    if (ply->intensity_scale > 0.0)
+    if (ply->intensity_scale > 0.0 && ply->intensity_low == 0.0)
         scan->info.intensity_full = 65535.0 / ply->intensity_scale;
     scan->info.point_count = ply->vertex->count;
     scan->info.lost_count = ply->lost_count;

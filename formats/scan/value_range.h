@@ -39,6 +39,35 @@ static inline stp_value_range stp_value_range_guess_colour(bool is_float, unsign
     return range;
 }
 
+/* The values of a sample. Starts zeroed. */
+typedef struct stp_value_span {
+    double min, max; /* of finite ones and 0 */
+    bool fractions;  /* some value is not whole */
+} stp_value_span;
+
+static inline void stp_value_span_add(stp_value_span *span, double value)
+{
+    if (!isfinite(value))
+        return;
+    span->min = fmin(span->min, value);
+    span->max = fmax(span->max, value);
+    span->fractions = span->fractions || floor(value) != value;
+}
+
+/* The same for intensities. Negative ones: whole numbers of 12 bits are those of Leica's scanners,
+ * others, such as decibels, reach from the least to the greatest. */
+static inline stp_value_range stp_value_range_guess_intensity(bool is_float, unsigned bytes,
+                                                              stp_value_span span)
+{
+    if (span.min < 0.0 && !span.fractions && span.min >= -2048.0 && span.max <= 2047.0)
+        return (stp_value_range){-2048.0, 2047.0};
+    if (span.min < 0.0)
+        return (stp_value_range){span.min, span.max > span.min ? span.max : span.min + 65535.0};
+    if (span.max > 65535.0)
+        return (stp_value_range){0.0, span.max};
+    return stp_value_range_guess(is_float, bytes, span.max);
+}
+
 /* The range that holds both. */
 static inline stp_value_range stp_value_range_join(stp_value_range a, stp_value_range b)
 {

@@ -15,6 +15,7 @@ typedef struct reader {
     bool packed_colour;
     bool zeros;                           /* (0, 0, 0) is a hole of the image */
     double colour_scale, intensity_scale; /* file value to 0..65535 */
+    double intensity_low;                 /* file value that means 0 */
     stp_name_list left_out;
     stp_scan_note note;
 } reader;
@@ -38,15 +39,16 @@ static void find_attributes(reader *r)
 static stp_status find_intensity_scale(reader *r, stp_error *err)
 {
     const stp_pcd_field *field = stp_pcd_header_find(&r->values.header, STP_PCD_INTENSITY);
-    double maximum = 0.0;
+    stp_value_span span = {0};
     stp_status status = STP_OK;
     if (!field)
         return STP_OK;
-    if (field->size > 1)
-        STP_TRY(stp_pcd_values_maximum(&r->values, STP_PCD_INTENSITY, STP_PCD_INTENSITY, &maximum,
-                                       err));
-    r->intensity_scale =
-        stp_value_range_scale(stp_value_range_guess(field->type == 'F', field->size, maximum));
+    if (field->size > 1 || field->type != 'U')
+        STP_TRY(stp_pcd_values_span(&r->values, STP_PCD_INTENSITY, STP_PCD_INTENSITY, &span, err));
+    const stp_value_range range =
+        stp_value_range_guess_intensity(field->type == 'F', field->size, span);
+    r->intensity_low = range.low;
+    r->intensity_scale = stp_value_range_scale(range);
 done:
     return status;
 }
@@ -57,15 +59,15 @@ static stp_status find_colour_scale(reader *r, stp_error *err)
     stp_status status = STP_OK;
     const stp_pcd_target first = r->packed_colour ? STP_PCD_PACKED : STP_PCD_RED;
     const stp_pcd_field *field = stp_pcd_header_find(&r->values.header, first);
-    double maximum = 0.0;
+    stp_value_span span = {0};
     if (!field)
         return STP_OK;
-    STP_TRY(stp_pcd_values_maximum(
-        &r->values, first, r->packed_colour ? STP_PCD_PACKED : STP_PCD_BLUE, &maximum, err));
-    if (maximum <= 0.0)
+    STP_TRY(stp_pcd_values_span(&r->values, first, r->packed_colour ? STP_PCD_PACKED : STP_PCD_BLUE,
+                                &span, err));
+    if (span.max <= 0.0)
         r->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
     r->colour_scale = stp_value_range_scale(
-        stp_value_range_guess_colour(field->type == 'F', field->size, maximum));
+        stp_value_range_guess_colour(field->type == 'F', field->size, span.max));
 done:
     return status;
 }
@@ -104,7 +106,7 @@ static void fill_info(const reader *r, stp_scan_info *info)
     info->lost_count = r->values.lost_count;
     info->attributes = r->attributes;
     info->coordinate_step = coordinate_step(h);
-    if (r->intensity_scale > 0.0)
+    if (r->intensity_scale > 0.0 && r->intensity_low == 0.0)
         info->intensity_full = 65535.0 / r->intensity_scale;
     if (stp_dvec3_finite(h->viewpoint)) {
         info->stations = &h->viewpoint;
@@ -138,7 +140,7 @@ static void set_scalars(const reader *r, stp_point *points, size_t count)
     if (r->attributes & STP_POINT_HAS_INTENSITY)
         for (size_t i = 0; i < count; i++)
             points[i].intensity =
-                stp_value_range_map(c[STP_PCD_INTENSITY][i], 0.0, r->intensity_scale);
+                stp_value_range_map(c[STP_PCD_INTENSITY][i], r->intensity_low, r->intensity_scale);
     if (r->attributes & STP_POINT_HAS_CLASS)
         for (size_t i = 0; i < count; i++)
             points[i].class_id = stp_class_of(c[STP_PCD_CLASS][i]);

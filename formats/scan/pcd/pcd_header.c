@@ -3,6 +3,7 @@
 
 #include "base/checked.h"
 #include "base/memory.h"
+#include "formats/scan/column_name.h"
 #include "formats/scan/number.h"
 
 #include <math.h>
@@ -336,42 +337,24 @@ static stp_status decide_layout(parser *p, stp_error *err)
     return STP_OK;
 }
 
-static stp_pcd_target target_of(const stp_pcd_field *field)
+/* rank: of two fields that mean the same, the one with the lower rank is read. */
+static stp_pcd_target target_of(const stp_pcd_field *field, size_t *rank)
 {
-    static const struct {
-        const char *name;
-        stp_pcd_target target;
-    } names[] = {
-        {"x", STP_PCD_X},
-        {"y", STP_PCD_Y},
-        {"z", STP_PCD_Z},
-        {"normal_x", STP_PCD_NX},
-        {"normal_y", STP_PCD_NY},
-        {"normal_z", STP_PCD_NZ},
-        {"nx", STP_PCD_NX},
-        {"ny", STP_PCD_NY},
-        {"nz", STP_PCD_NZ},
-        {"rgb", STP_PCD_PACKED},
-        {"rgba", STP_PCD_PACKED},
-        {"r", STP_PCD_RED},
-        {"g", STP_PCD_GREEN},
-        {"b", STP_PCD_BLUE},
-        {"red", STP_PCD_RED},
-        {"green", STP_PCD_GREEN},
-        {"blue", STP_PCD_BLUE},
-        {"intensity", STP_PCD_INTENSITY},
-        {"intensities", STP_PCD_INTENSITY},
-        {"reflectance", STP_PCD_INTENSITY},
-        {"reflectivity", STP_PCD_INTENSITY},
-        {"label", STP_PCD_CLASS},
-        {"class", STP_PCD_CLASS},
-        {"classification", STP_PCD_CLASS},
+    static const stp_pcd_target targets[] = {
+        [STP_COLUMN_X] = STP_PCD_X,         [STP_COLUMN_Y] = STP_PCD_Y,
+        [STP_COLUMN_Z] = STP_PCD_Z,         [STP_COLUMN_RED] = STP_PCD_RED,
+        [STP_COLUMN_GREEN] = STP_PCD_GREEN, [STP_COLUMN_BLUE] = STP_PCD_BLUE,
+        [STP_COLUMN_NX] = STP_PCD_NX,       [STP_COLUMN_NY] = STP_PCD_NY,
+        [STP_COLUMN_NZ] = STP_PCD_NZ,       [STP_COLUMN_INTENSITY] = STP_PCD_INTENSITY,
+        [STP_COLUMN_CLASS] = STP_PCD_CLASS, [STP_COLUMN_NONE] = STP_PCD_TARGET_COUNT,
     };
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-        if (field->count == 1 && strcasecmp(field->name, names[i].name) == 0 &&
-            (names[i].target != STP_PCD_PACKED || field->size == 4))
-            return names[i].target;
-    return STP_PCD_TARGET_COUNT;
+    *rank = stp_column_find_name(field->name, field->name + strlen(field->name));
+    if (field->count != 1)
+        return STP_PCD_TARGET_COUNT;
+    if (field->size == 4 &&
+        (strcasecmp(field->name, "rgb") == 0 || strcasecmp(field->name, "rgba") == 0))
+        return STP_PCD_PACKED;
+    return targets[stp_column_by_name(*rank)];
 }
 
 static void drop_targets(stp_pcd_header *h, stp_pcd_target first, stp_pcd_target last)
@@ -393,10 +376,18 @@ static stp_status decide_targets(parser *p, stp_error *err)
 {
     static const char *const axes[] = {"x", "y", "z"};
     stp_pcd_header *h = p->header;
+    size_t ranks[STP_PCD_TARGET_COUNT + 1];
+    stp_pcd_field *read[STP_PCD_TARGET_COUNT + 1] = {NULL};
     for (size_t i = 0; i < h->field_count; i++) {
-        const stp_pcd_target target = target_of(&h->fields[i]);
-        if (target != STP_PCD_TARGET_COUNT && !stp_pcd_header_find(h, target))
-            h->fields[i].target = target;
+        size_t rank;
+        const stp_pcd_target target = target_of(&h->fields[i], &rank);
+        if (read[target] && rank >= ranks[target])
+            continue;
+        if (read[target])
+            read[target]->target = STP_PCD_TARGET_COUNT;
+        h->fields[i].target = target;
+        read[target] = &h->fields[i];
+        ranks[target] = rank;
     }
     for (int i = 0; i < 3; i++)
         if (!stp_pcd_header_find(h, (stp_pcd_target)i))

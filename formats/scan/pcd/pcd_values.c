@@ -406,14 +406,13 @@ void stp_pcd_values_close(stp_pcd_values *v)
     v->decoders = NULL;
 }
 
-static double column_maximum(const stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
-                             size_t count, double maximum)
+static void add_columns(const stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
+                        size_t count, stp_value_span *span)
 {
     for (int t = (int)first; t <= (int)last; t++)
         for (size_t i = 0; i < count; i++)
-            maximum = fmax(maximum, t == STP_PCD_PACKED ? v->packed[i] & 0xFFFFFFu
-                                                        : v->columns[t][i]); /* ignores NaN */
-    return maximum;
+            stp_value_span_add(span,
+                               t == STP_PCD_PACKED ? v->packed[i] & 0xFFFFFFu : v->columns[t][i]);
 }
 
 static size_t block_of(const stp_pcd_values *v, uint64_t left)
@@ -428,7 +427,7 @@ void stp_pcd_values_seek(stp_pcd_values *v, uint64_t record)
 }
 
 static stp_status sample_spread(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
-                                double *maximum, stp_error *err)
+                                stp_value_span *span, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint64_t total = v->header.points, blocks = SAMPLE_BLOCKS;
@@ -439,7 +438,7 @@ static stp_status sample_spread(stp_pcd_values *v, stp_pcd_target first, stp_pcd
         const size_t count = block_of(v, total - at);
         stp_pcd_values_seek(v, at);
         STP_TRY(read_binary(v, count, NULL, err));
-        *maximum = column_maximum(v, first, last, count, *maximum);
+        add_columns(v, first, last, count, span);
         next = at + count;
     }
 done:
@@ -447,16 +446,16 @@ done:
 }
 
 static stp_status sample_prefix(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
-                                double *maximum, stp_error *err)
+                                stp_value_span *span, stp_error *err)
 {
     uint64_t left = v->header.points;
-    while (left > 0 && (v->index < SAMPLE_PREFIX || (*maximum <= 0.0 && first >= STP_PCD_RED))) {
+    while (left > 0 && (v->index < SAMPLE_PREFIX || (span->max <= 0.0 && first >= STP_PCD_RED))) {
         const size_t count = block_of(v, left);
         const bool beyond = v->index >= SAMPLE_PREFIX;
         const stp_status status = stp_pcd_values_read(v, count, NULL, beyond ? NULL : err);
         if (status != STP_OK)
             return beyond ? STP_OK : status; /* whoever reads the records will say why */
-        *maximum = column_maximum(v, first, last, count, *maximum);
+        add_columns(v, first, last, count, span);
         left -= count;
     }
     return STP_OK;
@@ -466,7 +465,7 @@ stp_status stp_pcd_values_find_packing(stp_pcd_values *v, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_pcd_field *field = stp_pcd_header_find(&v->header, STP_PCD_PACKED);
-    double unused = 0.0;
+    stp_value_span unused = {0};
     if (v->header.encoding != STP_PCD_ASCII || !field || field->type != 'F')
         return STP_OK;
     STP_TRY(sample_prefix(v, STP_PCD_X, STP_PCD_X, &unused, err));
@@ -497,15 +496,15 @@ static void go_to_first(stp_pcd_values *v, const stp_lzf *marks)
         memcpy(v->decoders, marks, STP_PCD_TARGET_COUNT * sizeof *marks);
 }
 
-stp_status stp_pcd_values_maximum(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
-                                  double *maximum, stp_error *err)
+stp_status stp_pcd_values_span(stp_pcd_values *v, stp_pcd_target first, stp_pcd_target last,
+                               stp_value_span *span, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_lzf *marks = NULL;
-    *maximum = 0.0;
+    *span = (stp_value_span){0};
     STP_TRY(mark_first(v, &marks, err));
-    STP_TRY(v->header.encoding == STP_PCD_BINARY ? sample_spread(v, first, last, maximum, err)
-                                                 : sample_prefix(v, first, last, maximum, err));
+    STP_TRY(v->header.encoding == STP_PCD_BINARY ? sample_spread(v, first, last, span, err)
+                                                 : sample_prefix(v, first, last, span, err));
     go_to_first(v, marks);
 done:
     free(marks);

@@ -17,6 +17,7 @@
 #include "formats/scan/pcd/pcd_header.h"
 #include "formats/scan/pcd/pcd_numbers.h"
 #include "formats/scan/source.h"
+#include "formats/scan/value_range.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -62,10 +63,10 @@ stp_status stp_pcd_values_find_packing(stp_pcd_values *values, stp_error *err);
  * these are its holes. Looks at no record behind a damaged one. Starts at the first record and goes
  * back there. Errors: OUT_OF_MEMORY. */
 stp_status stp_pcd_values_find_zeros(stp_pcd_values *values, bool *several, stp_error *err);
-/* Finds the greatest value of the targets from first to last in a sample: 64 blocks spread over a
- * binary file, the first 65,536 records of other files, and on to a value above 0. A packed colour
+/* Finds the values of the targets from first to last in a sample: 64 blocks spread over a binary
+ * file, the first 65,536 records of other files, and on to a value above 0. A packed colour
  * counts as 0xRRGGBB. Starts at the first record and goes back there. Errors: as read. */
-stp_status stp_pcd_values_maximum(stp_pcd_values *values, stp_pcd_target first, stp_pcd_target last,
-                                  double *maximum, stp_error *err);
+stp_status stp_pcd_values_span(stp_pcd_values *values, stp_pcd_target first, stp_pcd_target last,
+                               stp_value_span *span, stp_error *err);
 
 #endif

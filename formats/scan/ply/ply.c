@@ -179,8 +179,8 @@ static void columns_to_points(const stp_ply *ply, stp_point *points, size_t coun
                     stp_value_range_map(c[STP_PLY_RED + k][i], ply->colour_low, ply->colour_scale);
     if (ply->attributes & STP_POINT_HAS_INTENSITY)
         for (size_t i = 0; i < count; i++)
-            points[i].intensity =
-                stp_value_range_map(c[STP_PLY_INTENSITY][i], 0.0, ply->intensity_scale);
+            points[i].intensity = stp_value_range_map(c[STP_PLY_INTENSITY][i], ply->intensity_low,
+                                                      ply->intensity_scale);
     if (ply->attributes & STP_POINT_HAS_CLASS)
         for (size_t i = 0; i < count; i++)
             points[i].class_id = stp_class_of(c[STP_PLY_CLASS][i]);

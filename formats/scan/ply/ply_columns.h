@@ -39,7 +39,7 @@ typedef struct stp_ply {
     stp_dvec3 camera, camera_up;
     stp_scan_grid grid;
     stp_grid_cell *cells;                 /* the grid's */
-    double colour_low;                    /* file value that means 0 */
+    double colour_low, intensity_low;     /* file values that mean 0 */
     double colour_scale, intensity_scale; /* file value to 0..65535 */
     double columns[STP_PLY_TARGET_COUNT][STP_PLY_BLOCK_POINTS];
     stp_ply_numbers numbers;

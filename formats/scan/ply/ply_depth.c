@@ -9,30 +9,30 @@
 #define STP_PLY_SAMPLE_BLOCKS 64u
 #define STP_PLY_SAMPLE_PREFIX 65536u
 
-/* The greatest values so far. */
-typedef struct depth_maxima {
-    double colour, intensity;
-} depth_maxima;
+/* The values so far. */
+typedef struct depth_spans {
+    stp_value_span colour, intensity;
+} depth_spans;
 
-static double column_maximum(const stp_ply *ply, stp_ply_target target, size_t count, double so_far)
+static void add_column(const stp_ply *ply, stp_ply_target target, size_t count,
+                       stp_value_span *span)
 {
     for (size_t i = 0; i < count; i++)
-        so_far = fmax(so_far, ply->columns[target][i]); /* fmax ignores NaN */
-    return so_far;
+        stp_value_span_add(span, ply->columns[target][i]);
 }
 
-static void add_block(const stp_ply *ply, size_t count, depth_maxima *maxima)
+static void add_block(const stp_ply *ply, size_t count, depth_spans *spans)
 {
     if (ply->attributes & STP_POINT_HAS_COLOUR) {
-        maxima->colour = column_maximum(ply, STP_PLY_RED, count, maxima->colour);
-        maxima->colour = column_maximum(ply, STP_PLY_GREEN, count, maxima->colour);
-        maxima->colour = column_maximum(ply, STP_PLY_BLUE, count, maxima->colour);
+        add_column(ply, STP_PLY_RED, count, &spans->colour);
+        add_column(ply, STP_PLY_GREEN, count, &spans->colour);
+        add_column(ply, STP_PLY_BLUE, count, &spans->colour);
     }
     if (ply->attributes & STP_POINT_HAS_INTENSITY)
-        maxima->intensity = column_maximum(ply, STP_PLY_INTENSITY, count, maxima->intensity);
+        add_column(ply, STP_PLY_INTENSITY, count, &spans->intensity);
 }
 
-static stp_status sample_spread(stp_ply *ply, depth_maxima *maxima, stp_error *err)
+static stp_status sample_spread(stp_ply *ply, depth_spans *spans, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint64_t total = ply->vertex->count;
@@ -46,14 +46,14 @@ static stp_status sample_spread(stp_ply *ply, depth_maxima *maxima, stp_error *e
         stp_source_seek(&ply->source, ply->vertex_offset + first * ply->vertex->stride, 0);
         ply->cursor.index = first;
         STP_TRY(stp_ply_read_columns(ply, count, err));
-        add_block(ply, count, maxima);
+        add_block(ply, count, spans);
         next = first + count;
     }
 done:
     return status;
 }
 
-static stp_status sample_prefix(stp_ply *ply, depth_maxima *maxima, stp_error *err)
+static stp_status sample_prefix(stp_ply *ply, depth_spans *spans, stp_error *err)
 {
     stp_status status = STP_OK;
     uint64_t left = ply->vertex->count;
@@ -61,7 +61,7 @@ static stp_status sample_prefix(stp_ply *ply, depth_maxima *maxima, stp_error *e
     while (left > 0) {
         const size_t count = left < STP_PLY_BLOCK_POINTS ? (size_t)left : STP_PLY_BLOCK_POINTS;
         STP_TRY(stp_ply_read_columns(ply, count, err));
-        add_block(ply, count, maxima);
+        add_block(ply, count, spans);
         left -= count;
     }
 done:
@@ -73,12 +73,18 @@ static bool is_eight_bit(stp_ply_type type)
     return stp_ply_type_size(type) == 1;
 }
 
-static double find_scale(stp_ply_type type, double maximum, bool colour)
+static double find_colour_scale(stp_ply_type type, double maximum)
 {
-    const bool is_float = type >= STP_PLY_FLOAT32;
-    const unsigned bytes = (unsigned)stp_ply_type_size(type);
-    return stp_value_range_scale(colour ? stp_value_range_guess_colour(is_float, bytes, maximum)
-                                        : stp_value_range_guess(is_float, bytes, maximum));
+    return stp_value_range_scale(stp_value_range_guess_colour(
+        type >= STP_PLY_FLOAT32, (unsigned)stp_ply_type_size(type), maximum));
+}
+
+static void find_intensity_scale(stp_ply *ply, stp_ply_type type, stp_value_span span)
+{
+    const stp_value_range range = stp_value_range_guess_intensity(
+        type >= STP_PLY_FLOAT32, (unsigned)stp_ply_type_size(type), span);
+    ply->intensity_low = range.low;
+    ply->intensity_scale = stp_value_range_scale(range);
 }
 
 static bool is_wide(const stp_ply *ply, stp_ply_target target)
@@ -95,17 +101,17 @@ bool stp_ply_is_harmonic(const stp_ply_property *property)
 stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
 {
     stp_status status = STP_OK;
-    depth_maxima maxima = {0.0, 0.0};
+    depth_spans spans = {0};
     const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
     const stp_ply_property *intensity = stp_ply_target_property(ply, STP_PLY_INTENSITY);
     const bool harmonic = red && stp_ply_is_harmonic(red);
     const bool fixed = stp_ply_has_fixed_records(ply);
     if (ply->vertex->count > 0 &&
         (ply->attributes & STP_POINT_HAS_COLOUR || is_wide(ply, STP_PLY_INTENSITY))) {
-        STP_TRY(fixed ? sample_spread(ply, &maxima, err) : sample_prefix(ply, &maxima, err));
+        STP_TRY(fixed ? sample_spread(ply, &spans, err) : sample_prefix(ply, &spans, err));
         const bool all = fixed || ply->vertex->count <= STP_PLY_SAMPLE_PREFIX;
         /* Colours that are all zero are none: a program wrote them for want of any. */
-        if (maxima.colour <= 0.0 && all && !harmonic)
+        if (spans.colour.max <= 0.0 && all && !harmonic)
             ply->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
         stp_source_seek(&ply->source, ply->vertex_offset, ply->vertex_line);
         ply->cursor.index = 0;
@@ -114,10 +120,10 @@ stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
         ply->colour_low = -sqrt(M_PI);
         ply->colour_scale = 65535.0 / (2.0 * sqrt(M_PI));
     } else if (red) {
-        ply->colour_scale = find_scale(red->type, maxima.colour, true);
+        ply->colour_scale = find_colour_scale(red->type, spans.colour.max);
     }
     if (intensity)
-        ply->intensity_scale = find_scale(intensity->type, maxima.intensity, false);
+        find_intensity_scale(ply, intensity->type, spans.intensity);
 done:
     return status;
 }

@@ -4,6 +4,7 @@
 #include "formats/scan/ply/ply_grid.h"
 
 #include "base/memory.h"
+#include "formats/scan/column_name.h"
 #include "formats/scan/number.h"
 
 #include <stdio.h>
@@ -24,38 +25,6 @@ static const struct {
     [STP_PLY_INT16] = {"short", "int16", 2},     [STP_PLY_UINT16] = {"ushort", "uint16", 2},
     [STP_PLY_INT32] = {"int", "int32", 4},       [STP_PLY_UINT32] = {"uint", "uint32", 4},
     [STP_PLY_FLOAT32] = {"float", "float32", 4}, [STP_PLY_FLOAT64] = {"double", "float64", 8},
-};
-
-static const struct {
-    const char *name;
-    stp_ply_target target;
-} vertex_names[] = {
-    {"x", STP_PLY_X},
-    {"y", STP_PLY_Y},
-    {"z", STP_PLY_Z},
-    {"nx", STP_PLY_NX},
-    {"ny", STP_PLY_NY},
-    {"nz", STP_PLY_NZ},
-    {"normal_x", STP_PLY_NX},
-    {"normal_y", STP_PLY_NY},
-    {"normal_z", STP_PLY_NZ},
-    {"red", STP_PLY_RED},
-    {"green", STP_PLY_GREEN},
-    {"blue", STP_PLY_BLUE},
-    {"r", STP_PLY_RED},
-    {"g", STP_PLY_GREEN},
-    {"b", STP_PLY_BLUE},
-    {"diffuse_red", STP_PLY_RED},
-    {"diffuse_green", STP_PLY_GREEN},
-    {"diffuse_blue", STP_PLY_BLUE},
-    {"f_dc_0", STP_PLY_RED}, /* of Gaussian splats: stp_ply_is_harmonic */
-    {"f_dc_1", STP_PLY_GREEN},
-    {"f_dc_2", STP_PLY_BLUE},
-    {"intensity", STP_PLY_INTENSITY},
-    {"class", STP_PLY_CLASS},
-    {"classification", STP_PLY_CLASS},
-    {"radius", STP_PLY_RADIUS},
-    {"station", STP_PLY_STATION},
 };
 
 size_t stp_ply_type_size(stp_ply_type type)
@@ -106,16 +75,47 @@ static bool find_type(const char *name, stp_ply_type *type)
     return false;
 }
 
-/* Finds the target of a name. CloudCompare calls its scalar fields scalar_Intensity,
- * scalar_Classification. */
-static stp_ply_target find_target(const char *name)
+/* What the name of a vertex property means. rank: of two properties that mean the same, the one
+ * with the lower rank is read. */
+static stp_ply_target find_target(const char *name, size_t *rank)
 {
-    if (strncasecmp(name, "scalar_", 7) == 0)
-        name += 7;
-    for (size_t i = 0; i < sizeof vertex_names / sizeof *vertex_names; i++)
-        if (strcasecmp(name, vertex_names[i].name) == 0)
-            return vertex_names[i].target;
-    return STP_PLY_TARGET_COUNT;
+    static const struct {
+        const char *name;
+        stp_ply_target target;
+    } own[] = {
+        {"radius", STP_PLY_RADIUS}, {"station", STP_PLY_STATION},
+        {"f_dc_0", STP_PLY_RED},    {"f_dc_1", STP_PLY_GREEN}, /* of Gaussian splats: */
+        {"f_dc_2", STP_PLY_BLUE},                              /* stp_ply_is_harmonic */
+    };
+    static const stp_ply_target targets[] = {
+        [STP_COLUMN_X] = STP_PLY_X,         [STP_COLUMN_Y] = STP_PLY_Y,
+        [STP_COLUMN_Z] = STP_PLY_Z,         [STP_COLUMN_RED] = STP_PLY_RED,
+        [STP_COLUMN_GREEN] = STP_PLY_GREEN, [STP_COLUMN_BLUE] = STP_PLY_BLUE,
+        [STP_COLUMN_NX] = STP_PLY_NX,       [STP_COLUMN_NY] = STP_PLY_NY,
+        [STP_COLUMN_NZ] = STP_PLY_NZ,       [STP_COLUMN_INTENSITY] = STP_PLY_INTENSITY,
+        [STP_COLUMN_CLASS] = STP_PLY_CLASS, [STP_COLUMN_NONE] = STP_PLY_TARGET_COUNT,
+    };
+    *rank = stp_column_find_name(name, name + strlen(name));
+    name += strncasecmp(name, "scalar_", 7) == 0 ? 7 : 0;
+    for (size_t i = 0; i < sizeof own / sizeof *own; i++)
+        if (strcasecmp(name, own[i].name) == 0)
+            return own[i].target;
+    return targets[stp_column_by_name(*rank)];
+}
+
+/* If two properties mean the same, the one whose name is preferred counts; of equal names the
+ * first. */
+static void set_target(stp_ply_header *h, const stp_ply_element *vertex, stp_ply_property *property)
+{
+    size_t rank, other;
+    property->target = find_target(property->name, &rank);
+    for (size_t i = vertex->property_first; i < h->property_count; i++) {
+        stp_ply_property *before = &h->properties[i];
+        if (property->target == STP_PLY_TARGET_COUNT || before->target != property->target)
+            continue;
+        find_target(before->name, &other);
+        (rank < other ? before : property)->target = STP_PLY_TARGET_COUNT;
+    }
 }
 
 static stp_status parse_format(header_parser *p, stp_error *err)
@@ -191,11 +191,7 @@ static stp_status parse_property(header_parser *p, stp_error *err)
         return header_corrupt(p, "a property without a name", NULL, "export the file again", err);
     memcpy(property.name, name.text, sizeof property.name);
     if (!property.is_list && strcmp(element->name, "vertex") == 0)
-        property.target = find_target(name.text);
-    for (size_t i = element->property_first; i < h->property_count; i++)
-        if (h->properties[i].target == property.target)
-            property.target =
-                STP_PLY_TARGET_COUNT; /* if two properties mean the same, the first one counts */
+        set_target(h, element, &property);
     property.offset = element->stride;
     element->stride += stp_ply_type_size(property.is_list ? property.count_type : property.type);
     element->has_lists |= property.is_list;

@@ -17,9 +17,10 @@ static const stp_attribute_type types[] = {
  */
 static bool is_extra(const stp_ply_property *p)
 {
-    return !p->is_list &&
-           (p->target == STP_PLY_TARGET_COUNT ||
-            (p->target == STP_PLY_INTENSITY && p->type != STP_PLY_UINT8) || stp_ply_is_harmonic(p));
+    return !p->is_list && (p->target == STP_PLY_TARGET_COUNT ||
+                           ((p->target == STP_PLY_INTENSITY || p->target == STP_PLY_CLASS) &&
+                            p->type != STP_PLY_UINT8) ||
+                           stp_ply_is_harmonic(p));
 }
 
 void stp_ply_numbers_find(stp_ply *ply)

@@ -1,136 +1,10 @@
-/* Finds columns by their names. */
+/* Lists columns by a header or by the names that the user gives. */
 #include "formats/scan/text/columns.h"
 
 #include "formats/scan/scan.h"
 
 #include <stdio.h>
 #include <string.h>
-
-#define STP_NAME_CHARS_MAX 32
-
-/* In order of preference: an earlier name wins over a later one with the same meaning. */
-static const struct {
-    const char *name;
-    stp_column column;
-} known_names[] = {
-    {"x", STP_COLUMN_X},
-    {"xcoordinate", STP_COLUMN_X},
-    {"xcoord", STP_COLUMN_X},
-    {"coordinatex", STP_COLUMN_X},
-    {"coordx", STP_COLUMN_X},
-    {"positionx", STP_COLUMN_X},
-    {"posx", STP_COLUMN_X},
-    {"px", STP_COLUMN_X},
-    {"easting", STP_COLUMN_X},
-    {"east", STP_COLUMN_X},
-    {"e", STP_COLUMN_X},
-    {"rechtswert", STP_COLUMN_X},
-    {"ostwert", STP_COLUMN_X},
-    {"longitude", STP_COLUMN_X},
-    {"long", STP_COLUMN_X},
-    {"lon", STP_COLUMN_X},
-    {"lng", STP_COLUMN_X},
-    {"y", STP_COLUMN_Y},
-    {"ycoordinate", STP_COLUMN_Y},
-    {"ycoord", STP_COLUMN_Y},
-    {"coordinatey", STP_COLUMN_Y},
-    {"coordy", STP_COLUMN_Y},
-    {"positiony", STP_COLUMN_Y},
-    {"posy", STP_COLUMN_Y},
-    {"py", STP_COLUMN_Y},
-    {"northing", STP_COLUMN_Y},
-    {"north", STP_COLUMN_Y},
-    {"n", STP_COLUMN_Y},
-    {"hochwert", STP_COLUMN_Y},
-    {"nordwert", STP_COLUMN_Y},
-    {"latitude", STP_COLUMN_Y},
-    {"lat", STP_COLUMN_Y},
-    {"z", STP_COLUMN_Z},
-    {"zcoordinate", STP_COLUMN_Z},
-    {"zcoord", STP_COLUMN_Z},
-    {"coordinatez", STP_COLUMN_Z},
-    {"coordz", STP_COLUMN_Z},
-    {"positionz", STP_COLUMN_Z},
-    {"posz", STP_COLUMN_Z},
-    {"pz", STP_COLUMN_Z},
-    {"elevation", STP_COLUMN_Z},
-    {"elev", STP_COLUMN_Z},
-    {"altitude", STP_COLUMN_Z},
-    {"alt", STP_COLUMN_Z},
-    {"height", STP_COLUMN_Z},
-    {"h", STP_COLUMN_Z},
-    {"hoehe", STP_COLUMN_Z},
-    {"h\xc3\xb6he", STP_COLUMN_Z}, /* UTF-8, Latin 1 */
-    {"h\xf6he", STP_COLUMN_Z},
-    {"red", STP_COLUMN_RED},
-    {"r", STP_COLUMN_RED},
-    {"diffusered", STP_COLUMN_RED},
-    {"colorred", STP_COLUMN_RED},
-    {"colorr", STP_COLUMN_RED},
-    {"green", STP_COLUMN_GREEN},
-    {"g", STP_COLUMN_GREEN},
-    {"diffusegreen", STP_COLUMN_GREEN},
-    {"colorgreen", STP_COLUMN_GREEN},
-    {"colorg", STP_COLUMN_GREEN},
-    {"blue", STP_COLUMN_BLUE},
-    {"b", STP_COLUMN_BLUE},
-    {"diffuseblue", STP_COLUMN_BLUE},
-    {"colorblue", STP_COLUMN_BLUE},
-    {"colorb", STP_COLUMN_BLUE},
-    {"nx", STP_COLUMN_NX},
-    {"normalx", STP_COLUMN_NX},
-    {"ny", STP_COLUMN_NY},
-    {"normaly", STP_COLUMN_NY},
-    {"nz", STP_COLUMN_NZ},
-    {"normalz", STP_COLUMN_NZ},
-    {"intensity", STP_COLUMN_INTENSITY},
-    {"i", STP_COLUMN_INTENSITY},
-    {"int", STP_COLUMN_INTENSITY},
-    {"reflectance", STP_COLUMN_INTENSITY},
-    {"reflectivity", STP_COLUMN_INTENSITY},
-    {"refl", STP_COLUMN_INTENSITY},
-    {"remission", STP_COLUMN_INTENSITY},
-    {"amplitude", STP_COLUMN_INTENSITY},
-    {"classification", STP_COLUMN_CLASS},
-    {"class", STP_COLUMN_CLASS},
-    {"classid", STP_COLUMN_CLASS},
-    {"label", STP_COLUMN_CLASS},
-};
-
-#define STP_NAMES (sizeof known_names / sizeof *known_names)
-
-/* Index among the known names; STP_NAMES if the name is unknown. */
-static size_t find_name(stp_field field)
-{
-    char name[STP_NAME_CHARS_MAX];
-    size_t length = 0;
-    for (const char *at = field.begin; at < field.end && *at != '(' && *at != '['; at++) {
-        if (*at == '_' || *at == '-' || *at == '.' || *at == ' ')
-            continue;
-        if (length == sizeof name)
-            return STP_NAMES;
-        name[length++] = *at >= 'A' && *at <= 'Z' ? (char)(*at - 'A' + 'a') : *at;
-    }
-    const size_t skip = length > 6 && memcmp(name, "scalar", 6) == 0 ? 6 : 0;
-    for (size_t i = 0; i < STP_NAMES; i++)
-        if (strlen(known_names[i].name) == length - skip &&
-            memcmp(known_names[i].name, name + skip, length - skip) == 0)
-            return i;
-    return STP_NAMES;
-}
-
-/* Whether the name is that of a longitude or latitude. */
-static bool is_angle(size_t name)
-{
-    return known_names[name].column <= STP_COLUMN_Y && known_names[name].name[0] == 'l';
-}
-
-const char *stp_column_name(stp_column column)
-{
-    static const char *const names[] = {"x",  "y",  "z",  "red",       "green", "blue",
-                                        "nx", "ny", "nz", "intensity", "class", "not read"};
-    return names[column];
-}
 
 void stp_column_copy_name(char *out, size_t capacity, stp_field field)
 {
@@ -185,18 +59,18 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
     stp_field field;
     memset(columns.targets, STP_COLUMN_NONE, sizeof columns.targets);
     for (int i = 0; i < STP_COLUMN_COUNT; i++)
-        names[i] = STP_NAMES;
+        names[i] = STP_COLUMN_NO_NAME;
     for (const char *at = begin; stp_field_next(separator, &at, end, &field);) {
         if (columns.count == STP_COLUMNS_MAX) {
             columns.open_end = true;
             break;
         }
-        const size_t name = find_name(field);
+        const size_t name = stp_column_find_name(field.begin, field.end);
         const uint32_t place = columns.count++;
         stp_column_copy_name(columns.names[place], sizeof columns.names[place], field);
-        if (name == STP_NAMES || name >= names[known_names[name].column])
+        const stp_column column = stp_column_by_name(name);
+        if (column == STP_COLUMN_NONE || name >= names[column])
             continue;
-        const stp_column column = known_names[name].column;
         const uint32_t before = stp_columns_find(&columns, column);
         if (before < STP_COLUMNS_MAX)
             columns.targets[before] = STP_COLUMN_NONE;
@@ -205,7 +79,8 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
     }
     if (!has_three(&columns, STP_COLUMN_X))
         return false;
-    columns.angles = is_angle(names[STP_COLUMN_X]) && is_angle(names[STP_COLUMN_Y]);
+    columns.angles =
+        stp_column_is_angle(names[STP_COLUMN_X]) && stp_column_is_angle(names[STP_COLUMN_Y]);
     drop_part(&columns, STP_COLUMN_RED);
     drop_part(&columns, STP_COLUMN_NX);
     *out = columns;
@@ -256,15 +131,15 @@ static stp_status add_listed(stp_columns *columns, const char *list, stp_field f
     const uint32_t place = columns->count++;
     if (length == 1 && (*field.begin == '_' || *field.begin == '-'))
         return STP_OK;
-    const size_t name = find_name(field);
-    if (name == STP_NAMES && !(others && length > 0 && is_letter(*field.begin)))
+    const size_t name = stp_column_find_name(field.begin, field.end);
+    const stp_column column = stp_column_by_name(name);
+    if (column == STP_COLUMN_NONE && !(others && length > 0 && is_letter(*field.begin)))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--columns %.200s: `%.*s` is no known column: give x, y, z, r, g, b, "
                              "i, nx, ny, nz, class, or _ for one to pass over (%s)",
                              list, length, field.begin,
                              others ? "names of attributes begin with a letter"
                                     : "--attributes keeps columns of other names");
-    const stp_column column = name == STP_NAMES ? STP_COLUMN_NONE : known_names[name].column;
     if (column == STP_COLUMN_NONE)
         stp_column_copy_name(columns->names[place], sizeof columns->names[place], field);
     if (is_named_before(columns, place, column))
@@ -273,7 +148,7 @@ static stp_status add_listed(stp_columns *columns, const char *list, stp_field f
                              "for one to pass over",
                              list, length, field.begin);
     columns->targets[place] = (uint8_t)column;
-    columns->angles = columns->angles || (name < STP_NAMES && is_angle(name));
+    columns->angles = columns->angles || stp_column_is_angle(name);
     return STP_OK;
 }
 

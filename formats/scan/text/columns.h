@@ -2,14 +2,9 @@
  *
  * Names decide: a header line, or a list that the user gives. Without names the numbers decide.
  *
- * Names are compared without case, without what follows ( or [, without a leading `scalar_`, and
- * without the characters _ - . and space: x (also easting, east, e), y (northing, north, n), z
- * (elevation, height, altitude, h; in German rechtswert, hochwert, hoehe), r g b (red green blue),
- * i (intensity, reflectance, reflectivity, amplitude), nx ny nz (normalx ...), class
- * (classification, label); columns.c has them all: lon (longitude, long, lng) is x, and lat
- * (latitude) is y. If two columns mean the same, the one whose name is earlier in this list is
- * read; if their names are equal, the first column. Columns with other names are attributes
- * (text_numbers.h).
+ * Names: formats/scan/column_name.h. If two columns mean the same, the one whose name is earlier in
+ * its list is read; if their names are equal, the first column. Columns with other names are
+ * attributes (text_numbers.h).
  *
  * By content, of n numbers per line the first three are x y z. The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.
@@ -30,27 +25,12 @@
 
 #include "base/error.h"
 #include "formats/attribute/attribute.h"
+#include "formats/scan/column_name.h"
 #include "formats/scan/text/text_line.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-
-typedef enum stp_column {
-    STP_COLUMN_X,
-    STP_COLUMN_Y,
-    STP_COLUMN_Z,
-    STP_COLUMN_RED,
-    STP_COLUMN_GREEN,
-    STP_COLUMN_BLUE,
-    STP_COLUMN_NX,
-    STP_COLUMN_NY,
-    STP_COLUMN_NZ,
-    STP_COLUMN_INTENSITY,
-    STP_COLUMN_CLASS,
-    STP_COLUMN_COUNT,
-    STP_COLUMN_NONE = STP_COLUMN_COUNT
-} stp_column;
 
 /* Columns from this number on are ignored. */
 #define STP_COLUMNS_MAX 64u
@@ -84,8 +64,6 @@ typedef struct stp_columns_sample {
     stp_column_range ranges[STP_COLUMNS_MAX];
 } stp_columns_sample;
 
-/* "red", ...: for messages. */
-const char *stp_column_name(stp_column column);
 /* Copies a name as far as it fits, without characters that are not plain. */
 void stp_column_copy_name(char *out, size_t capacity, stp_field field);
 /* STP_POINT_HAS_*. */

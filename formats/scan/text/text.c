@@ -179,11 +179,6 @@ done:
     return status;
 }
 
-static double scale_of(double greatest, bool written_whole)
-{
-    return stp_value_range_scale(stp_value_range_guess(!written_whole, 0, greatest));
-}
-
 /* Colours that are all zero are none: a program wrote them for want of any. */
 static void find_colour_scale(stp_text *text, const stp_columns_sample *sample)
 {
@@ -209,18 +204,10 @@ static void find_intensity_scale(stp_text *text, const stp_columns_sample *sampl
 {
     const uint32_t place = stp_columns_find(&text->columns, STP_COLUMN_INTENSITY);
     const stp_column_range *range = &sample->ranges[place];
-    text->intensity_low = 0.0;
-    if (range->min < 0.0) {
-        const bool leica = range->whole && range->min >= -2048.0 && range->max <= 2047.0;
-        const double least = leica ? -2048.0 : range->min;
-        const double extent = leica ? 4095.0 : range->max - range->min;
-        text->intensity_low = least;
-        text->intensity_scale = extent > 0.0 ? 65535.0 / extent : 1.0;
-    } else if (range->max > 65535.0) {
-        text->intensity_scale = 65535.0 / range->max;
-    } else {
-        text->intensity_scale = scale_of(range->max, range->written_whole);
-    }
+    const stp_value_range full = stp_value_range_guess_intensity(
+        !range->written_whole, 0, (stp_value_span){range->min, range->max, !range->whole});
+    text->intensity_low = full.low;
+    text->intensity_scale = stp_value_range_scale(full);
 }
 
 /* The step of the coordinates: 1, 0.1, 0.01 or 0.001 if all sampled coordinates are written with at

@@ -1,0 +1,138 @@
+/* Finds what a column of points means by its name. */
+#include "formats/scan/column_name.h"
+
+#include <string.h>
+
+#define STP_NAME_CHARS_MAX 32
+
+/* In order of preference: an earlier name wins over a later one with the same meaning. */
+static const struct {
+    const char *name;
+    stp_column column;
+} known_names[] = {
+    {"x", STP_COLUMN_X},
+    {"xcoordinate", STP_COLUMN_X},
+    {"xcoord", STP_COLUMN_X},
+    {"coordinatex", STP_COLUMN_X},
+    {"coordx", STP_COLUMN_X},
+    {"positionx", STP_COLUMN_X},
+    {"posx", STP_COLUMN_X},
+    {"px", STP_COLUMN_X},
+    {"easting", STP_COLUMN_X},
+    {"east", STP_COLUMN_X},
+    {"e", STP_COLUMN_X},
+    {"rechtswert", STP_COLUMN_X},
+    {"ostwert", STP_COLUMN_X},
+    {"longitude", STP_COLUMN_X},
+    {"long", STP_COLUMN_X},
+    {"lon", STP_COLUMN_X},
+    {"lng", STP_COLUMN_X},
+    {"y", STP_COLUMN_Y},
+    {"ycoordinate", STP_COLUMN_Y},
+    {"ycoord", STP_COLUMN_Y},
+    {"coordinatey", STP_COLUMN_Y},
+    {"coordy", STP_COLUMN_Y},
+    {"positiony", STP_COLUMN_Y},
+    {"posy", STP_COLUMN_Y},
+    {"py", STP_COLUMN_Y},
+    {"northing", STP_COLUMN_Y},
+    {"north", STP_COLUMN_Y},
+    {"n", STP_COLUMN_Y},
+    {"hochwert", STP_COLUMN_Y},
+    {"nordwert", STP_COLUMN_Y},
+    {"latitude", STP_COLUMN_Y},
+    {"lat", STP_COLUMN_Y},
+    {"z", STP_COLUMN_Z},
+    {"zcoordinate", STP_COLUMN_Z},
+    {"zcoord", STP_COLUMN_Z},
+    {"coordinatez", STP_COLUMN_Z},
+    {"coordz", STP_COLUMN_Z},
+    {"positionz", STP_COLUMN_Z},
+    {"posz", STP_COLUMN_Z},
+    {"pz", STP_COLUMN_Z},
+    {"elevation", STP_COLUMN_Z},
+    {"elev", STP_COLUMN_Z},
+    {"altitude", STP_COLUMN_Z},
+    {"alt", STP_COLUMN_Z},
+    {"height", STP_COLUMN_Z},
+    {"h", STP_COLUMN_Z},
+    {"hoehe", STP_COLUMN_Z},
+    {"h\xc3\xb6he", STP_COLUMN_Z}, /* UTF-8, Latin 1 */
+    {"h\xf6he", STP_COLUMN_Z},
+    {"red", STP_COLUMN_RED},
+    {"r", STP_COLUMN_RED},
+    {"diffusered", STP_COLUMN_RED},
+    {"colorred", STP_COLUMN_RED},
+    {"colorr", STP_COLUMN_RED},
+    {"green", STP_COLUMN_GREEN},
+    {"g", STP_COLUMN_GREEN},
+    {"diffusegreen", STP_COLUMN_GREEN},
+    {"colorgreen", STP_COLUMN_GREEN},
+    {"colorg", STP_COLUMN_GREEN},
+    {"blue", STP_COLUMN_BLUE},
+    {"b", STP_COLUMN_BLUE},
+    {"diffuseblue", STP_COLUMN_BLUE},
+    {"colorblue", STP_COLUMN_BLUE},
+    {"colorb", STP_COLUMN_BLUE},
+    {"nx", STP_COLUMN_NX},
+    {"normalx", STP_COLUMN_NX},
+    {"ny", STP_COLUMN_NY},
+    {"normaly", STP_COLUMN_NY},
+    {"nz", STP_COLUMN_NZ},
+    {"normalz", STP_COLUMN_NZ},
+    {"intensity", STP_COLUMN_INTENSITY},
+    {"intensities", STP_COLUMN_INTENSITY},
+    {"i", STP_COLUMN_INTENSITY},
+    {"int", STP_COLUMN_INTENSITY},
+    {"reflectance", STP_COLUMN_INTENSITY},
+    {"reflectivity", STP_COLUMN_INTENSITY},
+    {"refl", STP_COLUMN_INTENSITY},
+    {"remission", STP_COLUMN_INTENSITY},
+    {"amplitude", STP_COLUMN_INTENSITY},
+    {"gray", STP_COLUMN_INTENSITY},
+    {"grey", STP_COLUMN_INTENSITY},
+    {"luminance", STP_COLUMN_INTENSITY},
+    {"classification", STP_COLUMN_CLASS},
+    {"class", STP_COLUMN_CLASS},
+    {"classid", STP_COLUMN_CLASS},
+    {"label", STP_COLUMN_CLASS},
+};
+
+#define STP_NAMES (sizeof known_names / sizeof *known_names)
+
+size_t stp_column_find_name(const char *begin, const char *end)
+{
+    char name[STP_NAME_CHARS_MAX];
+    size_t length = 0;
+    for (const char *at = begin; at < end && *at != '(' && *at != '['; at++) {
+        if (*at == '_' || *at == '-' || *at == '.' || *at == ' ')
+            continue;
+        if (length == sizeof name)
+            return STP_COLUMN_NO_NAME;
+        name[length++] = *at >= 'A' && *at <= 'Z' ? (char)(*at - 'A' + 'a') : *at;
+    }
+    const size_t skip = length > 6 && memcmp(name, "scalar", 6) == 0 ? 6 : 0;
+    for (size_t i = 0; i < STP_NAMES; i++)
+        if (strlen(known_names[i].name) == length - skip &&
+            memcmp(known_names[i].name, name + skip, length - skip) == 0)
+            return i;
+    return STP_COLUMN_NO_NAME;
+}
+
+stp_column stp_column_by_name(size_t name)
+{
+    return name < STP_NAMES ? known_names[name].column : STP_COLUMN_NONE;
+}
+
+bool stp_column_is_angle(size_t name)
+{
+    return name < STP_NAMES && known_names[name].column <= STP_COLUMN_Y &&
+           known_names[name].name[0] == 'l';
+}
+
+const char *stp_column_name(stp_column column)
+{
+    static const char *const names[] = {"x",  "y",  "z",  "red",       "green", "blue",
+                                        "nx", "ny", "nz", "intensity", "class", "not read"};
+    return names[column];
+}
