@@ -117,13 +117,17 @@ stp_status stp_scattered_limit(stp_cloud *cloud, stp_error *err)
         counts[BINS] += (cloud->marks[i] & STP_MARK_SCATTERED) != 0;
     }
     STP_TRY(stp_cloud_sum(cloud, counts, BINS + 1, err));
-    if (counts[BINS] == 0)
+    uint64_t all = 0;
+    for (uint32_t i = 0; i < BINS; i++)
+        all += counts[i];
+    const bool few = all <= STP_SCATTERED_FEW;
+    if (counts[BINS] == 0 && !few)
         return STP_OK;
-    const float most = STP_SCATTERED_MEDIANS * median_of(counts);
+    const float most = few ? 0.0f : STP_SCATTERED_MEDIANS * median_of(counts);
     for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         float *spacing = &cloud->points[i].spacing;
-        if (cloud->marks[i] & STP_MARK_SCATTERED && *spacing > most)
-            *spacing = fmaxf(most, STP_SCATTERED_PART * *spacing);
+        if ((few || cloud->marks[i] & STP_MARK_SCATTERED) && *spacing > most)
+            *spacing = fmaxf(most, (few ? STP_SCATTERED_FEW_PART : STP_SCATTERED_PART) * *spacing);
     }
 done:
     return status;

@@ -4,7 +4,8 @@
  * spacing their discs would be plates in front of everything else. So if the spacing of a scattered
  * point is more than STP_SCATTERED_MEDIANS medians of the cloud's, it is that limit, or
  * STP_SCATTERED_PART of itself if that is more. Such points are then dots. In a cloud that is
- * scattered as a whole, none is far above the median. */
+ * scattered as a whole, none is far above the median. At most STP_SCATTERED_FEW points show no
+ * surface: all are dots, of STP_SCATTERED_FEW_PART. */
 #ifndef STP_PREPROCESS_SURFACE_SCATTERED_H
 #define STP_PREPROCESS_SURFACE_SCATTERED_H
 
@@ -12,6 +13,8 @@
 
 #define STP_SCATTERED_MEDIANS 2.0f
 #define STP_SCATTERED_PART 0.125f
+#define STP_SCATTERED_FEW 16u
+#define STP_SCATTERED_FEW_PART 0.03125f
 
 /* Sets STP_MARK_SCATTERED on those own points of a unit of `cloud` that are scattered. A
  * neighbourhood is round if it is spread about alike along all axes. A point is scattered if more

@@ -129,6 +129,23 @@ static void surfaces_and_volumes_stay(void **state)
     }
 }
 
+/* Too few points for a surface are dots. */
+static void few_points_are_dots(void **state)
+{
+    (void)state;
+    for (uint32_t count = 2; count <= STP_SCATTERED_FEW + 1; count++) {
+        stp_cloud cloud = cloud_fixture_make(count);
+        for (uint32_t i = 0; i < count; i++)
+            cloud.points[i].position = (stp_dvec3){i, i % 2, 0};
+        float *before = limit(&cloud);
+        const float part = count <= STP_SCATTERED_FEW ? STP_SCATTERED_FEW_PART : 1.0f;
+        for (uint32_t i = 0; i < count; i++)
+            assert_true(cloud.points[i].spacing == part * before[cloud.points[i].source]);
+        free(before);
+        stp_cloud_clear(&cloud);
+    }
+}
+
 /* One point, and all at one place. */
 static void odd_clouds(void **state)
 {
@@ -149,6 +166,7 @@ int main(void)
         cmocka_unit_test(floaters_above_a_plane),
         cmocka_unit_test(few_floaters_within_a_room),
         cmocka_unit_test(surfaces_and_volumes_stay),
+        cmocka_unit_test(few_points_are_dots),
         cmocka_unit_test(odd_clouds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

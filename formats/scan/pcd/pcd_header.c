@@ -133,7 +133,7 @@ done:
 
 static stp_status parse_one_size(parser *p, stp_pcd_field *field, stp_error *err)
 {
-    uint64_t size;
+    uint64_t size = 0;
     const stp_status status = parse_count(p, &size, err);
     if (status != STP_OK)
         return status;
