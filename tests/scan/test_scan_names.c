@@ -17,9 +17,9 @@ static void read_both(const char *const *fields, size_t count, const char *first
         sprintf(pcd + strlen(pcd), " %s", fields[i]);
     }
     for (size_t k = 0; k < 3; k++) {
-        strcat(pcd, lines[k]);
+        sprintf(pcd + strlen(pcd), "%s", lines[k]);
         for (size_t i = 0; i < count; i++)
-            strcat(pcd, words[k]);
+            sprintf(pcd + strlen(pcd), "%s", words[k]);
     }
     sprintf(ply + strlen(ply), "end_header\n%s\n%s\n", first, second);
     sprintf(pcd + strlen(pcd), "\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n%s\n%s\n", first,
