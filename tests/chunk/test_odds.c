@@ -91,9 +91,10 @@ static void test_bytes(void **state)
     static int16_t values[COLUMNS * ROWS_MOST];
     for (unsigned width = 3; width <= 13; width++) {
         for (uint32_t rows = 100; rows <= ROWS_MOST; rows *= 30) {
-            for (uint32_t i = 0; i < COLUMNS * rows; i++)
-                values[i] =
-                    i / rows > 1 ? 0 : (int16_t)((int16_t)stp_random_u64(width, i) >> (16 - width));
+            for (uint32_t i = 0; i < COLUMNS * rows; i++) {
+                const int wide = (int16_t)stp_random_u64(width, i);
+                values[i] = (int16_t)(i / rows > 1 ? 0 : wide >> (16 - width));
+            }
             stp_bytes bytes = round_trip(values, rows);
             assert_true((double)bytes.size < 50 + (width + 0.5) * 2 * rows / 8);
             free(bytes.data);
