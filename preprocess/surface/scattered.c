@@ -112,7 +112,7 @@ stp_status stp_scattered_limit(stp_cloud *cloud, stp_error *err)
     stp_status status = STP_OK;
     uint64_t counts[BINS + 1] = {0}; /* by bin; then scattered points */
     const stp_rank_part own = stp_cloud_own(cloud);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         counts[bin_of(cloud->points[i].spacing)]++;
         counts[BINS] += (cloud->marks[i] & STP_MARK_SCATTERED) != 0;
     }
@@ -120,7 +120,7 @@ stp_status stp_scattered_limit(stp_cloud *cloud, stp_error *err)
     if (counts[BINS] == 0)
         return STP_OK;
     const float most = STP_SCATTERED_MEDIANS * median_of(counts);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         float *spacing = &cloud->points[i].spacing;
         if (cloud->marks[i] & STP_MARK_SCATTERED && *spacing > most)
             *spacing = fmaxf(most, STP_SCATTERED_PART * *spacing);
