@@ -31,6 +31,18 @@ static inline void stp_sort_u32(uint32_t *values, size_t count)
         qsort(values, count, sizeof *values, stp_compare_u32);
 }
 
+static inline int stp_compare_u64(const void *a, const void *b)
+{
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static inline void stp_sort_u64(uint64_t *values, size_t count)
+{
+    if (count > 0)
+        qsort(values, count, sizeof *values, stp_compare_u64);
+}
+
 /* Something of a file: its number, and the byte where it lies. */
 typedef struct stp_placed {
     uint64_t offset;

@@ -192,7 +192,7 @@ static stp_status check_given(stp_prep_job *job, stp_error *err)
     uint64_t given = 0;
     if (!job->orient.from_file)
         return STP_OK;
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         given += cloud->points[i].given != STP_GIVEN_NOT;
     STP_TRY(stp_cloud_sum(cloud, &given, 1, err));
     job->orient.from_file = 2 * given > cloud->count;
@@ -340,6 +340,14 @@ static double least_cell(const stp_prep_source *source)
     return cell;
 }
 
+/* The hash of an array by point; of nothing if there is none, or if ranks share it. */
+static uint64_t hash_array(const stp_cloud *c, const void *array, size_t size)
+{
+    const bool here = array && !c->blocks;
+    return XXH3_64bits(here ? (const char *)array + c->first * size : NULL,
+                       here ? c->count * size : 0);
+}
+
 /* Fails unless the points, and what is known of them, are the same on all ranks: else their parts
  * would not fit together. Files may differ, or processors whose mathematics round otherwise. If
  * ranks share the points, the cells tell. */
@@ -352,10 +360,9 @@ static stp_status agree(const stp_prep_job *job, const char *what, stp_error *er
                                : 0;
     if (!job->params->ranks)
         return STP_OK;
-    const size_t here = c->blocks ? 0 : c->count;
-    const uint64_t found[] = {XXH3_64bits(c->points, here * sizeof *c->points),
-                              XXH3_64bits(c->marks, c->marks ? here * sizeof *c->marks : 0),
-                              XXH3_64bits(c->sheets, c->sheets ? here * sizeof *c->sheets : 0),
+    const uint64_t found[] = {hash_array(c, c->points, sizeof *c->points),
+                              hash_array(c, c->marks, sizeof *c->marks),
+                              hash_array(c, c->sheets, sizeof *c->sheets),
                               XXH3_64bits(c->cells, c->cell_count * sizeof *c->cells),
                               XXH3_64bits(job->numbers, numbers),
                               XXH3_64bits(&stats->box, sizeof stats->box),
@@ -490,7 +497,8 @@ static void decide_attributes(stp_prep_job *job)
                          job->stats->intensity_greatest <= job->stats->intensity_max;
         }
     }
-    job->tree.numbers = (stp_point_numbers){&job->kept, job->numbers, job->begins};
+    job->tree.numbers = (stp_point_numbers){
+        &job->kept, job->params->first_place + job->records.begin, job->numbers, job->begins};
 }
 
 static stp_status run(stp_prep_job *job, stp_error *err)
@@ -520,15 +528,6 @@ done:
     return status;
 }
 
-stp_status stp_prep_check_count(const stp_prep_source *source, stp_error *err)
-{
-    if (source->point_count >= UINT32_MAX - 1)
-        return stp_error_set(err, STP_LIMIT,
-                             "%s: more than %u points: split the input into several models",
-                             source->files[0].name, UINT32_MAX - 1);
-    return STP_OK;
-}
-
 stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         const stp_prep_params *params, stp_pool *pool, const stp_progress *progress,
                         stp_prep_stats *stats, stp_error *err)
@@ -542,7 +541,7 @@ stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         .stats = stats,
                         .since = start};
     stp_prep_job_begin(&job);
-    stp_status status = stp_prep_check_count(source, err);
+    stp_status status = stp_prep_check_count(source, params, err);
     if (status == STP_OK)
         status = stp_prep_grid_check(&job, err);
     if (status != STP_OK)

@@ -128,6 +128,8 @@ typedef struct stp_prep_params {
     uint64_t memory_bytes;   /* the process's limit; 0: half the machine's */
     const char *temp_folder; /* NULL: the output's folder */
     stp_ranks *ranks;        /* that prepare the model together, borrowed; NULL: none */
+    /* Points and records are numbered from here on: 0, but in tests of numbers beyond 2^32. */
+    uint64_t first_place;
     /* Called with the run's needs before a point is read. May be NULL. */
     void (*planned)(const stp_prep_plan *plan);
 } stp_prep_params;
@@ -196,8 +198,10 @@ static inline double stp_prep_maps_mean(const stp_maps_counts *maps, const stp_t
 /* Names of the stages, in order. */
 extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];
 
-/* Errors: LIMIT (more points than a run can take). */
-stp_status stp_prep_check_count(const stp_prep_source *source, stp_error *err);
+/* Errors: LIMIT (more points than a run can take: 2^STP_PLACE_BITS - 1, or 2^32 - 3 if they become
+ * maps or are pixels of images). */
+stp_status stp_prep_check_count(const stp_prep_source *source, const stp_prep_params *params,
+                                stp_error *err);
 /* How much a run over this source with these parameters has to prepare. */
 stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params);
 /* Plans a run. Errors: IO (no such folder, not enough space in it), LIMIT (too little memory for
@@ -206,9 +210,9 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
                               const stp_prep_params *params, unsigned thread_count, stp_error *err);
 void stp_prep_plan_clear(stp_prep_plan *plan);
 
-/* Runs preprocessing. Errors: EMPTY (no valid point, line or triangle), LIMIT (more than 2^32 - 2
- * points, or lines and triangles that take more than half of the memory), and those of the plan,
- * the source and the stages. */
+/* Runs preprocessing. Errors: EMPTY (no valid point, line or triangle), LIMIT (more
+ * points than stp_prep_check_count allows, or lines and triangles that take more than half of the
+ * memory), and those of the plan, the source and the stages. */
 stp_status stp_prep_run(const char *path, const stp_prep_source *source,
                         const stp_prep_params *params, stp_pool *pool, const stp_progress *progress,
                         stp_prep_stats *stats, stp_error *err);

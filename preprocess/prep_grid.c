@@ -146,7 +146,7 @@ static stp_status find_owners(const stp_prep_job *job, uint32_t *owners, stp_err
         owners[tile] = STP_TILE_OF_NONE;
     for (unsigned rank = 0; rank < ranks->count; rank++) {
         const stp_rank_part part = stp_ranks_part(ranks, rank, count);
-        for (uint32_t i = part.begin; i < part.end; i++)
+        for (uint64_t i = part.begin; i < part.end; i++)
             if (leaves[i].kind == STP_LEAF_TILE)
                 owners[leaves[i].index] = rank;
     }

@@ -37,12 +37,12 @@ typedef struct stp_prep_job {
     stp_grid_part part;            /* the file at hand, if several files make the grid */
     stp_grid_records grid_records; /* that this rank read, until ranks have shared the grid */
     stp_maps maps;                 /* none unless they are wanted */
-    uint8_t *numbers;      /* attributes of `records`, packed, in the spill; NULL: none are kept */
-    uint32_t *begins;      /* by rank: its first record, then where the last one's end; NULL: none
-                              reads a part */
-    stp_rank_part records; /* that this process reads */
-    bool lists_rejects;    /* rank 0 lists rejected records */
-    stp_bytes rejects;     /* those of this rank's part, until rank 0 has them */
+    uint8_t *numbers; /* attributes of `records`, packed, in the spill; NULL: none are kept */
+    uint64_t *begins; /* by rank: its first record, from first_place on, then where the last one's
+                         end; NULL: none reads a part */
+    stp_rank_part records;   /* that this process reads */
+    bool lists_rejects;      /* rank 0 lists rejected records */
+    stp_bytes rejects;       /* those of this rank's part, until rank 0 has them */
     stp_attribute_list kept; /* the source's, with what is known when all points are read */
     uint64_t unlike;         /* bit a: attribute a is not what the points' fields say */
     stp_prep_shapes shapes;

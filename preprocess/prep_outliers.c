@@ -12,7 +12,7 @@ static stp_status recount(const stp_prep_job *job, stp_error *err)
     stats->points_out = cloud->count;
     stats->points_unstationed = 0;
     stats->intensity_max = 0;
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         stp_prep_count(stats, &cloud->points[i]);
     STP_TRY(stp_cloud_sum(cloud, &stats->points_unstationed, 1, err));
     const uint16_t intensity_max = stats->intensity_max;
@@ -30,7 +30,7 @@ stp_status stp_prep_treat_outliers(stp_prep_job *job, stp_error *err)
     stp_status status = STP_OK;
     stp_cloud *cloud = &job->cloud;
     stp_prep_stats *stats = job->stats;
-    uint32_t count = 0, own = 0, *sources = NULL;
+    uint64_t count = 0, own = 0, *sources = NULL;
     STP_TRY(stp_outliers_find(cloud, job->k, stats->outlier_distance, job->pool, job->progress,
                               &count, err));
     stats->outlier_count = count;
@@ -39,7 +39,7 @@ stp_status stp_prep_treat_outliers(stp_prep_job *job, stp_error *err)
         stats->rejected[STP_REJECT_OUTLIER] = count;
         /* if all points are on every rank, rank 0 tells of all */
         const bool tells = cloud->blocks || stp_ranks_is_first(job->params->ranks);
-        for (uint32_t i = 0; tells && i < own; i++)
+        for (uint64_t i = 0; tells && i < own; i++)
             STP_TRY(stp_prep_reject(job, sources[i], STP_REJECT_OUTLIER, err));
         if (job->in_parts)
             STP_TRY(stp_prep_give_rejects(job, err));

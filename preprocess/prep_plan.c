@@ -41,6 +41,9 @@
 #define VIEW_BYTES (32u << 20)
 #define THREAD_VIEW_BYTES (64u << 20)
 
+/* Most points if some stage numbers them with 32 bits. */
+#define NARROW_POINTS (UINT32_MAX - 2)
+
 /* Greatest size of a neighbour in a list (graph.c), in bytes. */
 static uint64_t step_bytes(uint64_t point_count)
 {
@@ -113,6 +116,31 @@ static stp_status check_room(stp_prep_plan *plan, stp_error *err)
     return STP_OK;
 }
 
+/* Whether points are pixels of images (pixel_image.h). */
+static bool has_pixels(const stp_prep_source *source)
+{
+    for (size_t f = 0; f < source->file_count; f++)
+        if (source->files[f].grid.columns > 0 || source->files[f].image_count > 0)
+            return true;
+    return false;
+}
+
+stp_status stp_prep_check_count(const stp_prep_source *source, const stp_prep_params *params,
+                                stp_error *err)
+{
+    const bool narrow = params->maps || has_pixels(source);
+    const uint64_t most = narrow ? NARROW_POINTS : STP_PLACE_MASK;
+    const char *what = params->maps ? "that become maps"
+                       : narrow     ? "if some are pixels of images"
+                                    : "in a model";
+    if (source->point_count <= most)
+        return STP_OK;
+    return stp_error_set(err, STP_LIMIT,
+                         "%s: there may be at most %llu points %s: split the input into several "
+                         "models",
+                         source->files[0].name, (unsigned long long)most, what);
+}
+
 stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_prep_size *size,
                               const stp_prep_params *params, unsigned thread_count, stp_error *err)
 {
@@ -120,7 +148,7 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
     /* as many as for points in scan lines, which only the points tell */
     const unsigned k = params->neighbour_count ? params->neighbour_count : STP_SCAN_LINE_NEIGHBOURS;
     uint64_t fixed = FIXED_BYTES + (uint64_t)thread_count * THREAD_BYTES;
-    const uint64_t points = size->points; /* below 2^32 */
+    const uint64_t points = size->points;
     const unsigned ranks = size->shared ? stp_ranks_count(params->ranks) : 1;
     const uint64_t numbers = number_bytes(size, params->ranks, ranks);
     const uint64_t maps = points * (size->maps ? MAPS_BYTES : 0);
@@ -215,8 +243,9 @@ stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, s
     stp_status status = STP_OK;
     const stp_attribute_list *kept = job->source->kept;
     const bool grid = job->stats->keeps_grid;
-    job->records = (stp_rank_part){(uint32_t)begin, (uint32_t)end};
-    STP_TRY(stp_cloud_create(&job->cloud, grid ? 0 : (uint32_t)(end - begin), job->spill, err));
+    job->records = (stp_rank_part){begin, end};
+    STP_TRY(stp_cloud_create(&job->cloud, job->params->first_place, grid ? 0 : end - begin,
+                             job->spill, err));
     if (stp_prep_tells_pixels(job->source) && !grid)
         STP_TRY(stp_spill_alloc(job->spill, &job->cloud.pixels, job->source->point_count,
                                 sizeof *job->cloud.pixels, "pixels", err));

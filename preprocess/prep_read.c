@@ -62,9 +62,9 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
     stp_dbox_add(&stats->box, point->position);
     if (stats->keeps_grid)
         return STP_OK;
-    stp_cloud_point *out = &cloud->points[cloud->count++];
+    stp_cloud_point *out = &cloud->points[cloud->first + cloud->count++];
     *out = (stp_cloud_point){.position = point->position,
-                             .source = (uint32_t)place,
+                             .source = (cloud->first + place) & STP_PLACE_MASK,
                              .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
                              .intensity = point->intensity,
                              .class_id = point->class_id,
@@ -134,7 +134,7 @@ static void keep_numbers(stp_prep_job *job, const stp_point *points, uint64_t pl
 /* The state to return to if a file breaks off. */
 typedef struct read_mark {
     size_t file;
-    uint32_t count;
+    uint64_t count;
     stp_prep_stats stats;
 } read_mark;
 
@@ -165,8 +165,8 @@ static void set_grey(stp_cloud_point *p)
 /* A cloud without colours is drawn in a neutral light grey. */
 static void default_colour(stp_cloud *cloud)
 {
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        set_grey(&cloud->points[i]);
+    for (uint64_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+        set_grey(stp_cloud_begin(cloud) + i);
 }
 
 /* Gives the grey to points that have no colour among others that have: scanners and programs write
@@ -184,7 +184,8 @@ static stp_status fill_colours(stp_prep_job *job, stp_error *err)
         counts[0] < BLACK_TIMES * counts[1])
         return STP_OK;
     stats->points_uncoloured = counts[0];
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+    for (uint64_t i = cloud->first; i < cloud->first + cloud->count;
+         i++, stp_cloud_step(cloud->spill, i))
         if (is_black(&cloud->points[i]))
             set_grey(&cloud->points[i]);
     for (uint32_t a = 0; kept && a < kept->count; a++)

@@ -22,6 +22,7 @@ stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
     const stp_prep_source *source = job->source;
     stp_status status = STP_OK;
     stp_ranks *ranks = job->params->ranks;
+    const uint64_t first = job->params->first_place;
     job->lists_rejects = source->rejected;
     job->in_parts = stp_ranks_count(ranks) > 1 && source->part_begin;
     STP_TRY(stp_ranks_broadcast(ranks, 0, &job->lists_rejects, sizeof job->lists_rejects, err));
@@ -29,9 +30,9 @@ stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err)
         return STP_OK;
     STP_TRY(stp_alloc(&job->begins, (size_t)ranks->count + 1, sizeof *job->begins, "ranks", err));
     for (unsigned rank = 0; rank < ranks->count; rank++)
-        job->begins[rank] = (uint32_t)source->part_begin(source->context,
-                                                         source->point_count * rank / ranks->count);
-    job->begins[ranks->count] = (uint32_t)source->point_count;
+        job->begins[rank] =
+            first + source->part_begin(source->context, source->point_count * rank / ranks->count);
+    job->begins[ranks->count] = first + source->point_count;
 done:
     return status;
 }
@@ -42,7 +43,7 @@ stp_prep_size stp_prep_job_size(const stp_prep_job *job)
     stp_prep_size size = stp_prep_size_of(source, job->params);
     size.shared = job->in_parts && !size.maps;
     if (job->in_parts) {
-        const uint32_t *own = job->begins + job->params->ranks->self;
+        const uint64_t *own = job->begins + job->params->ranks->self;
         size.read = own[1] - own[0];
     }
     return size;
@@ -82,7 +83,7 @@ static stp_status share_pixels(stp_prep_job *job, stp_error *err)
     uint32_t *pixels = job->cloud.pixels;
     for (unsigned rank = 0; pixels && rank < ranks->count; rank++)
         STP_TRY(stp_ranks_broadcast(
-            ranks, rank, pixels + job->begins[rank],
+            ranks, rank, pixels + job->begins[rank] - job->params->first_place,
             (size_t)(job->begins[rank + 1] - job->begins[rank]) * sizeof *pixels, err));
 done:
     return status;
@@ -98,7 +99,9 @@ stp_status stp_prep_read_part(stp_prep_job *job, stp_status (*read)(stp_prep_job
     const stp_prep_source *source = job->source;
     const stp_ranks *ranks = job->params->ranks;
     const stp_prep_stats before = *stats;
-    const uint32_t begin = job->begins[ranks->self], end = job->begins[ranks->self + 1];
+    const uint64_t first = job->params->first_place;
+    const uint64_t begin = job->begins[ranks->self] - first;
+    const uint64_t end = job->begins[ranks->self + 1] - first;
     STP_TRY(stp_prep_make_room(job, begin, end, err));
     stats->points_in = begin; /* numbers the records */
     status = source->read_part(source->context, begin, end, &why);

@@ -8,13 +8,13 @@
 
 /* A rejected record. */
 typedef struct rejected {
-    uint32_t record, reason;
+    uint64_t record, reason;
 } rejected;
 
 stp_status stp_prep_reject(stp_prep_job *job, uint64_t place, stp_reject reason, stp_error *err)
 {
     const stp_prep_source *source = job->source;
-    const rejected found = {(uint32_t)place, reason};
+    const rejected found = {place, reason};
     if (job->in_parts && job->lists_rejects)
         return stp_bytes_append(&job->rejects, &found, sizeof found, err);
     return source->rejected ? source->rejected(source->context, place, reason, err) : STP_OK;
@@ -22,7 +22,7 @@ stp_status stp_prep_reject(stp_prep_job *job, uint64_t place, stp_reject reason,
 
 static int compare_rejected(const void *a, const void *b)
 {
-    const uint32_t x = ((const rejected *)a)->record, y = ((const rejected *)b)->record;
+    const uint64_t x = ((const rejected *)a)->record, y = ((const rejected *)b)->record;
     return (x > y) - (x < y);
 }
 

@@ -61,8 +61,8 @@ static bool read_frame(stp_outside *o, const cJSON *closed)
     if (!read_numbers(cJSON_GetObjectItemCaseSensitive(closed, "origin"), 3, origin) ||
         !read_numbers(cJSON_GetObjectItemCaseSensitive(closed, "cells"), 3, cells) ||
         !cJSON_IsNumber(points) || !(points->valuedouble >= 1.0) ||
-        !(points->valuedouble <= (double)UINT32_MAX) || !cJSON_IsNumber(cell) ||
-        !isfinite(cell->valuedouble) || !(cell->valuedouble > 0.0))
+        !(points->valuedouble <= 0x1p53) || !cJSON_IsNumber(cell) || !isfinite(cell->valuedouble) ||
+        !(cell->valuedouble > 0.0))
         return false;
     for (int i = 0; i < 3; i++) {
         if (!(cells[i] >= 1.0 && cells[i] <= STP_OUTSIDE_CELLS_LIMIT &&

@@ -129,6 +129,11 @@ static stp_status read_points(stp_append *a, stp_error *err)
     const stp_prep_source *source = job->source;
     const stp_prep_size size = {.points = source->point_count};
     double side = 0.0;
+    if (source->point_count >= UINT32_MAX - 1)
+        return stp_error_set(err, STP_LIMIT,
+                             "%s: more than %u points cannot be appended at a time: append them in "
+                             "several runs",
+                             source->files[0].name, UINT32_MAX - 2);
     STP_TRY(stp_prep_plan_room(job, &size, err));
     STP_TRY(stp_prep_read(job, err));
     STP_TRY(stp_prep_side(&side, source, job->stats, err));

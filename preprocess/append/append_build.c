@@ -14,10 +14,10 @@ static stp_status build_leaf(const stp_growth *g, stp_grown_node *node, stp_erro
 {
     stp_status status = STP_OK;
     const stp_cell *cell = &g->a->job.cloud.cells[node->cell];
-    const uint32_t count = cell->end - cell->begin;
+    const uint32_t count = (uint32_t)(cell->end - cell->begin);
     stp_item *items = NULL;
     STP_TRY(stp_alloc(&items, count, sizeof *items, "samples", err));
-    stp_append_items(g->a, items, cell->begin, count, &g->items);
+    stp_append_items(g->a, items, (uint32_t)cell->begin, count, &g->items);
     const stp_item_group group = {.items = items, .count = count};
     STP_TRY(stp_chunk_build_leaf(&node->built, &group, &g->items, err));
     node->points_under = count;

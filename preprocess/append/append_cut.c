@@ -45,7 +45,7 @@ static stp_status order(ordering *o, stp_error *err)
     const stp_cloud *cloud = &o->a->job.cloud;
     stp_cloud *to = &o->sorted;
     const uint32_t count = o->ends[o->a->leaf_count];
-    STP_TRY(stp_cloud_create(to, count, cloud->spill, err));
+    STP_TRY(stp_cloud_create(to, 0, count, cloud->spill, err));
     STP_TRY(stp_spill_alloc(to->spill, &to->sheets, count, sizeof *to->sheets, "sheets", err));
     STP_TRY(stp_spill_alloc(to->spill, &to->marks, count, sizeof *to->marks, "marks", err));
     to->count = count;
@@ -149,7 +149,7 @@ void stp_append_items(const stp_append *a, stp_item *items, uint32_t begin, uint
     const stp_cloud *cloud = &a->job.cloud;
     stp_point_items_make(items, cloud, begin, begin + count, NULL, params);
     for (uint32_t i = 0; i < count; i++) {
-        const uint32_t source = cloud->points[begin + i].source;
+        const uint64_t source = cloud->points[begin + i].source;
         if (source >= a->read_count)
             restore(&items[i], &a->old[source - a->read_count], params->lambda);
     }

@@ -200,7 +200,8 @@ static void move_new(gatherer *g)
     stp_append *a = g->a;
     stp_cloud *from = &a->job.cloud;
     memcpy(g->cloud->points, from->points, (size_t)from->count * sizeof *from->points);
-    g->first = g->cloud->count = from->count;
+    g->first = (uint32_t)from->count;
+    g->cloud->count = from->count;
     stp_cloud_clear(from);
     stp_spill_destroy(&a->read_spill);
 }
@@ -240,7 +241,7 @@ static stp_status make_room(gatherer *g, stp_cloud *cloud, uint64_t old_count, s
     a->read_spill = job->spill;
     job->spill = NULL;
     STP_TRY(stp_prep_plan_room(job, &size, err));
-    STP_TRY(stp_cloud_create(cloud, (uint32_t)(job->cloud.count + old_count), job->spill, err));
+    STP_TRY(stp_cloud_create(cloud, 0, job->cloud.count + old_count, job->spill, err));
     STP_TRY(stp_spill_alloc(job->spill, &a->old, (size_t)old_count, sizeof *a->old, "points", err));
     STP_TRY(stp_spill_alloc(job->spill, &leaf_of, (size_t)all, sizeof *leaf_of, "points", err));
     memcpy(leaf_of, a->leaf_of, a->read_count * sizeof *leaf_of);

@@ -56,7 +56,7 @@ typedef struct enclosing {
     double voxel;        /* side, world units */
     double closed_share; /* of the points judged; 0 if openings are too many */
     bool known_closed;   /* most points are closed */
-    atomic_uint closed_count;
+    atomic_uint_fast64_t closed_count;
     stp_rank_part own; /* points that this rank looks at */
 } enclosing;
 
@@ -91,7 +91,7 @@ typedef struct voxel_disc {
     double centre[3], normal[3], radius;
 } voxel_disc;
 
-static inline voxel_disc disc_of(const enclosing *e, uint32_t i)
+static inline voxel_disc disc_of(const enclosing *e, uint64_t i)
 {
     const stp_cloud_point *p = &e->cloud->points[i];
     stp_dvec3 c = stp_dvec3_scale(stp_dvec3_sub(p->position, e->origin), 1.0 / e->voxel);
@@ -102,29 +102,29 @@ static inline voxel_disc disc_of(const enclosing *e, uint32_t i)
                         flat ? radius : 0.0};
 }
 
-/* A pass over this rank's points whose index is a multiple of stride, in tasks of BLOCK_POINTS
- * points. */
+/* A pass over those of this rank's points that are a multiple of stride after the first one, in
+ * tasks of BLOCK_POINTS points. */
 typedef struct pass {
     enclosing *e;
-    void (*look)(enclosing *, uint32_t point);
-    uint32_t stride;
+    void (*look)(enclosing *, uint64_t point);
+    uint64_t stride;
 } pass;
 
 static stp_status look_at_block(void *context, size_t index, unsigned worker, stp_error *err)
 {
     const pass *p = context;
-    const uint32_t begin = p->e->own.begin + (uint32_t)index * BLOCK_POINTS;
-    const uint32_t left = p->e->own.end - begin;
-    const uint64_t end = (uint64_t)begin + (left < BLOCK_POINTS ? left : BLOCK_POINTS);
+    const uint64_t begin = p->e->own.begin + (uint64_t)index * BLOCK_POINTS;
+    const uint64_t left = p->e->own.end - begin, first = p->e->cloud->first;
+    const uint64_t end = begin + (left < BLOCK_POINTS ? left : BLOCK_POINTS);
     (void)worker;
     (void)err;
-    for (uint64_t i = ((uint64_t)begin + p->stride - 1) / p->stride * p->stride; i < end;
+    for (uint64_t i = first + (begin - first + p->stride - 1) / p->stride * p->stride; i < end;
          i += p->stride)
-        p->look(p->e, (uint32_t)i);
+        p->look(p->e, i);
     return STP_OK;
 }
 
-static stp_status look_at_every(enclosing *e, uint32_t stride, void (*look)(enclosing *, uint32_t),
+static stp_status look_at_every(enclosing *e, uint64_t stride, void (*look)(enclosing *, uint64_t),
                                 stp_pool *pool, stp_error *err)
 {
     pass p = {e, look, stride};
@@ -133,13 +133,13 @@ static stp_status look_at_every(enclosing *e, uint32_t stride, void (*look)(encl
                          &p, err);
 }
 
-static stp_status look_at_own(enclosing *e, void (*look)(enclosing *, uint32_t), stp_pool *pool,
+static stp_status look_at_own(enclosing *e, void (*look)(enclosing *, uint64_t), stp_pool *pool,
                               stp_error *err)
 {
     return look_at_every(e, 1, look, pool, err);
 }
 
-static void claim(enclosing *e, uint32_t point)
+static void claim(enclosing *e, uint64_t point)
 {
     voxel_disc d = disc_of(e, point);
     int low[3], high[3];
@@ -155,7 +155,7 @@ static void claim(enclosing *e, uint32_t point)
 /* Marks the voxels that the disc's plane meets and whose centres project into the disc. Goes column
  * by column along the axis that is nearest to the normal. */
 STP_WIDE
-static void rasterise(enclosing *e, uint32_t point)
+static void rasterise(enclosing *e, uint64_t point)
 {
     voxel_disc d = disc_of(e, point);
     const double *n = d.normal;
@@ -226,7 +226,7 @@ static bool is_closed(const enclosing *e, flank front, flank back)
 
 typedef enum verdict { VERDICT_OPEN, VERDICT_CLOSED, VERDICT_CLOSED_TURNED } verdict;
 
-static verdict verdict_on(const enclosing *e, uint32_t point)
+static verdict verdict_on(const enclosing *e, uint64_t point)
 {
     const voxel_disc d = disc_of(e, point);
     const double sign = e->cloud->marks[point] & STP_MARK_TURNED ? -1.0 : 1.0;
@@ -238,19 +238,19 @@ static verdict verdict_on(const enclosing *e, uint32_t point)
     return e->params->guessed && is_closed(e, back, front) ? VERDICT_CLOSED_TURNED : VERDICT_OPEN;
 }
 
-static void judge(enclosing *e, uint32_t point)
+static void judge(enclosing *e, uint64_t point)
 {
     if (verdict_on(e, point) != VERDICT_OPEN)
         atomic_fetch_add_explicit(&e->closed_count, 1, memory_order_relaxed);
 }
 
-static void unmark(enclosing *e, uint32_t point)
+static void unmark(enclosing *e, uint64_t point)
 {
     uint8_t *mark = &e->cloud->marks[point];
     *mark &= (uint8_t) ~(STP_MARK_CLOSED | (e->params->guessed ? STP_MARK_ORIENTED : 0u));
 }
 
-static void classify(enclosing *e, uint32_t point)
+static void classify(enclosing *e, uint64_t point)
 {
     const verdict found = verdict_on(e, point);
     unmark(e, point);
@@ -284,7 +284,7 @@ static stp_status fit_grid(enclosing *e, stp_pool *pool, bool *found, stp_error 
 {
     stp_status status = STP_OK;
     double spacing = 0.0;
-    const uint32_t most = VOXEL_BLOCKS_LEAST + e->cloud->count / VOXEL_BLOCK_POINTS;
+    const uint64_t most = VOXEL_BLOCKS_LEAST + e->cloud->count / VOXEL_BLOCK_POINTS;
     *found = false;
     if (e->cloud->count < POINTS_LEAST)
         return STP_OK;
@@ -337,7 +337,7 @@ static stp_status sum_closed(enclosing *e, stp_error *err)
 {
     uint64_t count = atomic_load(&e->closed_count);
     const stp_status status = stp_ranks_sum(e->params->ranks, &count, 1, err);
-    atomic_store(&e->closed_count, (unsigned)count);
+    atomic_store(&e->closed_count, count);
     return status;
 }
 
@@ -345,8 +345,8 @@ static stp_status sum_closed(enclosing *e, stp_error *err)
 static stp_status judge_model(enclosing *e, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t stride = (e->cloud->count - 1) / JUDGED_POINTS + 1;
-    const uint32_t judged = (e->cloud->count - 1) / stride + 1;
+    const uint64_t stride = (e->cloud->count - 1) / JUDGED_POINTS + 1;
+    const uint64_t judged = (e->cloud->count - 1) / stride + 1;
     atomic_store(&e->closed_count, 0);
     STP_TRY(look_at_every(e, stride, judge, pool, err));
     STP_TRY(sum_closed(e, err));
@@ -363,8 +363,8 @@ static stp_status share_marks(const enclosing *e, stp_error *err)
     stp_ranks *ranks = e->params->ranks;
     const bool wanted = stp_ranks_count(ranks) > 1 && !cloud->blocks;
     for (unsigned rank = 0; wanted && rank < ranks->count; rank++) {
-        const stp_rank_part part = stp_ranks_part(ranks, rank, cloud->count);
-        for (uint32_t at = part.begin, size; at < part.end; at += size) {
+        const stp_rank_part part = stp_cloud_part(cloud, ranks, rank);
+        for (uint64_t at = part.begin, size; at < part.end; at += size) {
             size = part.end - at < BLOCK_POINTS ? part.end - at : BLOCK_POINTS;
             stp_spill_relieve(cloud->spill);
             STP_TRY(stp_ranks_broadcast(ranks, rank, cloud->marks + at, size, err));
@@ -407,7 +407,8 @@ stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
     enclosing e = {.cloud = cloud,
                    .params = params,
                    .own = cloud->blocks ? stp_cloud_own(cloud)
-                                        : stp_ranks_own(params->ranks, cloud->count)};
+                                        : stp_cloud_part(cloud, params->ranks,
+                                                         params->ranks ? params->ranks->self : 0)};
     bool fits = false;
     STP_TRY(fit_grid(&e, pool, &fits, err));
     if (fits) {

@@ -19,15 +19,25 @@ typedef struct planting {
     stp_box_tree tree;
 } planting;
 
-static uint32_t parts(uint32_t count, uint32_t size)
+static uint64_t parts(uint64_t count, uint64_t size)
 {
     return count / size + (count % size != 0);
 }
 
-static uint32_t leaf_end(const stp_cloud *cloud, uint32_t leaf)
+static uint64_t cloud_end(const stp_cloud *cloud)
 {
-    uint32_t begin = leaf * LEAF_POINTS;
-    return cloud->count - begin < LEAF_POINTS ? cloud->count : begin + LEAF_POINTS;
+    return cloud->first + cloud->count;
+}
+
+static uint64_t leaf_begin(const stp_cloud *cloud, uint64_t leaf)
+{
+    return cloud->first + leaf * LEAF_POINTS;
+}
+
+static uint64_t leaf_end(const stp_cloud *cloud, uint64_t leaf)
+{
+    const uint64_t begin = leaf_begin(cloud, leaf), end = cloud_end(cloud);
+    return end - begin < LEAF_POINTS ? end : begin + LEAF_POINTS;
 }
 
 /* Makes the boxes of this process's points; an empty box where it has none. */
@@ -35,11 +45,11 @@ static stp_status make_leaves(void *context, size_t task, unsigned worker, stp_e
 {
     planting *p = context;
     const stp_rank_part own = stp_cloud_own(p->cloud);
-    uint32_t last = (uint32_t)(task + 1) * TASK_LEAVES;
+    const uint64_t last = (task + 1) * (uint64_t)TASK_LEAVES;
     (void)worker;
     (void)err;
-    for (uint32_t i = (uint32_t)task * TASK_LEAVES; i < last && i < p->tree.begin[1]; i++) {
-        uint32_t begin = i * LEAF_POINTS, end = leaf_end(p->cloud, i);
+    for (uint64_t i = task * (uint64_t)TASK_LEAVES; i < last && i < p->tree.begin[1]; i++) {
+        uint64_t begin = leaf_begin(p->cloud, i), end = leaf_end(p->cloud, i);
         begin = begin > own.begin ? begin : own.begin;
         end = end < own.end ? end : own.end;
         p->tree.boxes[i] =
@@ -56,12 +66,13 @@ static stp_status share_leaves(planting *p, stp_error *err)
     stp_dbox *boxes = NULL;
     STP_TRY(stp_alloc(&boxes, TASK_LEAVES, sizeof *boxes, "boxes", err));
     for (unsigned rank = 0; rank < b->ranks->count; rank++) {
-        const uint32_t end = parts(b->begins[rank + 1], LEAF_POINTS);
-        for (uint32_t at = b->begins[rank] / LEAF_POINTS; at < end; at += TASK_LEAVES) {
-            const uint32_t count = end - at < TASK_LEAVES ? end - at : TASK_LEAVES;
+        const uint64_t first = p->cloud->first;
+        const uint64_t end = parts(b->begins[rank + 1] - first, LEAF_POINTS);
+        for (uint64_t at = (b->begins[rank] - first) / LEAF_POINTS; at < end; at += TASK_LEAVES) {
+            const uint64_t count = end - at < TASK_LEAVES ? end - at : TASK_LEAVES;
             memcpy(boxes, p->tree.boxes + at, count * sizeof *boxes);
             STP_TRY(stp_ranks_broadcast(b->ranks, rank, boxes, count * sizeof *boxes, err));
-            for (uint32_t i = 0; i < count; i++)
+            for (uint64_t i = 0; i < count; i++)
                 stp_dbox_join(&p->tree.boxes[at + i], &boxes[i]);
         }
     }
@@ -74,10 +85,10 @@ static void make_nodes(stp_box_tree *tree)
 {
     for (unsigned tier = 1; tier < tree->tier_count; tier++) {
         const stp_dbox *below = tree->boxes + tree->begin[tier - 1];
-        uint32_t below_count = tree->begin[tier] - tree->begin[tier - 1];
-        for (uint32_t i = tree->begin[tier]; i < tree->begin[tier + 1]; i++)
+        uint64_t below_count = tree->begin[tier] - tree->begin[tier - 1];
+        for (uint64_t i = tree->begin[tier]; i < tree->begin[tier + 1]; i++)
             tree->boxes[i] = stp_dbox_empty();
-        for (uint32_t i = 0; i < below_count; i++)
+        for (uint64_t i = 0; i < below_count; i++)
             stp_dbox_join(&tree->boxes[tree->begin[tier] + i / FANOUT], &below[i]);
     }
 }
@@ -86,8 +97,8 @@ stp_status stp_box_tree_create(stp_box_tree *out, const stp_cloud *cloud, stp_po
                                stp_error *err)
 {
     planting p = {.cloud = cloud};
-    uint32_t count = parts(cloud->count, LEAF_POINTS);
-    for (uint32_t in_tier = count; in_tier > 0;
+    const uint64_t count = parts(cloud->count, LEAF_POINTS);
+    for (uint64_t in_tier = count; in_tier > 0;
          in_tier = in_tier > 1 ? parts(in_tier, FANOUT) : 0) {
         unsigned tier = p.tree.tier_count++;
         p.tree.begin[tier + 1] = p.tree.begin[tier] + in_tier;
@@ -115,11 +126,11 @@ void stp_box_tree_clear(stp_box_tree *tree, stp_spill *spill)
 }
 
 /* The children, in the tier below, of a tier's i-th node: *first and the returned count. */
-static uint32_t children_of(const stp_box_tree *tree, unsigned tier, uint32_t i, uint32_t *first)
+static uint32_t children_of(const stp_box_tree *tree, unsigned tier, uint64_t i, uint64_t *first)
 {
-    uint32_t below = tree->begin[tier] - tree->begin[tier - 1];
+    uint64_t below = tree->begin[tier] - tree->begin[tier - 1];
     *first = i * FANOUT;
-    return below - *first < FANOUT ? below - *first : FANOUT;
+    return below - *first < FANOUT ? (uint32_t)(below - *first) : FANOUT;
 }
 
 typedef struct nearest_search {
@@ -129,7 +140,7 @@ typedef struct nearest_search {
     stp_nearest_list *list;
 } nearest_search;
 
-static void try_point(nearest_search *s, uint32_t i)
+static void try_point(nearest_search *s, uint64_t i)
 {
     stp_dvec3 d = stp_dvec3_sub(s->cloud->points[i].position, s->from);
     double squared = stp_dvec3_dot(d, d);
@@ -146,35 +157,35 @@ static bool is_spot(const stp_dbox *box)
     return box->min.x == box->max.x && box->min.y == box->max.y && box->min.z == box->max.z;
 }
 
-static uint32_t first_point(unsigned tier, uint32_t i)
+static uint64_t first_point(const stp_cloud *cloud, unsigned tier, uint64_t i)
 {
     for (; tier > 0; tier--)
         i *= FANOUT;
-    return i * LEAF_POINTS;
+    return leaf_begin(cloud, i);
 }
 
 /* Whether a leaf's points are here, and the one before: it tells whether the first one repeats. */
-static bool has_leaf(const stp_cloud *cloud, uint32_t begin)
+static bool has_leaf(const stp_cloud *cloud, uint64_t begin)
 {
     const bool here = stp_cloud_has(cloud, begin);
-    return (begin == 0 || stp_cloud_has(cloud, begin - 1)) && here;
+    return (begin == cloud->first || stp_cloud_has(cloud, begin - 1)) && here;
 }
 
 /* Searches a node, nearest children first. */
-static void search_node(nearest_search *s, unsigned tier, uint32_t i)
+static void search_node(nearest_search *s, unsigned tier, uint64_t i)
 {
     const stp_box_tree *tree = &s->cloud->tree;
-    uint32_t order[FANOUT], first = 0;
+    uint64_t order[FANOUT], first = 0;
     double distances[FANOUT];
     if (is_spot(&tree->boxes[tree->begin[tier] + i])) {
-        if (has_leaf(s->cloud, first_point(tier, i)))
-            try_point(s, first_point(tier, i));
+        if (has_leaf(s->cloud, first_point(s->cloud, tier, i)))
+            try_point(s, first_point(s->cloud, tier, i));
         return;
     }
     if (tier == 0) {
-        if (!has_leaf(s->cloud, i * LEAF_POINTS))
+        if (!has_leaf(s->cloud, leaf_begin(s->cloud, i)))
             return;
-        for (uint32_t at = i * LEAF_POINTS; at < leaf_end(s->cloud, i); at++)
+        for (uint64_t at = leaf_begin(s->cloud, i); at < leaf_end(s->cloud, i); at++)
             try_point(s, at);
         return;
     }
@@ -194,7 +205,7 @@ static void search_node(nearest_search *s, unsigned tier, uint32_t i)
         search_node(s, tier - 1, order[c]);
 }
 
-void stp_box_tree_nearest(const stp_cloud *cloud, uint32_t self, stp_nearest_list *list)
+void stp_box_tree_nearest(const stp_cloud *cloud, uint64_t self, stp_nearest_list *list)
 {
     nearest_search s = {.cloud = cloud,
                         .from = cloud->points[self].position,
@@ -208,20 +219,20 @@ void stp_box_tree_nearest(const stp_cloud *cloud, uint32_t self, stp_nearest_lis
 typedef struct walk {
     const stp_cloud *cloud;
     bool (*test)(void *, const stp_dbox *);
-    bool (*visit)(void *, uint32_t, uint32_t);
+    bool (*visit)(void *, uint64_t, uint64_t);
     void *context;
 } walk;
 
-static bool walk_node(const walk *w, unsigned tier, uint32_t i)
+static bool walk_node(const walk *w, unsigned tier, uint64_t i)
 {
     const stp_box_tree *tree = &w->cloud->tree;
-    uint32_t first = 0;
+    uint64_t first = 0;
     if (!w->test(w->context, &tree->boxes[tree->begin[tier] + i]))
         return true;
-    if (tier == 0 && !has_leaf(w->cloud, i * LEAF_POINTS))
+    if (tier == 0 && !has_leaf(w->cloud, leaf_begin(w->cloud, i)))
         return true;
     if (tier == 0)
-        return w->visit(w->context, i * LEAF_POINTS, leaf_end(w->cloud, i));
+        return w->visit(w->context, leaf_begin(w->cloud, i), leaf_end(w->cloud, i));
     uint32_t count = children_of(tree, tier, i, &first);
     for (uint32_t c = 0; c < count; c++)
         if (!walk_node(w, tier - 1, first + c))
@@ -230,7 +241,7 @@ static bool walk_node(const walk *w, unsigned tier, uint32_t i)
 }
 
 bool stp_box_tree_walk(const stp_cloud *cloud, bool (*test)(void *, const stp_dbox *),
-                       bool (*visit)(void *, uint32_t, uint32_t), void *context)
+                       bool (*visit)(void *, uint64_t, uint64_t), void *context)
 {
     const walk w = {cloud, test, visit, context};
     return cloud->tree.tier_count == 0 || walk_node(&w, cloud->tree.tier_count - 1, 0);

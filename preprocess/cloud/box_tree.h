@@ -24,12 +24,12 @@ void stp_box_tree_clear(stp_box_tree *tree, stp_spill *spill);
 /* Fills the list with the nearest distinct positions to a point's position, without its own,
  * exactly. If the list is full before, its farthest entry bounds the search: the entries must then
  * be places of the cloud at true distances. Otherwise leave the list empty. */
-void stp_box_tree_nearest(const stp_cloud *cloud, uint32_t self, stp_nearest_list *list);
+void stp_box_tree_nearest(const stp_cloud *cloud, uint64_t self, stp_nearest_list *list);
 
 /* Calls visit(context, begin, end) for the run of points of each leaf, in the points' order. A node
  * for which test(context, box) is false is skipped with everything below it. The walk ends when
  * visit returns false; then the function returns false. */
 bool stp_box_tree_walk(const stp_cloud *cloud, bool (*test)(void *, const stp_dbox *),
-                       bool (*visit)(void *, uint32_t begin, uint32_t end), void *context);
+                       bool (*visit)(void *, uint64_t begin, uint64_t end), void *context);
 
 #endif

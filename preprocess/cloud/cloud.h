@@ -16,6 +16,10 @@
 /* Most points of a cell: as many as a chunk holds. */
 #define STP_CELL_POINTS 65536u
 
+/* Points' places in the cloud and in the input have so many bits. */
+#define STP_PLACE_BITS 38
+#define STP_PLACE_MASK ((UINT64_C(1) << STP_PLACE_BITS) - 1)
+
 /* The sheet of a point that belongs to no sheet. */
 #define STP_SHEET_NONE UINT32_MAX
 
@@ -27,18 +31,18 @@ typedef enum stp_given {
 
 typedef struct stp_cloud_point {
     stp_dvec3 position;
-    vec3s normal;    /* unit; zero if unknown; STP_MARK_TURNED turns its sign */
-    float spacing;   /* local sample spacing, world units */
-    uint32_t source; /* place in the input */
+    vec3s normal;  /* unit; zero if unknown; STP_MARK_TURNED turns its sign */
+    float spacing; /* local sample spacing, world units */
     uint16_t rgb[3];
     uint16_t intensity;
-    uint16_t station; /* the station that saw the point, from 1; 0: unknown */
-    uint8_t class_id;
-    uint8_t given; /* where the normal comes from: stp_given; NOT: from near points */
+    uint64_t source : STP_PLACE_BITS; /* place in the input */
+    uint64_t station : 16;            /* the station that saw the point, from 1; 0: unknown */
+    uint64_t class_id : 8;
+    uint64_t given : 2; /* where the normal comes from: stp_given; NOT: from near points */
 } stp_cloud_point;
 
 typedef struct stp_cell {
-    uint32_t begin, end; /* run of points */
+    uint64_t begin, end; /* run of points */
     stp_dbox box;
 } stp_cell;
 
@@ -51,13 +55,13 @@ typedef struct stp_cell {
 #define STP_MARK_WIDEST 32u    /* likewise, and still more points */
 #define STP_MARK_SCATTERED 64u /* it and its neighbours fill a volume (scattered.h) */
 
-/* Enough for 2^32 points. */
-#define STP_BOX_TIERS 8
+/* Enough for 2^STP_PLACE_BITS points. */
+#define STP_BOX_TIERS 9
 
 /* A tree of boxes over runs of the order (box_tree.h). */
 typedef struct stp_box_tree {
     stp_dbox *boxes;                   /* tier by tier, leaves first */
-    uint32_t begin[STP_BOX_TIERS + 1]; /* where each tier begins; then the end of the last tier */
+    uint64_t begin[STP_BOX_TIERS + 1]; /* where each tier begins; then the end of the last tier */
     unsigned tier_count;               /* 0: no points */
 } stp_box_tree;
 
@@ -68,7 +72,8 @@ typedef struct stp_cloud {
     uint32_t *sheets; /* by point: the smooth piece of surface it lies on, or STP_SHEET_NONE */
     uint8_t *marks;   /* by point: STP_MARK_* */
     uint32_t *pixels; /* by record: its pixel, if images have them told (scan.h); else NULL */
-    uint32_t count, capacity;
+    uint64_t first; /* place of the first point, and number of the first record: 0, but in tests */
+    uint64_t count, capacity;
     stp_spill *spill; /* where arrays by point lie, borrowed; NULL: plain memory */
     stp_dbox box;
     stp_cell *cells;
@@ -80,6 +85,11 @@ typedef struct stp_cloud {
     bool *missed; /* becomes true if a point is asked for that is not here; NULL: not wanted */
 } stp_cloud;
 
+/* The first point; NULL if there is no array. */
+static inline stp_cloud_point *stp_cloud_begin(const stp_cloud *cloud)
+{
+    return cloud->points ? cloud->points + cloud->first : NULL;
+}
 /* stp_pool_run for tasks that walk through arrays by point. Keeps to the spill's memory limit
  * between tasks. */
 stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, stp_pool_task *task,
@@ -89,29 +99,29 @@ stp_status stp_cloud_run(const stp_cloud *cloud, stp_pool *pool, size_t count, s
 stp_status stp_cloud_run_own(const stp_cloud *cloud, stp_pool *pool, stp_pool_task *task,
                              void *context, stp_error *err);
 /* Call this at each turn of a loop over every stride-th point: it keeps to the memory limit. */
-static inline void stp_cloud_stride(stp_spill *spill, uint64_t i, uint32_t stride)
+static inline void stp_cloud_stride(stp_spill *spill, uint64_t i, uint64_t stride)
 {
     if (i % 65536u < stride)
         stp_spill_relieve(spill);
 }
 /* Like stp_cloud_stride, in a loop over all points. */
-static inline void stp_cloud_step(stp_spill *spill, uint32_t i)
+static inline void stp_cloud_step(stp_spill *spill, uint64_t i)
 {
     stp_cloud_stride(spill, i, 1);
 }
 /* The box around `count` consecutive points. */
-static inline stp_dbox stp_points_box(const stp_cloud_point *points, uint32_t count)
+static inline stp_dbox stp_points_box(const stp_cloud_point *points, uint64_t count)
 {
     stp_dbox box = stp_dbox_empty();
-    for (uint32_t i = 0; i < count; i++)
+    for (uint64_t i = 0; i < count; i++)
         stp_dbox_add(&box, points[i].position);
     return box;
 }
 
 /* Whether the point has the same position as the one before. Equal positions are consecutive. */
-static inline bool stp_cloud_repeats(const stp_cloud *cloud, uint32_t i)
+static inline bool stp_cloud_repeats(const stp_cloud *cloud, uint64_t i)
 {
-    if (i == 0)
+    if (i == cloud->first)
         return false;
     stp_dvec3 p = cloud->points[i].position, q = cloud->points[i - 1].position;
     return p.x == q.x && p.y == q.y && p.z == q.z;
@@ -123,7 +133,7 @@ static inline bool stp_has_normal(const stp_cloud_point *p)
 }
 
 /* The normal with its sign. */
-static inline vec3s stp_cloud_normal(const stp_cloud *cloud, uint32_t i)
+static inline vec3s stp_cloud_normal(const stp_cloud *cloud, uint64_t i)
 {
     vec3s normal = cloud->points[i].normal;
     return cloud->marks[i] & STP_MARK_TURNED ? glms_vec3_negate(normal) : normal;

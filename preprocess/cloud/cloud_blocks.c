@@ -16,37 +16,52 @@ typedef struct round {
     stp_bytes told, out, in; /* blocks that others ask for; arrays that go and come */
 } round_of_blocks;
 
-static uint32_t least(uint32_t a, uint32_t b)
+static uint64_t least(uint64_t a, uint64_t b)
 {
     return a < b ? a : b;
 }
 
-static uint32_t greatest(uint32_t a, uint32_t b)
+static uint64_t greatest(uint64_t a, uint64_t b)
 {
     return a > b ? a : b;
+}
+
+/* Blocks that an array of so many places has. */
+static uint32_t block_count(uint64_t places)
+{
+    return (uint32_t)((places + STP_BLOCK_POINTS - 1) / STP_BLOCK_POINTS);
+}
+
+static uint64_t end_of(const stp_cloud *cloud)
+{
+    return cloud->first + cloud->count;
+}
+
+/* Those points of a run that are in a block; begin >= end: none. */
+static stp_rank_part cut_run(stp_rank_part run, uint32_t block)
+{
+    const uint64_t begin = (uint64_t)block * STP_BLOCK_POINTS;
+    return (stp_rank_part){greatest(begin, run.begin), least(begin + STP_BLOCK_POINTS, run.end)};
 }
 
 /* The points of a block that a rank owns; begin >= end: none. */
 static stp_rank_part part_of(const stp_cloud *cloud, uint32_t block, unsigned rank)
 {
-    const uint32_t *begins = cloud->blocks->begins;
-    const uint32_t begin = block * STP_BLOCK_POINTS;
-    const uint32_t end =
-        cloud->count - begin < STP_BLOCK_POINTS ? cloud->count : begin + STP_BLOCK_POINTS;
-    return (stp_rank_part){greatest(begin, begins[rank]), least(end, begins[rank + 1])};
+    const uint64_t *begins = cloud->blocks->begins;
+    return cut_run((stp_rank_part){begins[rank], begins[rank + 1]}, block);
 }
 
 static bool owns_some(const stp_cloud *cloud, uint32_t block)
 {
-    const stp_rank_part part = part_of(cloud, block, cloud->blocks->ranks->self);
+    const stp_rank_part part = cut_run(stp_cloud_own(cloud), block);
     return part.begin < part.end;
 }
 
 static bool owns_all(const stp_cloud *cloud, uint32_t block)
 {
-    const stp_rank_part part = part_of(cloud, block, cloud->blocks->ranks->self);
+    const stp_rank_part part = cut_run(stp_cloud_own(cloud), block);
     return part.begin % STP_BLOCK_POINTS == 0 && part.begin < part.end &&
-           (part.end == cloud->count || part.end - part.begin == STP_BLOCK_POINTS);
+           (part.end == end_of(cloud) || part.end - part.begin == STP_BLOCK_POINTS);
 }
 
 /* The array's bytes of a block. */
@@ -82,7 +97,7 @@ static void forget_block(stp_cloud *c, uint32_t block)
                          STP_BLOCK_POINTS * sizeof *c->marks);
 }
 
-stp_status stp_cloud_share(stp_cloud *cloud, uint32_t count, uint32_t *begins, stp_ranks *ranks,
+stp_status stp_cloud_share(stp_cloud *cloud, uint64_t count, uint64_t *begins, stp_ranks *ranks,
                            stp_error *err)
 {
     stp_status status = STP_OK;
@@ -90,7 +105,7 @@ stp_status stp_cloud_share(stp_cloud *cloud, uint32_t count, uint32_t *begins, s
     STP_TRY(stp_alloc(&b, 1, sizeof *b, "blocks", err));
     b->ranks = ranks;
     b->begins = begins;
-    b->count = (count - 1) / STP_BLOCK_POINTS + 1;
+    b->count = block_count(cloud->first + count);
     begins = NULL;
     STP_TRY(stp_alloc(&b->states, b->count, sizeof *b->states, "blocks", err));
     cloud->count = count;
@@ -113,7 +128,7 @@ void stp_cloud_blocks_destroy(stp_cloud_blocks *b)
     free(b);
 }
 
-void stp_cloud_move_runs(stp_cloud *cloud, const uint32_t *begins)
+void stp_cloud_move_runs(stp_cloud *cloud, const uint64_t *begins)
 {
     stp_cloud_blocks *b = cloud->blocks;
     const size_t bytes = ((size_t)b->ranks->count + 1) * sizeof *begins;
@@ -132,9 +147,9 @@ stp_status stp_cloud_array(const stp_cloud *cloud, void *out, size_t size, const
 {
     stp_status status = STP_OK;
     void *array = NULL;
-    if (!cloud->blocks)
+    if (!cloud->blocks && cloud->first == 0)
         return stp_spill_alloc(cloud->spill, out, cloud->count, size, what, err);
-    const uint32_t count = cloud->blocks->count;
+    const uint32_t count = block_count(end_of(cloud));
     STP_TRY(stp_spill_alloc_sparse(cloud->spill, &array, (size_t)count * STP_BLOCK_POINTS, size,
                                    what, err));
     for (uint32_t i = 0; i < count; i++)
@@ -148,7 +163,7 @@ done:
     return status;
 }
 
-bool stp_cloud_ask(const stp_cloud *cloud, uint32_t i)
+bool stp_cloud_ask(const stp_cloud *cloud, uint64_t i)
 {
     atomic_uchar *state = &cloud->blocks->states[i / STP_BLOCK_POINTS];
     const unsigned char now = atomic_load_explicit(state, memory_order_relaxed);
@@ -165,14 +180,20 @@ stp_rank_part stp_cloud_own(const stp_cloud *cloud)
 {
     const stp_cloud_blocks *b = cloud->blocks;
     return b ? (stp_rank_part){b->begins[b->ranks->self], b->begins[b->ranks->self + 1]}
-             : (stp_rank_part){0, cloud->count};
+             : (stp_rank_part){cloud->first, end_of(cloud)};
+}
+
+stp_rank_part stp_cloud_part(const stp_cloud *cloud, const stp_ranks *ranks, unsigned rank)
+{
+    const stp_rank_part part = stp_ranks_part(ranks, rank, cloud->count);
+    return (stp_rank_part){cloud->first + part.begin, cloud->first + part.end};
 }
 
 stp_rank_part stp_cloud_cells(const stp_cloud *cloud, const stp_ranks *ranks, unsigned rank)
 {
-    const uint32_t *begins = cloud->blocks ? cloud->blocks->begins : NULL;
+    const uint64_t *begins = cloud->blocks ? cloud->blocks->begins : NULL;
     const stp_rank_part points = begins ? (stp_rank_part){begins[rank], begins[rank + 1]}
-                                        : stp_ranks_part(ranks, rank, cloud->count);
+                                        : stp_cloud_part(cloud, ranks, rank);
     stp_rank_part cells = {0, 0};
     while (cells.begin < cloud->cell_count && cloud->cells[cells.begin].begin < points.begin)
         cells.begin++;
@@ -322,7 +343,7 @@ static stp_status copy_blocks(stp_cloud *cloud, const uint32_t *list, uint32_t c
         STP_TRY(stp_ranks_sum(ranks, &left, 1, err));
         if (left == 0)
             break;
-        const uint32_t here = least(share, count - at);
+        const uint32_t here = share < count - at ? share : count - at;
         STP_TRY(run_round(&r, cloud, list + at, here, arrays, err));
         at += here;
     }
@@ -425,23 +446,23 @@ done:
     return status;
 }
 
-stp_status stp_cloud_every(const stp_cloud *cloud, uint32_t stride, stp_cloud_point **out,
+stp_status stp_cloud_every(const stp_cloud *cloud, uint64_t stride, stp_cloud_point **out,
                            uint32_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud_point *list = NULL;
     stp_ranks *ranks = cloud->blocks ? cloud->blocks->ranks : NULL;
-    const stp_rank_part whole = {0, cloud->count};
-    *count = (cloud->count - 1) / stride + 1;
+    const stp_rank_part whole = {cloud->first, end_of(cloud)};
+    *count = (uint32_t)((cloud->count - 1) / stride + 1);
     STP_TRY(stp_alloc(&list, *count, sizeof *list, "points", err));
     for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
-        const uint32_t *begins = ranks ? cloud->blocks->begins + rank : NULL;
+        const uint64_t *begins = ranks ? cloud->blocks->begins + rank : NULL;
         const stp_rank_part run = begins ? (stp_rank_part){begins[0], begins[1]} : whole;
-        const uint32_t first = run.begin / stride + (run.begin % stride != 0);
-        const uint32_t end = run.end / stride + (run.end % stride != 0);
-        for (uint32_t i = first; i < end && (!ranks || rank == ranks->self); i++) {
-            stp_cloud_stride(cloud->spill, (uint64_t)i * stride, stride);
-            list[i] = cloud->points[(size_t)i * stride];
+        const uint64_t first = (run.begin - cloud->first + stride - 1) / stride;
+        const uint64_t end = (run.end - cloud->first + stride - 1) / stride;
+        for (uint64_t i = first; i < end && (!ranks || rank == ranks->self); i++) {
+            stp_cloud_stride(cloud->spill, i * stride, stride);
+            list[i] = cloud->points[cloud->first + i * stride];
         }
         STP_TRY(stp_ranks_broadcast(ranks, rank, list + first, (end - first) * sizeof *list, err));
     }

@@ -38,17 +38,17 @@ typedef enum stp_block_state {
 
 typedef struct stp_cloud_blocks {
     stp_ranks *ranks; /* borrowed */
-    uint32_t *begins; /* by rank: where its run begins; then where the last one ends */
+    uint64_t *begins; /* by rank: where its run begins; then where the last one ends */
     uint32_t count;
     atomic_uchar *states; /* by block: stp_block_state */
 } stp_cloud_blocks;
 
 /* Shares a cloud of `count` points, of which rank r owns those from begins[r] on; takes begins also
  * after a failure. The arrays by point are made next. Errors: OUT_OF_MEMORY. */
-stp_status stp_cloud_share(stp_cloud *cloud, uint32_t count, uint32_t *begins, stp_ranks *ranks,
+stp_status stp_cloud_share(stp_cloud *cloud, uint64_t count, uint64_t *begins, stp_ranks *ranks,
                            stp_error *err);
 /* Lets ranks own other runs, from begins[r] on. What a rank gets must be here. */
-void stp_cloud_move_runs(stp_cloud *cloud, const uint32_t *begins);
+void stp_cloud_move_runs(stp_cloud *cloud, const uint64_t *begins);
 /* Frees the blocks, not the arrays. */
 void stp_cloud_blocks_destroy(stp_cloud_blocks *blocks);
 
@@ -57,9 +57,9 @@ void stp_cloud_blocks_destroy(stp_cloud_blocks *blocks);
 stp_status stp_cloud_array(const stp_cloud *cloud, void *out, size_t size, const char *what,
                            stp_error *err);
 
-bool stp_cloud_ask(const stp_cloud *cloud, uint32_t i);
+bool stp_cloud_ask(const stp_cloud *cloud, uint64_t i);
 /* Whether point i is here. If not, its block is wanted, and *cloud->missed becomes true. */
-static inline bool stp_cloud_has(const stp_cloud *cloud, uint32_t i)
+static inline bool stp_cloud_has(const stp_cloud *cloud, uint64_t i)
 {
     return !cloud->blocks || stp_cloud_ask(cloud, i);
 }
@@ -67,7 +67,9 @@ static inline bool stp_cloud_has(const stp_cloud *cloud, uint32_t i)
 /* The points that this process owns, and their cells. */
 stp_rank_part stp_cloud_own(const stp_cloud *cloud);
 stp_rank_part stp_cloud_own_cells(const stp_cloud *cloud);
-/* The cells of rank r: of its run or, if every rank has all points, of about 1/N of them. */
+/* About 1/N of the points, for rank r, if every rank has all. */
+stp_rank_part stp_cloud_part(const stp_cloud *cloud, const stp_ranks *ranks, unsigned rank);
+/* The cells of rank r: of its run or, if every rank has all points, of stp_cloud_part. */
 stp_rank_part stp_cloud_cells(const stp_cloud *cloud, const stp_ranks *ranks, unsigned rank);
 
 /* Puts the lists of cells that ranks made, each of its own, into one. */
@@ -87,8 +89,8 @@ stp_status stp_cloud_sum(const stp_cloud *cloud, uint64_t *numbers, size_t count
  * process's own points to data. One rank after the other does it; then every rank has the whole. */
 stp_status stp_cloud_in_turn(const stp_cloud *cloud, void (*add)(void *), void *context, void *data,
                              size_t bytes, stp_error *err);
-/* Lists points 0, stride, 2 stride, ... on every rank. Free with free(). */
-stp_status stp_cloud_every(const stp_cloud *cloud, uint32_t stride, stp_cloud_point **out,
+/* Lists the first point and every stride-th after it on every rank. Free with free(). */
+stp_status stp_cloud_every(const stp_cloud *cloud, uint64_t stride, stp_cloud_point **out,
                            uint32_t *count, stp_error *err);
 
 #endif

@@ -17,12 +17,12 @@ typedef struct cutter {
 
 /* An octree node over a grid: points whose codes are equal down to this depth. */
 typedef struct octant {
-    uint32_t begin, end;
+    uint64_t begin, end;
     int depth;
 } octant;
 
 /* Adds a cell, unless another rank has its first point. */
-static stp_status add_cell(cutter *c, uint32_t begin, uint32_t end, stp_error *err)
+static stp_status add_cell(cutter *c, uint64_t begin, uint64_t end, stp_error *err)
 {
     stp_cloud *cloud = c->cloud;
     if (begin < c->own.begin || begin >= c->own.end)
@@ -36,13 +36,13 @@ static stp_status add_cell(cutter *c, uint32_t begin, uint32_t end, stp_error *e
 }
 
 /* First index in [begin, end) whose octant at this depth is at least `wanted`. */
-static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, int depth,
-                             uint32_t begin, uint32_t end, uint64_t wanted)
+static uint64_t octant_begin(const cutter *c, const stp_morton_grid *grid, int depth,
+                             uint64_t begin, uint64_t end, uint64_t wanted)
 {
     unsigned shift = (unsigned)(3 * (STP_MORTON_BITS - 1 - depth));
     stp_spill_relieve(c->cloud->spill); /* few points are read, but each lies on its own page */
     while (begin < end) {
-        uint32_t middle = begin + (end - begin) / 2;
+        uint64_t middle = begin + (end - begin) / 2;
         uint64_t code = stp_morton_code(grid, c->cloud->points[middle].position);
         if ((code >> shift & 7) < wanted)
             begin = middle + 1;
@@ -54,13 +54,13 @@ static uint32_t octant_begin(const cutter *c, const stp_morton_grid *grid, int d
 
 /* Finds where a node's octants end. Ranks that share it count each its own points. */
 static stp_status find_octants(const cutter *c, const stp_morton_grid *grid, octant node,
-                               uint32_t ends[8], stp_error *err)
+                               uint64_t ends[8], stp_error *err)
 {
     stp_status status = STP_OK;
     uint64_t counts[8];
-    const uint32_t begin = node.begin > c->own.begin ? node.begin : c->own.begin;
-    const uint32_t end = node.end < c->own.end ? node.end : c->own.end;
-    uint32_t from = begin;
+    const uint64_t begin = node.begin > c->own.begin ? node.begin : c->own.begin;
+    const uint64_t end = node.end < c->own.end ? node.end : c->own.end;
+    uint64_t from = begin;
     for (uint64_t next = 1; next <= 8; next++) {
         if (begin < end)
             from = next == 8 ? end : octant_begin(c, grid, node.depth, from, end, next);
@@ -69,7 +69,7 @@ static stp_status find_octants(const cutter *c, const stp_morton_grid *grid, oct
     if (begin != node.begin || end != node.end)
         STP_TRY(stp_cloud_sum(c->cloud, counts, 8, err));
     for (int i = 0; i < 8; i++)
-        ends[i] = node.begin + (uint32_t)counts[i];
+        ends[i] = node.begin + counts[i];
 done:
     return status;
 }
@@ -94,7 +94,7 @@ static stp_status cut_pile(cutter *c, octant node, stp_error *err)
     stp_morton_grid grid = stp_morton_grid_of(&box);
     if (grid.scale > 0.0 && !c->thinned)
         return cut(c, &grid, (octant){node.begin, node.end, 0}, err);
-    for (uint32_t at = node.begin; at < node.end && status == STP_OK; at += STP_CELL_POINTS)
+    for (uint64_t at = node.begin; at < node.end && status == STP_OK; at += STP_CELL_POINTS)
         status =
             add_cell(c, at, node.end - at < STP_CELL_POINTS ? node.end : at + STP_CELL_POINTS, err);
     return status;
@@ -110,11 +110,11 @@ static stp_status cut(cutter *c, const stp_morton_grid *grid, octant node, stp_e
         return node.end > node.begin ? add_cell(c, node.begin, node.end, err) : STP_OK;
     if (node.depth == STP_MORTON_BITS)
         return cut_pile(c, node, err);
-    uint32_t open = node.begin; /* start of the cell being gathered */
-    uint32_t from = node.begin, ends[8];
+    uint64_t open = node.begin; /* start of the cell being gathered */
+    uint64_t from = node.begin, ends[8];
     status = find_octants(c, grid, node, ends, err);
     for (int next = 0; next < 8 && status == STP_OK; next++) {
-        uint32_t to = ends[next];
+        uint64_t to = ends[next];
         if (to - from > STP_CELL_POINTS || to - open > STP_CELL_POINTS) {
             if (from > open)
                 status = add_cell(c, open, from, err);
@@ -141,11 +141,12 @@ static stp_status find_cell_box(void *context, size_t index, unsigned worker, st
     return STP_OK;
 }
 
-stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill, stp_error *err)
+stp_status stp_cloud_create(stp_cloud *out, uint64_t first, uint64_t capacity, stp_spill *spill,
+                            stp_error *err)
 {
-    stp_cloud cloud = {.capacity = capacity, .spill = spill};
-    stp_status status =
-        stp_spill_alloc(spill, &cloud.points, capacity, sizeof *cloud.points, "points", err);
+    stp_cloud cloud = {.first = first, .count = capacity, .capacity = capacity, .spill = spill};
+    stp_status status = stp_cloud_array(&cloud, &cloud.points, sizeof *cloud.points, "points", err);
+    cloud.count = 0;
     if (status == STP_OK)
         *out = cloud;
     return status;
@@ -154,8 +155,9 @@ stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill,
 stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    STP_TRY(stp_morton_box(&cloud->box, cloud->points, cloud->count, cloud->spill, pool, err));
-    STP_TRY(stp_morton_sort(cloud->points, cloud->count, cloud->spill, &cloud->box, pool, err));
+    stp_cloud_point *points = stp_cloud_begin(cloud);
+    STP_TRY(stp_morton_box(&cloud->box, points, cloud->count, cloud->spill, pool, err));
+    STP_TRY(stp_morton_sort(points, cloud->count, cloud->spill, &cloud->box, pool, err));
     STP_TRY(stp_cloud_arrange(cloud, pool, err));
 done:
     return status;
@@ -166,14 +168,15 @@ static stp_status own_cells(stp_cloud *cloud, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ranks *ranks = cloud->blocks->ranks;
-    uint32_t *begins = NULL;
+    uint64_t *begins = NULL;
+    const uint64_t end = cloud->first + cloud->count;
     STP_TRY(stp_alloc(&begins, (size_t)ranks->count + 1, sizeof *begins, "ranks", err));
-    begins[ranks->count] = cloud->count;
+    begins[ranks->count] = end;
     for (unsigned rank = 0; rank < ranks->count; rank++) {
-        const uint32_t first = stp_cloud_cells(cloud, ranks, rank).begin;
-        begins[rank] = first < cloud->cell_count ? cloud->cells[first].begin : cloud->count;
+        const uint64_t first = stp_cloud_cells(cloud, ranks, rank).begin;
+        begins[rank] = first < cloud->cell_count ? cloud->cells[first].begin : end;
     }
-    for (uint32_t i = begins[ranks->self]; i < begins[ranks->self + 1]; i++)
+    for (uint64_t i = begins[ranks->self]; i < begins[ranks->self + 1]; i++)
         (void)stp_cloud_has(cloud, i);
     STP_TRY(stp_cloud_fetch(cloud, err));
     stp_cloud_move_runs(cloud, begins);
@@ -201,7 +204,7 @@ stp_status stp_cloud_arrange(stp_cloud *cloud, stp_pool *pool, stp_error *err)
     stp_status status = STP_OK;
     cutter c = {.cloud = cloud, .own = stp_cloud_own(cloud)};
     stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
-    STP_TRY(cut(&c, &grid, (octant){0, cloud->count, 0}, err));
+    STP_TRY(cut(&c, &grid, (octant){cloud->first, cloud->first + cloud->count, 0}, err));
     STP_TRY(stp_cloud_join_cells(cloud, &cloud->cells, &cloud->cell_count, err));
     if (cloud->blocks)
         STP_TRY(own_cells(cloud, err));
@@ -215,7 +218,7 @@ done:
     return status;
 }
 
-stp_status stp_cloud_cut(stp_cloud *cloud, uint32_t begin, uint32_t end, stp_error *err)
+stp_status stp_cloud_cut(stp_cloud *cloud, uint64_t begin, uint64_t end, stp_error *err)
 {
     cutter c = {
         .cloud = cloud, .capacity = cloud->cell_count, .thinned = true, .own = {begin, end}};

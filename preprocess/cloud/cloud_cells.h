@@ -5,8 +5,10 @@
 
 #include "preprocess/cloud/cloud.h"
 
-/* Makes room for `capacity` points; the cloud is empty. Errors: OUT_OF_MEMORY, IO. */
-stp_status stp_cloud_create(stp_cloud *out, uint32_t capacity, stp_spill *spill, stp_error *err);
+/* Makes room for `capacity` points from place `first` on; the cloud is empty. Errors:
+ * OUT_OF_MEMORY, IO. */
+stp_status stp_cloud_create(stp_cloud *out, uint64_t first, uint64_t capacity, stp_spill *spill,
+                            stp_error *err);
 /* Sorts the points along the Morton curve of their bounding cube (ties by coordinates, then by
  * source), cuts the order into cells, and allocates the arrays by point. Errors: OUT_OF_MEMORY, IO.
  */
@@ -16,7 +18,7 @@ stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
 stp_status stp_cloud_arrange(stp_cloud *cloud, stp_pool *pool, stp_error *err);
 /* Cuts a run of points, which follow the Morton curve of the cloud's box, into cells behind those
  * that there are. Errors: OUT_OF_MEMORY, IO. */
-stp_status stp_cloud_cut(stp_cloud *cloud, uint32_t begin, uint32_t end, stp_error *err);
+stp_status stp_cloud_cut(stp_cloud *cloud, uint64_t begin, uint64_t end, stp_error *err);
 /* Frees what the sort made. The points may then change and be sorted again. */
 void stp_cloud_unsort(stp_cloud *cloud);
 /* Gives back the disk space of a cell's points, sheets and marks, which nobody needs any more. */

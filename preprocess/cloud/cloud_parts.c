@@ -20,13 +20,14 @@
 
 typedef struct parts {
     stp_cloud *cloud;
+    const stp_cloud_point *own; /* the part that this rank has */
     stp_ranks *ranks;
     stp_morton_grid grid;
     uint64_t *splitters;           /* by rank: the code where its run begins; the first one is 0 */
-    uint32_t *counts;              /* by rank: points of its run */
+    uint64_t *counts;              /* by rank: points of its run */
     stp_cloud_point *sorted, *run; /* of all, and this rank's in it */
     stp_cloud_point *block;        /* points of a round, by rank that they go to */
-    uint32_t *block_counts;
+    uint64_t *block_counts;
     size_t *sent, *received; /* bytes of a round, by rank */
 } parts;
 
@@ -36,13 +37,13 @@ static int compare_codes(const void *a, const void *b)
     return (p > q) - (p < q);
 }
 
-static uint64_t code_of(const parts *p, uint32_t i)
+static uint64_t code_of(const parts *p, uint64_t i)
 {
-    return stp_morton_code(&p->grid, p->cloud->points[i].position);
+    return stp_morton_code(&p->grid, p->own[i].position);
 }
 
 /* The rank whose run has the point. Equal codes are in one run. */
-static unsigned rank_of(const parts *p, uint32_t i)
+static unsigned rank_of(const parts *p, uint64_t i)
 {
     const uint64_t code = code_of(p, i);
     unsigned low = 0, high = p->ranks->count - 1;
@@ -65,7 +66,7 @@ static stp_status join_boxes(parts *p, uint64_t *total, stp_pool *pool, stp_erro
         stp_dbox box;
         uint64_t count;
     } own = {.count = cloud->count}, other;
-    STP_TRY(stp_morton_box(&own.box, cloud->points, cloud->count, cloud->spill, pool, err));
+    STP_TRY(stp_morton_box(&own.box, p->own, cloud->count, cloud->spill, pool, err));
     cloud->box = stp_dbox_empty();
     for (unsigned rank = 0; rank < p->ranks->count; rank++) {
         other = own;
@@ -86,8 +87,8 @@ static stp_status choose_splitters(parts *p, uint64_t total, stp_error *err)
     const uint64_t stride = total / ((uint64_t)SAMPLES * ranks->count) + 1;
     stp_bytes all = {0};
     for (uint64_t i = 0; i < p->cloud->count; i += stride) {
-        const uint64_t code = code_of(p, (uint32_t)i);
-        stp_cloud_stride(p->cloud->spill, i, (uint32_t)stride);
+        const uint64_t code = code_of(p, i);
+        stp_cloud_stride(p->cloud->spill, i, stride);
         STP_TRY(stp_bytes_append(&all, &code, sizeof code, err));
     }
     STP_TRY(stp_ranks_join(ranks, &all, err));
@@ -110,11 +111,11 @@ done:
 static stp_status count_runs(parts *p, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t *other = NULL;
+    uint64_t *other = NULL;
     const unsigned count = p->ranks->count;
     uint64_t moved = 0;
     STP_TRY(stp_alloc(&other, count, sizeof *other, "ranks", err));
-    for (uint32_t i = 0; i < p->cloud->count; i++, stp_cloud_step(p->cloud->spill, i))
+    for (uint64_t i = 0; i < p->cloud->count; i++, stp_cloud_step(p->cloud->spill, i))
         p->block_counts[rank_of(p, i)]++;
     for (unsigned rank = 0; rank < count; rank++) {
         memcpy(other, p->block_counts, count * sizeof *other);
@@ -131,25 +132,25 @@ done:
 }
 
 /* Puts points [begin, end) into the block, by rank. */
-static void fill_block(parts *p, uint32_t begin, uint32_t end)
+static void fill_block(parts *p, uint64_t begin, uint64_t end)
 {
     const unsigned count = p->ranks->count;
     memset(p->block_counts, 0, count * sizeof *p->block_counts);
-    for (uint32_t i = begin; i < end; i++)
+    for (uint64_t i = begin; i < end; i++)
         p->block_counts[rank_of(p, i)]++;
-    uint32_t sum = 0;
+    uint64_t sum = 0;
     for (unsigned rank = 0; rank < count; rank++) {
-        const uint32_t here = p->block_counts[rank];
+        const uint64_t here = p->block_counts[rank];
         p->sent[rank] = here * sizeof *p->block;
         p->block_counts[rank] = sum;
         sum += here;
     }
-    for (uint32_t i = begin; i < end; i++)
-        p->block[p->block_counts[rank_of(p, i)]++] = p->cloud->points[i];
+    for (uint64_t i = begin; i < end; i++)
+        p->block[p->block_counts[rank_of(p, i)]++] = p->own[i];
 }
 
 /* Moves all points to the ranks whose runs have them, a block of each rank a round. */
-static stp_status exchange(parts *p, uint32_t most, stp_error *err)
+static stp_status exchange(parts *p, uint64_t most, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ranks *ranks = p->ranks;
@@ -158,8 +159,8 @@ static stp_status exchange(parts *p, uint32_t most, stp_error *err)
     size_t at = 0;
     STP_TRY(stp_alloc(&p->block, block, sizeof *p->block, "points", err));
     for (uint64_t begin = 0; begin < most; begin += block) {
-        const uint32_t count = p->cloud->count;
-        const uint32_t from = begin < count ? (uint32_t)begin : count;
+        const uint64_t count = p->cloud->count;
+        const uint64_t from = begin < count ? begin : count;
         fill_block(p, from, count - from < block ? count : from + block);
         stp_spill_relieve(p->cloud->spill);
         STP_TRY(stp_ranks_exchange(ranks, p->block, p->sent, p->run + at, p->received, err));
@@ -171,14 +172,14 @@ done:
 }
 
 /* A round of give_runs: a block of each run, from its point `from` on. */
-static stp_status give_blocks(parts *p, uint32_t from, uint32_t most, stp_cloud_point *out,
+static stp_status give_blocks(parts *p, uint64_t from, uint64_t most, stp_cloud_point *out,
                               stp_cloud_point *in, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud *cloud = p->cloud;
     const unsigned ranks = p->ranks->count;
-    const uint32_t own = p->counts[p->ranks->self], left = from < own ? own - from : 0;
-    const uint32_t count = left < most ? left : most;
+    const uint64_t own = p->counts[p->ranks->self], left = from < own ? own - from : 0;
+    const uint64_t count = left < most ? left : most;
     for (unsigned rank = 0; rank < ranks && count > 0; rank++)
         memcpy(out + (size_t)rank * count, p->run + from, count * sizeof *out);
     for (unsigned rank = 0; rank < ranks; rank++)
@@ -202,14 +203,14 @@ static stp_status give_runs(parts *p, stp_error *err)
     const unsigned ranks = p->ranks->count;
     const uint32_t share = GIVEN_POINTS / ranks + 1;
     stp_cloud_point *out = NULL, *in = NULL;
-    uint32_t longest = 0;
+    uint64_t longest = 0;
     STP_TRY(stp_alloc(&out, (size_t)share * ranks, sizeof *out, "points", err));
     STP_TRY(stp_alloc(&in, (size_t)share * ranks, sizeof *in, "points", err));
     for (unsigned rank = 0; rank < ranks; rank++)
         longest = p->counts[rank] > longest ? p->counts[rank] : longest;
     for (uint64_t from = 0; from < longest; from += share)
-        STP_TRY(give_blocks(p, (uint32_t)from, share, out, in, err));
-    p->ranks->sent_bytes += (uint64_t)p->cloud->count * (ranks - 1) * sizeof *out;
+        STP_TRY(give_blocks(p, from, share, out, in, err));
+    p->ranks->sent_bytes += p->cloud->count * (ranks - 1) * sizeof *out;
 done:
     free(out);
     free(in);
@@ -217,11 +218,11 @@ done:
 }
 
 /* The most points that a rank has. */
-static stp_status find_most(const parts *p, uint32_t *most, stp_error *err)
+static stp_status find_most(const parts *p, uint64_t *most, stp_error *err)
 {
     stp_status status = STP_OK;
     for (unsigned rank = 0; rank < p->ranks->count; rank++) {
-        uint32_t count = p->cloud->count;
+        uint64_t count = p->cloud->count;
         STP_TRY(stp_ranks_broadcast(p->ranks, rank, &count, sizeof count, err));
         *most = count > *most ? count : *most;
     }
@@ -230,23 +231,25 @@ done:
 }
 
 /* Makes room for all points, or for this rank's run in its place among them. */
-static stp_status make_room(parts *p, uint32_t total, bool whole, stp_cloud *out, stp_error *err)
+static stp_status make_room(parts *p, uint64_t total, bool whole, stp_cloud *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t *begins = NULL;
+    uint64_t *begins = NULL;
     const unsigned count = p->ranks->count;
     STP_TRY(stp_alloc(&begins, (size_t)count + 1, sizeof *begins, "ranks", err));
+    begins[0] = p->cloud->first;
     for (unsigned rank = 0; rank < count; rank++)
         begins[rank + 1] = begins[rank] + p->counts[rank];
-    const uint32_t begin = begins[p->ranks->self];
-    *out = (stp_cloud){.count = total, .capacity = total, .spill = p->cloud->spill};
+    const uint64_t begin = begins[p->ranks->self];
+    *out = (stp_cloud){
+        .first = begins[0], .count = total, .capacity = total, .spill = p->cloud->spill};
     if (!whole) {
-        uint32_t *taken = begins;
+        uint64_t *taken = begins;
         begins = NULL;
         STP_TRY(stp_cloud_share(out, total, taken, p->ranks, err));
     }
     STP_TRY(stp_cloud_array(out, &out->points, sizeof *out->points, "points", err));
-    p->sorted = out->points;
+    p->sorted = out->points + out->first;
     p->run = out->points + begin;
 done:
     free(begins);
@@ -257,14 +260,13 @@ static stp_status sort_runs(parts *p, bool whole, stp_pool *pool, stp_error *err
 {
     stp_status status = STP_OK;
     stp_cloud *cloud = p->cloud, all = {0};
-    const uint32_t *own = &p->counts[p->ranks->self];
-    uint64_t total = 0;
-    uint32_t most = 0;
+    const uint64_t *own = &p->counts[p->ranks->self];
+    uint64_t total = 0, most = 0;
     STP_TRY(join_boxes(p, &total, pool, err));
     STP_TRY(choose_splitters(p, total, err));
     STP_TRY(count_runs(p, err));
     STP_TRY(find_most(p, &most, err));
-    STP_TRY(make_room(p, (uint32_t)total, whole, &all, err));
+    STP_TRY(make_room(p, total, whole, &all, err));
     STP_TRY(exchange(p, most, err));
     all.box = cloud->box;
     all.pixels = cloud->pixels;
@@ -284,7 +286,7 @@ stp_status stp_cloud_sort_parts(stp_cloud *cloud, stp_ranks *ranks, bool whole, 
                                 stp_error *err)
 {
     stp_status status = STP_OK;
-    parts p = {.cloud = cloud, .ranks = ranks};
+    parts p = {.cloud = cloud, .own = stp_cloud_begin(cloud), .ranks = ranks};
     STP_TRY(stp_alloc(&p.splitters, ranks->count, sizeof *p.splitters, "ranks", err));
     STP_TRY(stp_alloc(&p.counts, ranks->count, sizeof *p.counts, "ranks", err));
     STP_TRY(stp_alloc(&p.block_counts, ranks->count, sizeof *p.block_counts, "ranks", err));
@@ -307,10 +309,10 @@ stp_status stp_cloud_sort_again(stp_cloud *cloud, unsigned without, stp_pool *po
     stp_cloud part = {0};
     stp_ranks *ranks = cloud->blocks->ranks;
     const stp_rank_part own = stp_cloud_own(cloud);
-    STP_TRY(stp_cloud_create(&part, own.end - own.begin, cloud->spill, err));
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+    STP_TRY(stp_cloud_create(&part, cloud->first, own.end - own.begin, cloud->spill, err));
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         if (without == 0 || !(cloud->marks[i] & without))
-            part.points[part.count++] = cloud->points[i];
+            part.points[part.first + part.count++] = cloud->points[i];
     part.pixels = cloud->pixels;
     cloud->pixels = NULL;
     stp_cloud_clear(cloud);

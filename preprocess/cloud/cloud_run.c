@@ -5,7 +5,7 @@ typedef struct relieved {
     stp_spill *spill;
     stp_pool_task *task;
     void *context;
-    uint32_t first; /* index of the first task */
+    uint64_t first; /* index of the first task */
 } relieved;
 
 static stp_status run_relieved(void *context, size_t index, unsigned worker, stp_error *err)

@@ -22,10 +22,10 @@
 static double probe(const stp_cloud *cloud, const stp_cell *cell, unsigned k)
 {
     double distances[PROBES];
-    uint32_t count = cell->end - cell->begin;
+    const uint64_t count = cell->end - cell->begin;
     for (uint32_t i = 0; i < PROBES; i++) {
         stp_nearest_list list = {.capacity = k};
-        uint32_t place = cell->begin + (uint32_t)((uint64_t)count * i / PROBES);
+        const uint64_t place = cell->begin + count * i / PROBES;
         stp_box_tree_nearest(cloud, place, &list);
         distances[i] = list.count ? sqrt(list.squared[list.count - 1]) : 0.0;
     }
@@ -64,12 +64,12 @@ static bool is_near(const stp_locale *l, stp_dvec3 p)
     return false;
 }
 
-static bool is_home(const stp_locale *l, uint32_t place)
+static bool is_home(const stp_locale *l, uint64_t place)
 {
     return place >= l->cells[0].begin && place < l->cells[l->cell_count - 1].end;
 }
 
-static bool gather_leaf(void *context, uint32_t begin, uint32_t end)
+static bool gather_leaf(void *context, uint64_t begin, uint64_t end)
 {
     gathering *g = context;
     stp_locale *l = g->l;
@@ -77,7 +77,7 @@ static bool gather_leaf(void *context, uint32_t begin, uint32_t end)
                          "neighbours", g->err);
     if (g->status != STP_OK)
         return false;
-    for (uint32_t i = begin; i < end; i++)
+    for (uint64_t i = begin; i < end; i++)
         if ((is_home(l, i) || is_near(l, l->cloud->points[i].position)) &&
             !stp_cloud_repeats(l->cloud, i))
             l->places[l->count++] = i;
@@ -87,11 +87,11 @@ static bool gather_leaf(void *context, uint32_t begin, uint32_t end)
 /* Gathers only the cells' own points. */
 static stp_status gather_home(stp_locale *l, stp_error *err)
 {
-    uint32_t begin = l->cells[0].begin, end = l->cells[l->cell_count - 1].end;
+    const uint64_t begin = l->cells[0].begin, end = l->cells[l->cell_count - 1].end;
     stp_status status =
         stp_grow(&l->places, &l->capacity, end - begin, sizeof *l->places, "neighbours", err);
     l->count = 0;
-    for (uint32_t i = begin; status == STP_OK && i < end; i++)
+    for (uint64_t i = begin; status == STP_OK && i < end; i++)
         if (!stp_cloud_repeats(l->cloud, i))
             l->places[l->count++] = i;
     for (uint32_t c = 0; c < l->cell_count; c++)
@@ -176,7 +176,7 @@ stp_status stp_locale_create(stp_locale *out, const stp_cloud *cloud, uint32_t f
     STP_TRY(stp_alloc(&l.halos, l.cell_count, sizeof *l.halos, "neighbours", err));
     for (uint32_t c = 0; c < l.cell_count; c++)
         l.halos[c] = reach * probe(cloud, &l.cells[c], k);
-    if (l.cells[0].begin > 0) /* the first point may repeat it */
+    if (l.cells[0].begin > cloud->first) /* the first point may repeat it */
         (void)stp_cloud_has(cloud, l.cells[0].begin - 1);
     if (!cloud->missed || !*cloud->missed) /* else halos may be too wide */
         STP_TRY(gather(&l, err));
@@ -202,7 +202,7 @@ void stp_locale_clear(stp_locale *l)
     *l = (stp_locale){0};
 }
 
-uint32_t stp_locale_find(const stp_locale *l, uint32_t place, size_t *from)
+uint32_t stp_locale_find(const stp_locale *l, uint64_t place, size_t *from)
 {
     size_t step = 1;
     size_t low = *from, high = *from;

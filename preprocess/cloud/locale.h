@@ -20,7 +20,7 @@ typedef struct stp_locale {
     const stp_cell *cells; /* of the cloud */
     uint32_t cell_count;
     double *halos;    /* by cell: width of its halo; -infinity: no halo */
-    uint32_t *places; /* in the cloud, of each position, ascending */
+    uint64_t *places; /* in the cloud, of each position, ascending */
     size_t count, capacity;
     stp_dvec3 origin; /* the middle of all */
     double *axes[3];  /* coordinates; behind the last, infinite ones fill its run */
@@ -51,7 +51,7 @@ static inline vec3s stp_locale_point(const stp_locale *l, uint32_t at)
 /* Returns the number in the locale of a place in the cloud, or STP_LOCALE_NONE. *from: a number
  * that is no greater; the search starts there and moves *from along. For places in ascending order.
  */
-uint32_t stp_locale_find(const stp_locale *locale, uint32_t place, size_t *from);
+uint32_t stp_locale_find(const stp_locale *locale, uint64_t place, size_t *from);
 
 /* Whether the locale holds every point within `distance` of p. */
 bool stp_locale_holds(const stp_locale *locale, stp_dvec3 p, double distance);

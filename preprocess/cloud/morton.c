@@ -41,17 +41,17 @@ typedef struct room {
 
 typedef struct boxing {
     const stp_cloud_point *points;
-    uint32_t count;
+    uint64_t count;
     stp_dbox *boxes; /* of each block */
     stp_spill *spill;
 } boxing;
 
 typedef struct sorter {
     stp_cloud_point *points;
-    uint32_t count;
+    uint64_t count;
     order order;
     uint32_t (*histograms)[PART_COUNT]; /* of each block */
-    uint32_t begin[PART_COUNT + 1];     /* of the parts */
+    uint64_t begin[PART_COUNT + 1];     /* of the parts */
     room *rooms;                        /* by worker */
     stp_spill *spill;
 } sorter;
@@ -114,11 +114,11 @@ static uint32_t part_of(const order *o, const stp_cloud_point *p, unsigned shift
 }
 
 /* Turns counts into the parts' begins. */
-static void place_parts(uint32_t begin[PART_COUNT + 1])
+static void place_parts(uint64_t begin[PART_COUNT + 1])
 {
-    uint32_t sum = 0;
+    uint64_t sum = 0;
     for (uint32_t part = 0; part <= PART_COUNT; part++) {
-        uint32_t here = part < PART_COUNT ? begin[part] : 0;
+        uint64_t here = part < PART_COUNT ? begin[part] : 0;
         begin[part] = sum;
         sum += here;
     }
@@ -127,9 +127,9 @@ static void place_parts(uint32_t begin[PART_COUNT + 1])
 /* Moves every point to its part, in place. Each swap brings one point to its place (McIlroy, Bostic
  * and McIlroy 1993). */
 static void move_to_parts(stp_cloud_point *points, const order *o, unsigned shift,
-                          const uint32_t begin[PART_COUNT + 1], stp_spill *spill)
+                          const uint64_t begin[PART_COUNT + 1], stp_spill *spill)
 {
-    uint32_t next[PART_COUNT], moved = 0;
+    uint64_t next[PART_COUNT], moved = 0;
     memcpy(next, begin, sizeof next);
     for (uint32_t part = 0; part < PART_COUNT; part++) {
         while (next[part] < begin[part + 1]) {
@@ -180,18 +180,18 @@ static int compare_points(const void *a, const void *b)
     return p->source < q->source ? -1 : p->source > q->source;
 }
 
-static void sort_range(stp_cloud_point *points, uint32_t count, const order *o, unsigned top,
+static void sort_range(stp_cloud_point *points, uint64_t count, const order *o, unsigned top,
                        const room *r);
 
 /* Sorts points with equal codes. */
-static void sort_ties(stp_cloud_point *points, uint32_t count, const room *r)
+static void sort_ties(stp_cloud_point *points, uint64_t count, const room *r)
 {
     if (count <= STP_CELL_POINTS) {
         qsort(points, count, sizeof *points, compare_points);
         return;
     }
     stp_dbox box = stp_dbox_empty();
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint64_t i = 0; i < count; i++) {
         stp_cloud_step(r->spill, i);
         stp_dbox_add(&box, points[i].position);
     }
@@ -229,23 +229,23 @@ static void sort_keyed(stp_cloud_point *points, uint32_t count, const order *o, 
 _Static_assert(KEYED_POINTS < 2 * (STP_CELL_POINTS + 1), "two piles");
 
 /* Sorts points whose codes are equal from bit `top` on. */
-static void sort_range(stp_cloud_point *points, uint32_t count, const order *o, unsigned top,
+static void sort_range(stp_cloud_point *points, uint64_t count, const order *o, unsigned top,
                        const room *r)
 {
     if (count < 2)
         return;
     stp_spill_relieve(r->spill);
     if (count <= KEYED_POINTS) {
-        sort_keyed(points, count, o, top, r);
+        sort_keyed(points, (uint32_t)count, o, top, r);
         return;
     }
     if (top == 0) {
         sort_ties(points, count, r);
         return;
     }
-    uint32_t begin[PART_COUNT + 1] = {0};
+    uint64_t begin[PART_COUNT + 1] = {0};
     unsigned shift = top > PART_BITS ? top - PART_BITS : 0;
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint64_t i = 0; i < count; i++) {
         stp_cloud_step(r->spill, i);
         begin[part_of(o, &points[i], shift)]++;
     }
@@ -255,12 +255,12 @@ static void sort_range(stp_cloud_point *points, uint32_t count, const order *o, 
         sort_range(points + begin[part], begin[part + 1] - begin[part], o, shift, r);
 }
 
-static uint32_t block_count(uint32_t count)
+static uint32_t block_count(uint64_t count)
 {
-    return (uint32_t)(((uint64_t)count + BLOCK - 1) / BLOCK);
+    return (uint32_t)((count + BLOCK - 1) / BLOCK);
 }
 
-static uint32_t block_end(uint32_t count, uint32_t begin)
+static uint64_t block_end(uint64_t count, uint64_t begin)
 {
     return count - begin < BLOCK ? count : begin + BLOCK;
 }
@@ -268,7 +268,7 @@ static uint32_t block_end(uint32_t count, uint32_t begin)
 static stp_status find_box(void *context, size_t block, unsigned worker, stp_error *err)
 {
     const boxing *b = context;
-    uint32_t begin = (uint32_t)block * BLOCK;
+    const uint64_t begin = (uint64_t)block * BLOCK;
     stp_spill_relieve(b->spill);
     (void)worker;
     (void)err;
@@ -276,7 +276,7 @@ static stp_status find_box(void *context, size_t block, unsigned worker, stp_err
     return STP_OK;
 }
 
-stp_status stp_morton_box(stp_dbox *box, const stp_cloud_point *points, uint32_t count,
+stp_status stp_morton_box(stp_dbox *box, const stp_cloud_point *points, uint64_t count,
                           stp_spill *spill, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -294,11 +294,11 @@ done:
 static stp_status count_parts(void *context, size_t block, unsigned worker, stp_error *err)
 {
     sorter *s = context;
-    uint32_t begin = (uint32_t)block * BLOCK;
+    const uint64_t begin = (uint64_t)block * BLOCK;
     stp_spill_relieve(s->spill);
     (void)worker;
     (void)err;
-    for (uint32_t i = begin; i < block_end(s->count, begin); i++)
+    for (uint64_t i = begin; i < block_end(s->count, begin); i++)
         s->histograms[block][part_of(&s->order, &s->points[i], CODE_BITS - PART_BITS)]++;
     return STP_OK;
 }
@@ -318,7 +318,7 @@ static stp_status sort_part(void *context, size_t part, unsigned worker, stp_err
     stp_status status = STP_OK;
     sorter *s = context;
     room *r = &s->rooms[worker];
-    uint32_t begin = s->begin[part], count = s->begin[part + 1] - begin;
+    const uint64_t begin = s->begin[part], count = s->begin[part + 1] - begin;
     r->spill = s->spill;
     if (count > 1 && !r->sorted)
         STP_TRY(make_room(r, err));
@@ -335,7 +335,7 @@ static void add_blocks(sorter *s)
     place_parts(s->begin);
 }
 
-stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *spill,
+stp_status stp_morton_sort(stp_cloud_point *points, uint64_t count, stp_spill *spill,
                            const stp_dbox *box, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;

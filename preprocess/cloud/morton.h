@@ -34,10 +34,10 @@ void stp_morton_order(stp_morton_place *places, uint32_t count);
 
 /* Sets *box to the points' box. spill: where they lie; NULL: in plain memory. Errors:
  * OUT_OF_MEMORY. */
-stp_status stp_morton_box(stp_dbox *box, const stp_cloud_point *points, uint32_t count,
+stp_status stp_morton_box(stp_dbox *box, const stp_cloud_point *points, uint64_t count,
                           stp_spill *spill, stp_pool *pool, stp_error *err);
 /* Sorts the points along the curve of the cube of a box around them. Errors: likewise. */
-stp_status stp_morton_sort(stp_cloud_point *points, uint32_t count, stp_spill *spill,
+stp_status stp_morton_sort(stp_cloud_point *points, uint64_t count, stp_spill *spill,
                            const stp_dbox *box, stp_pool *pool, stp_error *err);
 
 #endif

@@ -9,12 +9,14 @@
 /* Most neighbours of a point. */
 #define STP_NEIGHBOURS_LIMIT 64
 #define STP_NEIGHBOUR_NONE UINT32_MAX
+/* The same, where neighbours are places in the cloud. */
+#define STP_PLACE_NONE UINT64_MAX
 
 typedef struct stp_nearest_list {
     unsigned capacity, count;
     double squared[STP_NEIGHBOURS_LIMIT];
-    uint32_t place[STP_NEIGHBOURS_LIMIT];  /* in the cloud, nearest first */
-    uint32_t source[STP_NEIGHBOURS_LIMIT]; /* of each; breaks ties */
+    uint64_t place[STP_NEIGHBOURS_LIMIT];  /* in the cloud, nearest first */
+    uint64_t source[STP_NEIGHBOURS_LIMIT]; /* of each; breaks ties */
 } stp_nearest_list;
 
 static inline bool stp_nearest_list_full(const stp_nearest_list *list)
@@ -28,8 +30,8 @@ static inline double stp_nearest_list_reach(const stp_nearest_list *list)
     return stp_nearest_list_full(list) ? list->squared[list->count - 1] : INFINITY;
 }
 
-static inline void stp_nearest_list_insert(stp_nearest_list *list, double squared, uint32_t place,
-                                           uint32_t source)
+static inline void stp_nearest_list_insert(stp_nearest_list *list, double squared, uint64_t place,
+                                           uint64_t source)
 {
     unsigned at = list->count;
     while (at > 0 && (squared < list->squared[at - 1] ||

@@ -57,8 +57,8 @@ typedef struct search {
     stp_locale *locale;
     unsigned k;
     double last; /* k-th neighbour distance of the point before; 0: unknown */
-    const uint32_t *places;
-    uint32_t *lists;
+    const uint64_t *places;
+    uint64_t *lists;
     stp_cloud_point *points;
     run_picks picks;
 } search;
@@ -96,7 +96,7 @@ typedef struct surroundings {
 /* Stores a point's list. If points outside the locale may be as near, makes an exact list first. */
 static void finish_point(search *s, uint32_t i, stp_nearest_list *list)
 {
-    uint32_t place = s->places[i];
+    const uint64_t place = s->places[i];
     if (!stp_nearest_list_full(list) ||
         !stp_locale_holds(s->locale, s->cloud->points[place].position,
                           sqrt(list->squared[list->count - 1]))) {
@@ -105,7 +105,7 @@ static void finish_point(search *s, uint32_t i, stp_nearest_list *list)
         stp_box_tree_nearest(s->cloud, place, list);
     }
     for (size_t n = 0; s->lists && n < s->k; n++)
-        s->lists[(size_t)i * s->k + n] = n < list->count ? list->place[n] : STP_NEIGHBOUR_NONE;
+        s->lists[(size_t)i * s->k + n] = n < list->count ? list->place[n] : STP_PLACE_NONE;
     double last = list->count ? list->squared[list->count - 1] : 0.0;
     s->points[i].spacing = list->count ? (float)sqrt(last * M_PI / (double)list->count) : 0.0f;
     s->last = stp_nearest_list_full(list) ? sqrt(last) : 0.0;
@@ -119,7 +119,7 @@ static void list_fill(stp_nearest_list *list, const stp_locale *l, uint32_t at,
     stp_dvec3 p = points[l->places[at]].position;
     list->count = 0;
     for (size_t i = 0; i < count && candidates[i] != STP_KD_TREE_NONE; i++) {
-        uint32_t place = l->places[candidates[i]];
+        const uint64_t place = l->places[candidates[i]];
         stp_dvec3 d = stp_dvec3_sub(points[place].position, p);
         double squared = stp_dvec3_dot(d, d);
         if (squared > 0.0)
@@ -331,7 +331,7 @@ static bool list_choose(stp_nearest_list *list, const search *s, const surroundi
         return true;
     list->count = 0;
     for (unsigned i = 0; i < c.count; i++) {
-        const uint32_t place = l->places[c.ats[i]];
+        const uint64_t place = l->places[c.ats[i]];
         stp_nearest_list_insert(list, c.squared[i], place, s->cloud->points[place].source);
     }
     return true;
@@ -410,14 +410,14 @@ static void find_others(search *s, const uint32_t *ats, uint32_t count)
         if (ats[i] != AT_REPEATED)
             continue;
         s->points[i].spacing = s->points[i - 1].spacing;
-        uint32_t *own = s->lists ? s->lists + (size_t)i * s->k : NULL;
+        uint64_t *own = s->lists ? s->lists + (size_t)i * s->k : NULL;
         if (own)
             memcpy(own, own - s->k, s->k * sizeof *own);
     }
 }
 
-stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint32_t *places,
-                               uint32_t count, uint32_t *lists, stp_cloud_point *points,
+stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint64_t *places,
+                               uint32_t count, uint64_t *lists, stp_cloud_point *points,
                                stp_error *err)
 {
     stp_status status = STP_OK;

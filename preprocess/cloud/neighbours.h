@@ -22,13 +22,13 @@ typedef struct stp_neighbours {
 } stp_neighbours;
 
 /* Finds the neighbours of the points at `count` places of the locale's cloud, in ascending order.
- * - lists gets k places each; NULL: not wanted.
+ * - lists gets k places each, nearest first, then STP_PLACE_NONE; NULL: not wanted.
  * - points[i].spacing gets s = d_k sqrt(pi / k) (docs/algorithms.md, "Radius"), or 0 if the point
  *   has no distinct neighbour.
  *
  * Errors: OUT_OF_MEMORY. */
-stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint32_t *places,
-                               uint32_t count, uint32_t *lists, stp_cloud_point *points,
+stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint64_t *places,
+                               uint32_t count, uint64_t *lists, stp_cloud_point *points,
                                stp_error *err);
 
 #endif

@@ -7,6 +7,7 @@
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/cloud_parts.h"
 #include "preprocess/cloud/nearest_list.h"
+#include "preprocess/cloud/place_list.h"
 #include "preprocess/cloud/unit.h"
 
 #include <stdatomic.h>
@@ -33,9 +34,11 @@ _Static_assert(STP_NEIGHBOURS_LIMIT <= 64, "a bit for each neighbour");
 
 /* Neighbour lists of the points in doubt. Duplicates have one row, that of the first. */
 typedef struct table {
-    uint32_t count;
-    uint32_t *points; /* ascending */
-    uint32_t *lists;  /* k each */
+    uint64_t count;
+    uint64_t *points; /* ascending */
+    uint64_t *begins; /* of the rows' lists */
+    uint8_t *lists;   /* of places, packed (place_list.h) */
+    uint64_t list_bytes;
     reach *reaches;
 } table;
 
@@ -54,18 +57,19 @@ typedef struct finder {
     atomic_bool any_joined;
 } finder;
 
-static unsigned state_of(const finder *f, uint32_t point)
+static unsigned state_of(const finder *f, uint64_t point)
 {
-    const unsigned byte =
-        atomic_load_explicit(&f->states[point / BYTE_POINTS], memory_order_relaxed);
-    return byte >> 2 * (point % BYTE_POINTS) & (JOINED | TOLD);
+    const uint64_t at = point - f->cloud->first;
+    const unsigned byte = atomic_load_explicit(&f->states[at / BYTE_POINTS], memory_order_relaxed);
+    return byte >> 2 * (at % BYTE_POINTS) & (JOINED | TOLD);
 }
 
-static void add_state(const finder *f, uint32_t point, unsigned bit)
+static void add_state(const finder *f, uint64_t point, unsigned bit)
 {
+    const uint64_t at = point - f->cloud->first;
     if (!(state_of(f, point) & bit)) /* a read is cheaper */
-        atomic_fetch_or_explicit(&f->states[point / BYTE_POINTS],
-                                 (uint8_t)(bit << 2 * (point % BYTE_POINTS)), memory_order_relaxed);
+        atomic_fetch_or_explicit(&f->states[at / BYTE_POINTS],
+                                 (uint8_t)(bit << 2 * (at % BYTE_POINTS)), memory_order_relaxed);
 }
 
 /* Whether two points of a unit are within `distance` times this spacing. */
@@ -79,13 +83,13 @@ static bool within(const finder *f, const stp_unit *unit, uint32_t a, uint32_t b
 
 /* ---- tables ---- */
 
-static stp_status table_create(table *t, const finder *f, uint32_t capacity, stp_error *err)
+/* Makes room for the rows but their lists. */
+static stp_status table_create(table *t, const finder *f, uint64_t capacity, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_spill *spill = f->cloud->spill;
     STP_TRY(stp_spill_alloc(spill, &t->points, capacity, sizeof *t->points, "outliers", err));
-    STP_TRY(stp_spill_alloc(spill, &t->lists, (size_t)capacity * f->k, sizeof *t->lists, "outliers",
-                            err));
+    STP_TRY(stp_spill_alloc(spill, &t->begins, capacity, sizeof *t->begins, "outliers", err));
     STP_TRY(stp_spill_alloc(spill, &t->reaches, capacity, sizeof *t->reaches, "outliers", err));
 done:
     return status;
@@ -94,17 +98,18 @@ done:
 static void table_clear(table *t, const finder *f)
 {
     stp_spill_free(f->cloud->spill, t->points);
+    stp_spill_free(f->cloud->spill, t->begins);
     stp_spill_free(f->cloud->spill, t->lists);
     stp_spill_free(f->cloud->spill, t->reaches);
     *t = (table){0};
 }
 
 /* The row of a point in doubt. */
-static uint32_t row_of(const table *t, uint32_t point)
+static uint64_t row_of(const table *t, uint64_t point)
 {
-    uint32_t low = 0, high = t->count;
+    uint64_t low = 0, high = t->count;
     while (high - low > 1) {
-        uint32_t middle = low + (high - low) / 2;
+        uint64_t middle = low + (high - low) / 2;
         if (t->points[middle] <= point)
             low = middle;
         else
@@ -113,34 +118,49 @@ static uint32_t row_of(const table *t, uint32_t point)
     return low;
 }
 
-/* Gives rows [begin, end) of a rank to all. */
-static stp_status share_rows(const finder *f, unsigned rank, size_t begin, size_t end,
+/* Unpacks a row's list: k places, then STP_PLACE_NONE. */
+static void list_of(const finder *f, uint64_t row, uint64_t list[STP_NEIGHBOURS_LIMIT])
+{
+    const table *t = &f->doubtful;
+    (void)stp_place_list_next(t->lists + t->begins[row], t->points[row], f->k, list);
+}
+
+/* The rows of a rank, and the bytes of their lists; or where they begin. */
+typedef struct table_part {
+    uint64_t rows, bytes;
+} table_part;
+
+/* Gives a rank's part of the table, from `from` on, to all. */
+static stp_status share_part(const finder *f, unsigned rank, table_part from, table_part part,
                              stp_error *err)
 {
     stp_status status = STP_OK;
     const table *t = &f->doubtful;
+    const uint64_t begin = from.rows, rows = part.rows;
     stp_ranks *ranks = f->cloud->blocks->ranks;
-    const size_t rows = end - begin;
     STP_TRY(stp_ranks_broadcast(ranks, rank, t->points + begin, rows * sizeof *t->points, err));
-    STP_TRY(stp_ranks_broadcast(ranks, rank, t->lists + begin * f->k,
-                                rows * f->k * sizeof *t->lists, err));
+    STP_TRY(stp_ranks_broadcast(ranks, rank, t->begins + begin, rows * sizeof *t->begins, err));
     STP_TRY(stp_ranks_broadcast(ranks, rank, t->reaches + begin, rows * sizeof *t->reaches, err));
+    STP_TRY(stp_ranks_broadcast(ranks, rank, t->lists + from.bytes, part.bytes, err));
 done:
     return status;
 }
 
 /* Joins the tables of this rank's cells, from a row on. */
-static void join_tables(finder *f, size_t row)
+static void join_tables(finder *f, table_part from)
 {
     const table *all = &f->doubtful;
     for (uint32_t c = 0; c < f->cloud->cell_count; c++) {
         const table *t = &f->tables[c];
         stp_spill_relieve(f->cloud->spill);
         if (t->count > 0) {
-            memcpy(all->points + row, t->points, t->count * sizeof *t->points);
-            memcpy(all->reaches + row, t->reaches, t->count * sizeof *t->reaches);
-            memcpy(all->lists + row * f->k, t->lists, (size_t)t->count * f->k * sizeof *t->lists);
-            row += t->count;
+            memcpy(all->points + from.rows, t->points, t->count * sizeof *t->points);
+            memcpy(all->reaches + from.rows, t->reaches, t->count * sizeof *t->reaches);
+            memcpy(all->lists + from.bytes, t->lists, t->list_bytes);
+            for (uint64_t i = 0; i < t->count; i++)
+                all->begins[from.rows + i] = from.bytes + t->begins[i];
+            from.rows += t->count;
+            from.bytes += t->list_bytes;
         }
         table_clear(&f->tables[c], f);
     }
@@ -150,26 +170,32 @@ static void join_tables(finder *f, size_t row)
 static stp_status gather_tables(finder *f, stp_error *err)
 {
     stp_status status = STP_OK;
+    table *all = &f->doubtful;
     stp_ranks *ranks = f->cloud->blocks ? f->cloud->blocks->ranks : NULL;
     const unsigned rank_count = stp_ranks_count(ranks);
-    uint64_t own = 0, sum = 0, *counts = NULL;
-    STP_TRY(stp_alloc(&counts, rank_count, sizeof *counts, "ranks", err));
-    for (uint32_t c = 0; c < f->cloud->cell_count; c++)
-        own += f->tables[c].count;
-    STP_TRY(stp_ranks_gather(ranks, &own, sizeof own, counts, err));
-    for (unsigned rank = 0; rank < rank_count; rank++)
-        sum += counts[rank];
-    STP_TRY(table_create(&f->doubtful, f, (uint32_t)sum, err));
-    f->doubtful.count = (uint32_t)sum;
-    sum = 0;
-    for (unsigned rank = 0; rank < rank_count; sum += counts[rank++]) {
+    table_part own = {0, 0}, at = {0, 0}, *parts = NULL;
+    STP_TRY(stp_alloc(&parts, rank_count, sizeof *parts, "ranks", err));
+    for (uint32_t c = 0; c < f->cloud->cell_count; c++) {
+        own.rows += f->tables[c].count;
+        own.bytes += f->tables[c].list_bytes;
+    }
+    STP_TRY(stp_ranks_gather(ranks, &own, sizeof own, parts, err));
+    for (unsigned rank = 0; rank < rank_count; rank++) {
+        all->count += parts[rank].rows;
+        all->list_bytes += parts[rank].bytes;
+    }
+    STP_TRY(table_create(all, f, all->count, err));
+    STP_TRY(stp_spill_alloc(f->cloud->spill, &all->lists, all->list_bytes, 1, "outliers", err));
+    for (unsigned rank = 0; rank < rank_count; rank++) {
         if (!ranks || rank == ranks->self)
-            join_tables(f, sum);
+            join_tables(f, at);
         if (ranks)
-            STP_TRY(share_rows(f, rank, sum, sum + counts[rank], err));
+            STP_TRY(share_part(f, rank, at, parts[rank], err));
+        at.rows += parts[rank].rows;
+        at.bytes += parts[rank].bytes;
     }
 done:
-    free(counts);
+    free(parts);
     return status;
 }
 
@@ -239,9 +265,9 @@ static bool joined_with_all(const finder *f, const stp_unit *unit, const float *
     return true;
 }
 
-static uint32_t place_of(const stp_unit *unit, uint32_t number)
+static uint64_t place_of(const stp_unit *unit, uint32_t number)
 {
-    return number == STP_NEIGHBOUR_NONE ? STP_NEIGHBOUR_NONE : unit->places[number];
+    return number == STP_NEIGHBOUR_NONE ? STP_PLACE_NONE : unit->places[number];
 }
 
 static reach reach_of(const finder *f, const stp_unit *unit, const float *spacings, uint32_t self)
@@ -258,13 +284,34 @@ static reach reach_of(const finder *f, const stp_unit *unit, const float *spacin
     return out;
 }
 
+/* Packs the lists of the table's rows. */
+static stp_status pack_lists(table *t, const finder *f, const stp_unit *unit, stp_error *err)
+{
+    uint8_t *end = NULL;
+    const uint64_t most = t->count * f->k * STP_PLACE_BYTES, first = unit->places[0];
+    stp_status status = stp_alloc(&t->lists, most, 1, "outliers", err);
+    if (status != STP_OK)
+        return status;
+    end = t->lists;
+    for (uint64_t row = 0; row < t->count; row++) {
+        const uint64_t self = t->points[row];
+        const uint32_t *list = unit->neighbours.indices + (self - first) * f->k;
+        t->begins[row] = (uint64_t)(end - t->lists);
+        for (unsigned n = 0; n < f->k; n++)
+            end = stp_place_list_write(end, self, place_of(unit, list[n]));
+    }
+    t->list_bytes = (uint64_t)(end - t->lists);
+    return stp_spill_move(f->cloud->spill, &t->lists, t->list_bytes, 1, "outliers", err);
+}
+
 /* Splits the cell's points into joined and doubtful ones. The neighbours of joined points are kept,
  * too. */
 static stp_status sort_out(finder *f, const stp_unit *unit, const float *spacings, table *doubtful,
                            stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t first = unit->places[0], count = 0;
+    const uint64_t first = unit->places[0];
+    uint32_t count = 0;
     for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
         const uint32_t *list = unit->neighbours.indices + (size_t)i * f->k;
         if (stp_cloud_repeats(f->cloud, first + i))
@@ -282,18 +329,16 @@ static stp_status sort_out(finder *f, const stp_unit *unit, const float *spacing
     for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
         if (state_of(f, first + i) & JOINED || stp_cloud_repeats(f->cloud, first + i))
             continue;
-        uint32_t row = doubtful->count++;
+        const uint64_t row = doubtful->count++;
         doubtful->points[row] = first + i;
         doubtful->reaches[row] = reach_of(f, unit, spacings, i);
-        for (unsigned n = 0; n < f->k; n++)
-            doubtful->lists[(size_t)row * f->k + n] =
-                place_of(unit, unit->neighbours.indices[(size_t)i * f->k + n]);
     }
+    STP_TRY(pack_lists(doubtful, f, unit, err));
 done:
     return status;
 }
 
-static uint32_t own_count(const finder *f)
+static uint64_t own_count(const finder *f)
 {
     const stp_rank_part own = stp_cloud_own(f->cloud);
     return own.end - own.begin;
@@ -336,7 +381,7 @@ static stp_status find_cells(finder *f, stp_pool *pool, stp_error *err)
     for (uint64_t left = 1; left > 0;) {
         STP_TRY(stp_cloud_run_own(f->cloud, pool, find_cell, f, err));
         left = 0;
-        for (uint32_t c = own.begin; c < own.end; c++)
+        for (uint64_t c = own.begin; c < own.end; c++)
             left += !f->cells_done[c];
         STP_TRY(stp_cloud_sum(f->cloud, &left, 1, err));
         STP_TRY(stp_cloud_fetch(f->cloud, err));
@@ -348,7 +393,7 @@ done:
 
 /* ---- the doubtful ones ---- */
 
-static bool among(const uint32_t *points, unsigned count, uint32_t wanted)
+static bool among(const uint64_t *points, unsigned count, uint64_t wanted)
 {
     for (unsigned i = 0; i < count; i++)
         if (points[i] == wanted)
@@ -357,16 +402,16 @@ static bool among(const uint32_t *points, unsigned count, uint32_t wanted)
 }
 
 /* Whether steps reach more than k positions: that many in doubt, or one that is joined. */
-static bool joined_with_many(const finder *f, uint32_t row)
+static bool joined_with_many(const finder *f, uint64_t row)
 {
     const table *t = &f->doubtful;
-    uint32_t reached[STP_NEIGHBOURS_LIMIT + 1] = {t->points[row]};
+    uint64_t reached[STP_NEIGHBOURS_LIMIT + 1] = {t->points[row]}, list[STP_NEIGHBOURS_LIMIT];
     unsigned count = 1;
     for (unsigned at = 0; at < count; at++) {
-        const uint32_t from = at > 0 ? row_of(t, reached[at]) : row;
-        const uint32_t *list = t->lists + (size_t)from * f->k;
-        for (unsigned n = 0; n < f->k && list[n] != STP_NEIGHBOUR_NONE; n++) {
-            uint32_t to = list[n];
+        const uint64_t from = at > 0 ? row_of(t, reached[at]) : row;
+        list_of(f, from, list);
+        for (unsigned n = 0; n < f->k && list[n] != STP_PLACE_NONE; n++) {
+            const uint64_t to = list[n];
             if (!(t->reaches[from].step >> n & 1) || among(reached, count, to))
                 continue;
             if (count == f->k || state_of(f, to) & JOINED)
@@ -380,10 +425,10 @@ static bool joined_with_many(const finder *f, uint32_t row)
 static stp_status join_block(void *context, size_t block, unsigned worker, stp_error *err)
 {
     finder *f = context;
-    uint32_t begin = (uint32_t)block * BLOCK_ROWS, left = f->doubtful.count - begin;
-    uint32_t end = left < BLOCK_ROWS ? begin + left : begin + BLOCK_ROWS;
+    const uint64_t begin = (uint64_t)block * BLOCK_ROWS, left = f->doubtful.count - begin;
+    const uint64_t end = left < BLOCK_ROWS ? begin + left : begin + BLOCK_ROWS;
     (void)worker;
-    for (uint32_t row = begin; row < end; row++) {
+    for (uint64_t row = begin; row < end; row++) {
         if (!joined_with_many(f, row))
             continue;
         add_state(f, f->doubtful.points[row], JOINED);
@@ -393,20 +438,22 @@ static stp_status join_block(void *context, size_t block, unsigned worker, stp_e
 }
 
 /* Keeps the neighbours of a kept point within `distance` of its own spacings. */
-static void tell_neighbours(const finder *f, uint32_t row)
+static void tell_neighbours(const finder *f, uint64_t row)
 {
     const table *t = &f->doubtful;
-    const uint32_t *list = t->lists + (size_t)row * f->k;
-    for (unsigned n = 0; n < f->k && list[n] != STP_NEIGHBOUR_NONE; n++)
+    uint64_t list[STP_NEIGHBOURS_LIMIT];
+    list_of(f, row, list);
+    for (unsigned n = 0; n < f->k && list[n] != STP_PLACE_NONE; n++)
         if (t->reaches[row].own >> n & 1)
             add_state(f, list[n], TOLD);
 }
 
-static bool near_kept(const finder *f, uint32_t row)
+static bool near_kept(const finder *f, uint64_t row)
 {
     const table *t = &f->doubtful;
-    const uint32_t *list = t->lists + (size_t)row * f->k;
-    for (unsigned n = 0; n < f->k && list[n] != STP_NEIGHBOUR_NONE; n++)
+    uint64_t list[STP_NEIGHBOURS_LIMIT];
+    list_of(f, row, list);
+    for (unsigned n = 0; n < f->k && list[n] != STP_PLACE_NONE; n++)
         if (state_of(f, list[n]) != 0 && t->reaches[row].others >> n & 1)
             return true;
     return false;
@@ -415,16 +462,16 @@ static bool near_kept(const finder *f, uint32_t row)
 /* Repeats rule 2 until nothing changes. */
 static stp_status decide(finder *f, stp_error *err)
 {
-    uint32_t *rows = NULL, count = f->doubtful.count;
+    uint64_t *rows = NULL, count = f->doubtful.count;
     stp_status status =
         stp_spill_alloc(f->cloud->spill, &rows, count, sizeof *rows, "outliers", err);
-    for (uint32_t i = 0; status == STP_OK && i < count; i++)
+    for (uint64_t i = 0; status == STP_OK && i < count; i++)
         rows[i] = i;
     for (bool changed = status == STP_OK; changed;) {
-        uint32_t left = 0;
+        uint64_t left = 0;
         changed = false;
-        for (uint32_t i = 0; i < count; i++, stp_cloud_step(f->cloud->spill, i)) {
-            uint32_t point = f->doubtful.points[rows[i]];
+        for (uint64_t i = 0; i < count; i++, stp_cloud_step(f->cloud->spill, i)) {
+            const uint64_t point = f->doubtful.points[rows[i]];
             if (state_of(f, point) == 0 && !near_kept(f, rows[i])) {
                 rows[left++] = rows[i];
                 continue;
@@ -445,7 +492,7 @@ static uint64_t mark(const finder *f)
     uint64_t count = 0;
     bool outlier = false;
     const stp_rank_part own = stp_cloud_own(f->cloud);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(f->cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(f->cloud->spill, i)) {
         const bool repeats = i > own.begin && stp_cloud_repeats(f->cloud, i);
         outlier = repeats ? outlier : state_of(f, i) == 0;
         f->cloud->marks[i] |= outlier ? STP_MARK_OUTLIER : 0;
@@ -455,7 +502,7 @@ static uint64_t mark(const finder *f)
 }
 
 stp_status stp_outliers_find(stp_cloud *cloud, unsigned k, double distance, stp_pool *pool,
-                             const stp_progress *progress, uint32_t *count, stp_error *err)
+                             const stp_progress *progress, uint64_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
     finder f = {.cloud = cloud,
@@ -471,14 +518,14 @@ stp_status stp_outliers_find(stp_cloud *cloud, unsigned k, double distance, stp_
     STP_TRY(gather_tables(&f, err));
     STP_TRY(share_states(&f, err));
 
-    size_t block_count = ((size_t)f.doubtful.count + BLOCK_ROWS - 1) / BLOCK_ROWS;
+    size_t block_count = (f.doubtful.count + BLOCK_ROWS - 1) / BLOCK_ROWS;
     STP_TRY(stp_cloud_run(cloud, pool, block_count, join_block, &f, err));
     if (f.any_joined) {
         STP_TRY(decide(&f, err));
         found = mark(&f);
     }
     STP_TRY(stp_cloud_sum(cloud, &found, 1, err));
-    *count = (uint32_t)found;
+    *count = found;
 done:
     for (uint32_t c = 0; f.tables && c < cloud->cell_count; c++)
         table_clear(&f.tables[c], &f);
@@ -492,20 +539,20 @@ done:
 
 /* ---- dropping ---- */
 
-stp_status stp_outliers_drop(stp_cloud *cloud, uint32_t count, stp_pool *pool, uint32_t **sources,
-                             uint32_t *source_count, stp_error *err)
+stp_status stp_outliers_drop(stp_cloud *cloud, uint64_t count, stp_pool *pool, uint64_t **sources,
+                             uint64_t *source_count, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t *taken = NULL, taken_count = 0, kept = 0;
+    uint64_t *taken = NULL, taken_count = 0, kept = 0;
     const stp_rank_part own = stp_cloud_own(cloud);
     STP_TRY(stp_spill_alloc(cloud->spill, &taken, count, sizeof *taken, "outliers", err));
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         if (cloud->marks[i] & STP_MARK_OUTLIER)
-            taken[taken_count++] = cloud->points[i].source;
+            taken[taken_count++] = cloud->points[i].source - cloud->first;
         else if (!cloud->blocks)
-            cloud->points[kept++] = cloud->points[i];
+            cloud->points[cloud->first + kept++] = cloud->points[i];
     }
-    stp_sort_u32(taken, taken_count);
+    stp_sort_u64(taken, taken_count);
     if (cloud->blocks) {
         STP_TRY(stp_cloud_sort_again(cloud, STP_MARK_OUTLIER, pool, err));
     } else {

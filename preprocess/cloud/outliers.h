@@ -37,12 +37,12 @@ typedef enum stp_outlier_mode {
 /* Sets STP_MARK_OUTLIER on the outliers of a sorted cloud and *count to their number. Reads
  * positions only. Errors: OUT_OF_MEMORY, IO, INVALID_ARGUMENT (k), CANCELLED. */
 stp_status stp_outliers_find(stp_cloud *cloud, unsigned k, double distance, stp_pool *pool,
-                             const stp_progress *progress, uint32_t *count, stp_error *err);
+                             const stp_progress *progress, uint64_t *count, stp_error *err);
 /* Removes the marked points from the cloud and sorts the cloud as if they had never been there.
- * count: what stp_outliers_find found; not all points. *sources: the sources of the removed points
+ * count: what stp_outliers_find found; not all points. *sources: the records of the removed points
  * that this process owned, ascending, *source_count of them; free with stp_spill_free of the
  * cloud's spill. Errors: those of the sort. */
-stp_status stp_outliers_drop(stp_cloud *cloud, uint32_t count, stp_pool *pool, uint32_t **sources,
-                             uint32_t *source_count, stp_error *err);
+stp_status stp_outliers_drop(stp_cloud *cloud, uint64_t count, stp_pool *pool, uint64_t **sources,
+                             uint64_t *source_count, stp_error *err);
 
 #endif

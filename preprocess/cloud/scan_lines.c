@@ -16,12 +16,12 @@
 
 /* The `count` points nearest to a point, among those of its run at other places. */
 static void find_near(stp_nearest_list *list, const stp_cloud *cloud, const stp_cell *cell,
-                      uint32_t self)
+                      uint64_t self)
 {
-    const uint32_t begin = self - cell->begin > REACH ? self - REACH : cell->begin;
-    const uint32_t end = cell->end - self > REACH ? self + REACH : cell->end;
+    const uint64_t begin = self - cell->begin > REACH ? self - REACH : cell->begin;
+    const uint64_t end = cell->end - self > REACH ? self + REACH : cell->end;
     const stp_dvec3 middle = cloud->points[self].position;
-    for (uint32_t i = begin; i < end; i++) {
+    for (uint64_t i = begin; i < end; i++) {
         const stp_dvec3 d = stp_dvec3_sub(cloud->points[i].position, middle);
         const double squared = stp_dvec3_dot(d, d);
         if (squared > 0.0 && squared < stp_nearest_list_reach(list))
@@ -30,7 +30,7 @@ static void find_near(stp_nearest_list *list, const stp_cloud *cloud, const stp_
 }
 
 /* Whether the first `count` of the list lie on a line. */
-static bool is_line(const stp_nearest_list *list, const stp_cloud *cloud, uint32_t self,
+static bool is_line(const stp_nearest_list *list, const stp_cloud *cloud, uint64_t self,
                     unsigned count)
 {
     stp_dvec3 sum = {0.0, 0.0, 0.0}, squares = sum, mixed = sum;
@@ -58,11 +58,11 @@ stp_status stp_scan_lines_choose(unsigned *k, unsigned few, const stp_cloud *clo
     const stp_rank_part own = stp_cloud_own_cells(cloud);
     const uint32_t step = cloud->cell_count / CELLS + 1;
     const uint32_t places = PLACES / (cloud->cell_count / step + 1);
-    for (uint32_t c = (own.begin + step - 1) / step * step; c < own.end; c += step) {
+    for (uint64_t c = (own.begin + step - 1) / step * step; c < own.end; c += step) {
         const stp_cell *cell = &cloud->cells[c];
         for (uint32_t i = 0; i < places; i++) {
-            const uint64_t part = (uint64_t)(cell->end - cell->begin) * (2 * i + 1);
-            const uint32_t self = cell->begin + (uint32_t)(part / (2 * places));
+            const uint64_t part = (cell->end - cell->begin) * (2 * i + 1);
+            const uint64_t self = cell->begin + part / (2 * places);
             stp_nearest_list list = {.capacity = STP_SCAN_LINE_NEIGHBOURS};
             find_near(&list, cloud, cell, self);
             if (!stp_nearest_list_full(&list))

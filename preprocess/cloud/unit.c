@@ -2,6 +2,7 @@
 #include "preprocess/cloud/unit.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "preprocess/cloud/nearest_list.h"
 
 #include <stdlib.h>
@@ -13,70 +14,82 @@
 /* Spare reach beyond the rings and the last ring's own search, in k-th neighbour distances. */
 #define REACH_SPARE 0.25
 
-/* Maps places of ring points to numbers: open addressing with a power of two of slots. */
+/* Points that are searched at a time: their lists are places, twice as long as numbers. */
+#define BATCH_POINTS 8192u
+
+/* Numbers of ring points, found by their places: open addressing with a power of two of slots. */
 typedef struct place_map {
-    uint32_t *places, *numbers; /* STP_NEIGHBOUR_NONE: free */
+    uint32_t *numbers; /* STP_NEIGHBOUR_NONE: free */
     uint32_t mask, count;
 } place_map;
 
 typedef struct maker {
     stp_unit *unit;
     stp_locale locale;
-    uint32_t begin, end; /* of the own points in the whole cloud */
+    uint64_t begin, end; /* of the own points in the whole cloud */
     place_map map;
-    size_t point_capacity, place_capacity, list_capacity;
+    uint64_t *fresh; /* places of the next ring, numbered as they are found until all are */
+    uint32_t fresh_count;
+    size_t fresh_capacity, point_capacity, place_capacity, list_capacity;
 } maker;
 
-static void map_clear(place_map *map)
+static uint64_t place_of(const maker *m, uint32_t number)
 {
-    free(map->places);
-    free(map->numbers);
-    *map = (place_map){0};
+    const uint32_t count = (uint32_t)m->unit->cloud.count;
+    return number < count ? m->unit->places[number] : m->fresh[number - count];
 }
 
-static uint32_t *map_slot(const place_map *map, uint32_t place)
+static uint32_t *map_slot(const maker *m, const place_map *map, uint64_t place)
 {
-    uint32_t at = (place * 2654435761u >> 7) & map->mask;
-    while (map->places[at] != STP_NEIGHBOUR_NONE && map->places[at] != place)
+    uint32_t at = (uint32_t)(place * UINT64_C(0x9e3779b97f4a7c15) >> 32) & map->mask;
+    while (map->numbers[at] != STP_NEIGHBOUR_NONE && place_of(m, map->numbers[at]) != place)
         at = (at + 1) & map->mask;
-    return &map->places[at];
+    return &map->numbers[at];
 }
 
-/* Makes room for `more` entries. */
-static stp_status map_grow(place_map *map, uint32_t more, stp_error *err)
+/* Makes room for one more entry. */
+static stp_status map_grow(maker *m, stp_error *err)
+{
+    place_map *map = &m->map;
+    place_map wider = {.mask = map->mask ? map->mask : 1023, .count = map->count};
+    while (wider.mask < 2 * ((uint64_t)map->count + 1))
+        wider.mask = 2 * wider.mask + 1;
+    if (map->numbers && wider.mask == map->mask)
+        return STP_OK;
+    const size_t slots = (size_t)wider.mask + 1;
+    const stp_status status =
+        stp_alloc_unset(&wider.numbers, slots, sizeof *wider.numbers, "neighbours", err);
+    if (status != STP_OK)
+        return status;
+    memset(wider.numbers, 0xff, slots * sizeof *wider.numbers);
+    for (size_t i = 0; map->numbers && i <= map->mask; i++)
+        if (map->numbers[i] != STP_NEIGHBOUR_NONE)
+            *map_slot(m, &wider, place_of(m, map->numbers[i])) = map->numbers[i];
+    free(map->numbers);
+    *map = wider;
+    return STP_OK;
+}
+
+/* Sets *number to that of a place. A place without one is of the next ring, and gets one. */
+static stp_status number_place(maker *m, uint64_t place, uint32_t *number, stp_error *err)
 {
     stp_status status = STP_OK;
-    place_map wider = {.mask = map->mask ? map->mask : 1023, .count = map->count};
-    while (wider.mask < 2 * ((uint64_t)map->count + more))
-        wider.mask = 2 * wider.mask + 1;
-    if (map->places && wider.mask == map->mask)
+    if (place - m->begin < m->unit->ring_end[0]) {
+        *number = (uint32_t)(place - m->begin);
         return STP_OK;
-    size_t slots = (size_t)wider.mask + 1;
-    STP_TRY(stp_alloc(&wider.places, slots, sizeof *wider.places, "neighbours", err));
-    STP_TRY(stp_alloc(&wider.numbers, slots, sizeof *wider.numbers, "neighbours", err));
-    memset(wider.places, 0xff, slots * sizeof *wider.places);
-    for (size_t i = 0; map->places && i <= map->mask; i++) {
-        if (map->places[i] == STP_NEIGHBOUR_NONE)
-            continue;
-        uint32_t *slot = map_slot(&wider, map->places[i]);
-        *slot = map->places[i];
-        wider.numbers[slot - wider.places] = map->numbers[i];
     }
-    map_clear(map);
-    *map = wider;
-    wider = (place_map){0};
+    STP_TRY(map_grow(m, err));
+    uint32_t *slot = map_slot(m, &m->map, place);
+    if (*slot == STP_NEIGHBOUR_NONE) {
+        STP_TRY(stp_grow(&m->fresh, &m->fresh_capacity, (size_t)m->fresh_count + 1,
+                         sizeof *m->fresh, "neighbours", err));
+        *slot = (uint32_t)m->unit->cloud.count + m->fresh_count;
+        m->fresh[m->fresh_count++] = place;
+        m->map.count++;
+    }
+    *number = *slot;
 done:
-    map_clear(&wider);
     return status;
-}
-
-/* The number of a place; STP_NEIGHBOUR_NONE if it has none yet. */
-static uint32_t number_of(const maker *m, uint32_t place)
-{
-    if (place - m->begin < m->unit->ring_end[0])
-        return place - m->begin;
-    uint32_t *slot = map_slot(&m->map, place);
-    return *slot == place ? m->map.numbers[slot - m->map.places] : STP_NEIGHBOUR_NONE;
 }
 
 /* Copies the fields that no other unit writes. */
@@ -104,71 +117,90 @@ done:
 }
 
 /* Appends the points at `count` places, ascending, as a ring. */
-static stp_status add_ring(maker *m, const uint32_t *places, uint32_t count, unsigned ring,
+static stp_status add_ring(maker *m, const uint64_t *places, uint32_t count, unsigned ring,
                            stp_error *err)
 {
     stp_status status = STP_OK;
     stp_unit *u = m->unit;
-    uint32_t first = u->cloud.count;
+    uint32_t first = (uint32_t)u->cloud.count;
     size_t needed = (size_t)first + count;
     STP_TRY(reserve(m, needed, err));
     for (uint32_t i = 0; i < count; i++) {
         copy_point(&u->cloud.points[first + i], &u->whole->points[places[i]]);
         u->places[first + i] = places[i];
     }
-    u->cloud.count = u->ring_end[ring] = (uint32_t)needed;
+    u->cloud.count = needed;
+    u->ring_end[ring] = (uint32_t)needed;
     u->cloud.capacity = u->cloud.count;
 done:
     return status;
 }
 
-/* Searches the neighbours of a ring's points. The last ring's lists are not kept. */
+/* Searches the neighbours of a ring's points, and numbers them. */
 static stp_status search_ring(maker *m, unsigned ring, stp_error *err)
 {
+    stp_status status = STP_OK;
     stp_unit *u = m->unit;
-    unsigned k = u->neighbours.k;
-    uint32_t first = ring > 0 ? u->ring_end[ring - 1] : 0, count = u->ring_end[ring] - first;
-    const bool kept = ring < u->ring_count;
-    uint32_t *lists = kept ? u->neighbours.indices + (size_t)first * k : NULL;
-    return stp_neighbours_find(&m->locale, k, u->places + first, count, lists,
+    const unsigned k = u->neighbours.k;
+    const uint32_t end = u->ring_end[ring];
+    uint64_t *found = NULL;
+    STP_TRY(stp_alloc_unset(&found, (size_t)BATCH_POINTS * k, sizeof *found, "neighbours", err));
+    for (uint32_t at = ring > 0 ? u->ring_end[ring - 1] : 0, count; at < end; at += count) {
+        uint32_t *lists = u->neighbours.indices + (size_t)at * k;
+        count = end - at < BATCH_POINTS ? end - at : BATCH_POINTS;
+        STP_TRY(stp_neighbours_find(&m->locale, k, u->places + at, count, found,
+                                    u->cloud.points + at, err));
+        for (size_t i = 0; i < (size_t)count * k; i++) {
+            lists[i] = STP_NEIGHBOUR_NONE;
+            if (found[i] != STP_PLACE_NONE)
+                STP_TRY(number_place(m, found[i], &lists[i], err));
+        }
+    }
+done:
+    free(found);
+    return status;
+}
+
+/* Searches the spacings of the last ring's points. */
+static stp_status search_last(maker *m, stp_error *err)
+{
+    stp_unit *u = m->unit;
+    const uint32_t first = u->ring_end[u->ring_count - 1], count = (uint32_t)u->cloud.count - first;
+    return stp_neighbours_find(&m->locale, u->neighbours.k, u->places + first, count, NULL,
                                u->cloud.points + first, err);
 }
 
-static int compare_places(const void *a, const void *b)
+/* Gives numbers found so far, of the ring that follows, the order of places. */
+static void renumber(uint32_t *numbers, size_t count, uint32_t first, const uint32_t *ranks)
 {
-    uint32_t p = *(const uint32_t *)a, q = *(const uint32_t *)b;
-    return p < q ? -1 : p > q;
+    for (size_t i = 0; i < count; i++)
+        if (numbers[i] >= first && numbers[i] != STP_NEIGHBOUR_NONE)
+            numbers[i] = first + ranks[numbers[i] - first];
 }
 
-/* Numbers the places that a ring's lists name for the first time: they are the next ring. */
+/* Makes a ring of the places that the lists of the ring before name for the first time. */
 static stp_status number_ring(maker *m, unsigned ring, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_unit *u = m->unit;
-    uint32_t *fresh = NULL;
-    size_t capacity = 0;
-    uint32_t count = 0;
-    size_t begin = ring > 0 ? u->ring_end[ring - 1] : 0, end = u->ring_end[ring];
-    for (size_t i = begin * u->neighbours.k; i < end * u->neighbours.k; i++) {
-        uint32_t place = u->neighbours.indices[i];
-        if (place == STP_NEIGHBOUR_NONE || place - m->begin < u->ring_end[0])
-            continue;
-        STP_TRY(map_grow(&m->map, 1, err));
-        uint32_t *slot = map_slot(&m->map, place);
-        if (*slot == place)
-            continue;
-        *slot = place;
-        m->map.count++;
-        STP_TRY(stp_grow(&fresh, &capacity, (size_t)count + 1, sizeof *fresh, "neighbours", err));
-        fresh[count++] = place;
-    }
+    const uint32_t count = m->fresh_count, first = (uint32_t)u->cloud.count;
+    const size_t k = u->neighbours.k, begin = ring > 1 ? u->ring_end[ring - 2] : 0;
+    uint64_t *sorted = NULL;
+    uint32_t *ranks = NULL;
+    STP_TRY(stp_alloc_unset(&sorted, count, sizeof *sorted, "neighbours", err));
+    STP_TRY(stp_alloc_unset(&ranks, count, sizeof *ranks, "neighbours", err));
     if (count > 0)
-        qsort(fresh, count, sizeof *fresh, compare_places);
+        memcpy(sorted, m->fresh, count * sizeof *sorted);
+    stp_sort_u64(sorted, count);
     for (uint32_t i = 0; i < count; i++)
-        m->map.numbers[map_slot(&m->map, fresh[i]) - m->map.places] = u->cloud.count + i;
-    STP_TRY(add_ring(m, fresh, count, ring + 1, err));
+        ranks[*map_slot(m, &m->map, sorted[i]) - first] = i;
+    renumber(m->map.numbers, (size_t)m->map.mask + 1, first, ranks);
+    renumber(u->neighbours.indices + begin * k, (u->ring_end[ring - 1] - begin) * k, first, ranks);
+    m->fresh_count = 0;
+    STP_TRY(add_ring(m, sorted, count, ring, err));
 done:
-    free(fresh);
+    free(sorted);
+    free(ranks);
     return status;
 }
 
@@ -182,25 +214,19 @@ static stp_status gather(maker *m, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_unit *u = m->unit;
-    uint32_t count = m->end - m->begin;
-    uint32_t *own = NULL;
+    const uint32_t count = (uint32_t)(m->end - m->begin);
+    uint64_t *own = NULL;
     STP_TRY(stp_alloc_unset(&own, count, sizeof *own, "points", err));
     for (uint32_t i = 0; i < count; i++)
         own[i] = m->begin + i;
-    STP_TRY(map_grow(&m->map, 1, err));
+    STP_TRY(map_grow(m, err));
     STP_TRY(reserve(m, (size_t)count + count / RINGS_PART, err));
     STP_TRY(add_ring(m, own, count, 0, err));
     STP_TRY(search_ring(m, 0, err));
     for (unsigned ring = 1; ring <= u->ring_count && !has_missed(u->whole); ring++) {
-        STP_TRY(number_ring(m, ring - 1, err));
-        STP_TRY(search_ring(m, ring, err));
+        STP_TRY(number_ring(m, ring, err));
+        STP_TRY(ring < u->ring_count ? search_ring(m, ring, err) : search_last(m, err));
     }
-    if (has_missed(u->whole))
-        goto done;
-    size_t listed = (size_t)u->ring_end[u->ring_count - 1] * u->neighbours.k;
-    for (size_t i = 0; i < listed; i++)
-        if (u->neighbours.indices[i] != STP_NEIGHBOUR_NONE)
-            u->neighbours.indices[i] = number_of(m, u->neighbours.indices[i]);
 done:
     free(own);
     return status;
@@ -222,7 +248,8 @@ stp_status stp_unit_create(stp_unit *out, const stp_cloud *whole, uint32_t first
     unit = (stp_unit){0};
 done:
     stp_locale_clear(&m.locale);
-    map_clear(&m.map);
+    free(m.map.numbers);
+    free(m.fresh);
     stp_unit_clear(&unit);
     return status;
 }

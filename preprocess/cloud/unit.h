@@ -21,7 +21,7 @@ typedef struct stp_unit {
     const stp_cloud *whole;    /* borrowed */
     stp_cloud cloud;           /* the copies; only points, count and capacity are set */
     stp_neighbours neighbours; /* by number, of all points without those of the last ring */
-    uint32_t *places;          /* by number: its place in the whole cloud */
+    uint64_t *places;          /* by number: its place in the whole cloud */
     unsigned ring_count;
     uint32_t ring_end[STP_UNIT_RINGS + 1]; /* where the own points end, then each ring */
     uint8_t *wide;    /* by own point: STP_MARK_WIDE, STP_MARK_WIDEST or 0, set by

@@ -92,7 +92,7 @@ static stp_status account_cell(void *context, size_t index, unsigned worker, stp
     const accounting *a = context;
     const stp_cell *cell = &a->cloud->cells[index];
     (void)worker;
-    for (uint32_t i = cell->begin; i < cell->end; i++)
+    for (uint32_t i = (uint32_t)cell->begin; i < cell->end; i++)
         if (a->owners->mapped[i])
             STP_TRY(account_point(a, i, &a->counts[index], err));
 done:

@@ -273,10 +273,10 @@ done:
     return status;
 }
 
-uint32_t stp_depth_loose(const stp_depth_images *images, uint32_t begin, uint32_t end)
+uint32_t stp_depth_loose(const stp_depth_images *images, uint64_t begin, uint64_t end)
 {
     uint32_t count = 0;
-    for (uint32_t i = begin; images->loose_count > 0 && i < end; i++)
+    for (uint64_t i = begin; images->loose_count > 0 && i < end; i++)
         count += stp_depth_is_loose(images, i);
     return count;
 }
@@ -317,7 +317,7 @@ stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud
     uint64_t counts[2] = {made.image_count, count_points(&made)};
     STP_TRY(stp_cloud_sum(cloud, counts, 2, err));
     made.image_count = (uint32_t)counts[0];
-    made.loose_count = cloud->count - (uint32_t)counts[1];
+    made.loose_count = (uint32_t)(cloud->count - counts[1]); /* images: below 2^32 points */
     if (made.image_count > 0 && made.loose_count <= cloud->count / LOOSE_PART)
         STP_TRY(make_leaves(&made, cloud, &share, noisy, params, err));
     if (made.leaf_count > 0 &&

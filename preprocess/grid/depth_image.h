@@ -60,8 +60,8 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
 void stp_depth_images_clear(stp_depth_images *images);
 
 /* How many of the points [begin, end) of the cloud are in no image. */
-uint32_t stp_depth_loose(const stp_depth_images *images, uint32_t begin, uint32_t end);
-static inline bool stp_depth_is_loose(const stp_depth_images *images, uint32_t point)
+uint32_t stp_depth_loose(const stp_depth_images *images, uint64_t begin, uint64_t end);
+static inline bool stp_depth_is_loose(const stp_depth_images *images, uint64_t point)
 {
     return images->loose[point / 64] >> point % 64 & 1u;
 }

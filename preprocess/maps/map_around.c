@@ -23,10 +23,10 @@ static bool reaches(void *context, const stp_dbox *box)
     return stp_dbox_meet(&s->box, box);
 }
 
-static bool visit(void *context, uint32_t begin, uint32_t end)
+static bool visit(void *context, uint64_t begin, uint64_t end)
 {
     search *s = context;
-    for (uint32_t i = begin; i < end; i++) {
+    for (uint32_t i = (uint32_t)begin; i < end; i++) {
         const stp_cloud_point *p = &s->cloud->points[i];
         while (s->at < s->count && s->places[s->at] < i)
             s->at++;

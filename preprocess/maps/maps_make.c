@@ -50,7 +50,7 @@ static stp_status cut_cell(void *context, size_t place, unsigned worker, stp_err
 {
     stp_status status = STP_OK;
     work *w = context;
-    const uint32_t index = w->own.begin + (uint32_t)place;
+    const uint32_t index = (uint32_t)(w->own.begin + place);
     const stp_cell *cell = &w->cloud->cells[index];
     (void)worker;
     STP_TRY(stp_cell_parts_cut(&w->cells[index], w->cloud, index, w->cut_cosine, w->numbers, err));
@@ -87,7 +87,7 @@ static stp_status number_parts(work *w, stp_error *err)
             w->parts[w->cell_first[c] + p] = w->cells[c].parts[p];
             w->cells[c].parts[p].corners = NULL;
         }
-        for (uint32_t i = cloud->cells[c].begin; i < cloud->cells[c].end; i++)
+        for (uint64_t i = cloud->cells[c].begin; i < cloud->cells[c].end; i++)
             if (w->numbers[i] != STP_PART_NONE)
                 w->numbers[i] += w->cell_first[c];
         stp_spill_relieve(cloud->spill);
@@ -180,7 +180,7 @@ static stp_status sample_one(void *context, size_t place, unsigned worker, stp_e
 {
     stp_status status = STP_OK;
     work *w = context;
-    const uint32_t index = w->own.begin + (uint32_t)place;
+    const uint32_t index = (uint32_t)(w->own.begin + place);
     const uint32_t begin = w->begins[index], count = w->begins[index + 1] - begin;
     (void)worker;
     STP_TRY(stp_map_list_make(&w->lists[index], w->cloud, w->params,
@@ -291,7 +291,7 @@ static void keep_others(stp_cloud *cloud, const bool *mapped)
     for (uint32_t c = 0; c < cloud->cell_count; c++) {
         const stp_cell cell = cloud->cells[c];
         const uint32_t begin = kept;
-        for (uint32_t i = cell.begin; i < cell.end; i++) {
+        for (uint64_t i = cell.begin; i < cell.end; i++) {
             if (mapped[i])
                 continue;
             cloud->points[kept] = cloud->points[i];

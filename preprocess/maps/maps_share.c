@@ -28,8 +28,8 @@ static stp_status give(giving *g, unsigned from, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_rank_part part = g->part(g, from);
-    uint32_t begin = part.begin;
-    const uint32_t end = part.end;
+    uint32_t begin = (uint32_t)part.begin;
+    const uint32_t end = (uint32_t)part.end;
     stp_bytes packet = {0};
     while (begin < end) {
         packet.size = 0;

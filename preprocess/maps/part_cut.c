@@ -25,13 +25,13 @@ typedef struct cutter {
     vec3s *normals;            /* of a set */
     uint32_t *sets;            /* by place in the cell: its set, or STP_PART_NONE */
     uint32_t set_count;
-    uint32_t *lists;   /* NEIGHBOURS places by place in the cell */
+    uint64_t *lists;   /* NEIGHBOURS places by place in the cell */
     stp_forest pieces; /* of places in the cell */
 } cutter;
 
 static uint32_t point_count(const cutter *c)
 {
-    return c->cell->end - c->cell->begin;
+    return (uint32_t)(c->cell->end - c->cell->begin);
 }
 
 static void take_normals(const cutter *c, const uint32_t *places, uint32_t count)
@@ -66,19 +66,22 @@ static stp_status find_neighbours(cutter *c, uint32_t index, stp_error *err)
     const uint32_t count = point_count(c);
     stp_locale locale = {0};
     stp_cloud_point *points = NULL; /* gets spacings, which are known */
+    uint64_t *places = NULL;
     STP_TRY(stp_locale_create(&locale, c->cloud, index, index + 1, NEIGHBOURS, 1.0, err));
     STP_TRY(stp_alloc(&points, count, sizeof *points, "points", err));
+    STP_TRY(stp_alloc(&places, count, sizeof *places, "points", err));
     for (uint32_t i = 0; i < count; i++)
-        c->scratch[i] = c->cell->begin + i;
-    STP_TRY(stp_neighbours_find(&locale, NEIGHBOURS, c->scratch, count, c->lists, points, err));
+        places[i] = c->cell->begin + i;
+    STP_TRY(stp_neighbours_find(&locale, NEIGHBOURS, places, count, c->lists, points, err));
 done:
+    free(places);
     free(points);
     stp_locale_clear(&locale);
     return status;
 }
 
 /* Whether no gap or step lies between two points with normals. */
-static bool hang_together(const stp_cloud *cloud, uint32_t a, uint32_t b)
+static bool hang_together(const stp_cloud *cloud, uint64_t a, uint64_t b)
 {
     const stp_cloud_point *p = &cloud->points[a], *q = &cloud->points[b];
     if (!stp_has_normal(q))
@@ -95,16 +98,16 @@ static bool hang_together(const stp_cloud *cloud, uint32_t a, uint32_t b)
  * equal points before it. */
 static void join_pieces(cutter *c)
 {
-    const uint32_t begin = c->cell->begin, count = point_count(c);
+    const uint32_t begin = (uint32_t)c->cell->begin, count = point_count(c);
     for (uint32_t i = 0; i < count; i++) {
-        const uint32_t *list = c->lists + (size_t)i * NEIGHBOURS;
+        const uint64_t *list = c->lists + (size_t)i * NEIGHBOURS;
         if (c->sets[i] == STP_PART_NONE)
             continue;
-        for (unsigned k = 0; k < NEIGHBOURS && list[k] != STP_NEIGHBOUR_NONE; k++) {
-            const uint32_t j = list[k] - begin;
+        for (unsigned k = 0; k < NEIGHBOURS && list[k] != STP_PLACE_NONE; k++) {
+            const uint64_t j = list[k] - begin;
             if (j < count && c->sets[j] == c->sets[i] &&
                 hang_together(c->cloud, begin + i, list[k]))
-                stp_forest_join(&c->pieces, i, j, false);
+                stp_forest_join(&c->pieces, i, (uint32_t)j, false);
         }
         if (i > 0 && stp_cloud_repeats(c->cloud, begin + i) && c->sets[i - 1] == c->sets[i])
             stp_forest_join(&c->pieces, i, i - 1, false);
@@ -137,7 +140,7 @@ static stp_status describe_parts(const cutter *c, const stp_cell_parts *out,
                                  const uint32_t *numbers, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t begin = c->cell->begin, count = point_count(c);
+    const uint32_t begin = (uint32_t)c->cell->begin, count = point_count(c);
     uint32_t *ends = c->scratch, at = 0; /* by part */
     for (uint32_t p = 0; p < out->part_count; p++) {
         ends[p] = at;
@@ -170,10 +173,11 @@ static stp_status find_pairs(const cutter *c, stp_cell_parts *out, const uint32_
                              stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t begin = c->cell->begin, count = point_count(c);
+    const uint32_t begin = (uint32_t)c->cell->begin, count = point_count(c);
     size_t pair_capacity = 0, border_capacity = 0;
     for (size_t at = 0; at < (size_t)count * NEIGHBOURS; at++) {
-        const uint32_t i = begin + (uint32_t)(at / NEIGHBOURS), other = c->lists[at];
+        const uint32_t i = begin + (uint32_t)(at / NEIGHBOURS);
+        const uint32_t other = (uint32_t)c->lists[at];
         if (numbers[i] == STP_PART_NONE || other == STP_NEIGHBOUR_NONE)
             continue;
         const bool inside = other - begin < count;
@@ -209,7 +213,7 @@ stp_status stp_cell_parts_cut(stp_cell_parts *out, const stp_cloud *cloud, uint3
     stp_status status = STP_OK;
     cutter c = {.cloud = cloud, .cell = &cloud->cells[index], .cosine = cosine};
     stp_cell_parts made = {0};
-    const uint32_t begin = c.cell->begin, count = point_count(&c);
+    const uint32_t begin = (uint32_t)c.cell->begin, count = point_count(&c);
     uint32_t with_normal = 0;
     STP_TRY(stp_alloc(&c.order, count, sizeof *c.order, "points", err));
     STP_TRY(stp_alloc(&c.scratch, count, sizeof *c.scratch, "points", err));

@@ -16,10 +16,10 @@ typedef struct crumb_vote {
     float *sums; /* by piece: sum over a crumb */
 } crumb_vote;
 
-static float odds_of(const stp_sheets *s, uint32_t self, const uint32_t *list)
+static float odds_of(const stp_sheets *s, uint64_t self, const uint64_t *list)
 {
     float sum = 0.0f;
-    for (unsigned i = 0; i < s->k && list[i] != STP_NEIGHBOUR_NONE; i++) {
+    for (unsigned i = 0; i < s->k && list[i] != STP_PLACE_NONE; i++) {
         bool own = stp_sheets_root(s, self) == stp_sheets_root(s, list[i]);
         if (own || !(s->cloud->marks[list[i]] & STP_MARK_ORIENTED))
             continue;
@@ -31,7 +31,7 @@ static float odds_of(const stp_sheets *s, uint32_t self, const uint32_t *list)
 }
 
 /* Whether a kept point may be turned. */
-static bool is_asked(const stp_sheets *s, uint32_t point)
+static bool is_asked(const stp_sheets *s, uint64_t point)
 {
     return stp_sheets_on_crumb(s, point) && s->cloud->marks[point] & STP_MARK_ORIENTED;
 }
@@ -54,10 +54,11 @@ static void sum_crumbs(void *context)
     const stp_sheets *s = vote->sheets;
     for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
         stp_spill_relieve(s->cloud->spill);
-        for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
-            if (is_asked(s, s->graphs[c].kept[i]))
-                vote->sums[stp_sheets_root(s, s->graphs[c].kept[i])] +=
-                    vote->odds[s->kept_begin[c] + i];
+        for (uint32_t i = 0; i < s->graphs[c].kept_count; i++) {
+            const uint64_t point = s->cloud->cells[c].begin + s->graphs[c].kept[i];
+            if (is_asked(s, point))
+                vote->sums[stp_sheets_root(s, point)] += vote->odds[s->kept_begin[c] + i];
+        }
     }
 }
 
@@ -67,7 +68,7 @@ static void turn_crumbs(const crumb_vote *vote)
     for (uint32_t c = 0; c < s->cloud->cell_count; c++) {
         stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++) {
-            uint32_t point = s->graphs[c].kept[i];
+            const uint64_t point = s->cloud->cells[c].begin + s->graphs[c].kept[i];
             if (is_asked(s, point) && vote->sums[stp_sheets_root(s, point)] < 0.0f)
                 s->cloud->marks[point] ^= STP_MARK_TURNED;
         }
@@ -78,7 +79,7 @@ stp_status stp_crumbs_turn(const stp_sheets *s, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_spill *spill = s->cloud->spill;
-    const uint32_t kept = s->kept_begin[s->cloud->cell_count];
+    const uint64_t kept = s->kept_begin[s->cloud->cell_count];
     const size_t bytes = s->piece_count * sizeof(float);
     crumb_vote vote = {.sheets = s};
     STP_TRY(stp_spill_alloc(spill, &vote.odds, kept, sizeof *vote.odds, "pieces", err));

@@ -38,7 +38,7 @@ bool stp_facing_plainly(const stp_cloud_point *p, const stp_dvec3 *stations)
     return is_plain(ODDS_OF_COSINE * (float)stp_facing(p, p->normal, stations));
 }
 
-static float own_odds(const facing_check *check, uint32_t point)
+static float own_odds(const facing_check *check, uint64_t point)
 {
     const stp_cloud *cloud = check->sheets->cloud;
     return ODDS_OF_COSINE * (float)stp_facing(&cloud->points[point], stp_cloud_normal(cloud, point),
@@ -46,7 +46,7 @@ static float own_odds(const facing_check *check, uint32_t point)
 }
 
 /* A neighbour's word is no surer than the neighbour itself. */
-static float said_odds(const facing_check *check, uint32_t self, uint32_t other)
+static float said_odds(const facing_check *check, uint64_t self, uint64_t other)
 {
     stp_relation r = stp_relate_marked(check->sheets->cloud, self, other);
     if (r.rank >= STP_RANK_NONE)
@@ -64,7 +64,7 @@ static stp_status weigh_cell(void *context, size_t index, unsigned worker, stp_e
     for (stp_kept_walk kept = stp_kept_begin(s, index); stp_kept_next(&kept);) {
         float sum = own_odds(check, kept.self);
         bool asked = !is_plain(sum) && s->cloud->marks[kept.self] & STP_MARK_ORIENTED;
-        for (unsigned n = 0; asked && n < s->k && kept.neighbours[n] != STP_NEIGHBOUR_NONE; n++)
+        for (unsigned n = 0; asked && n < s->k && kept.neighbours[n] != STP_PLACE_NONE; n++)
             sum += said_odds(check, kept.self, kept.neighbours[n]);
         check->wrong[kept.number] = asked && sum < 0.0f;
     }
@@ -78,7 +78,7 @@ static void turn_wrong(const facing_check *check)
         stp_spill_relieve(s->cloud->spill);
         for (uint32_t i = 0; i < s->graphs[c].kept_count; i++)
             if (check->wrong[s->kept_begin[c] + i])
-                s->cloud->marks[s->graphs[c].kept[i]] ^= STP_MARK_TURNED;
+                s->cloud->marks[s->cloud->cells[c].begin + s->graphs[c].kept[i]] ^= STP_MARK_TURNED;
     }
 }
 

@@ -61,6 +61,7 @@ void stp_forest_join(stp_forest *forest, uint32_t a, uint32_t b, bool turned)
     uint32_t low = ra < rb ? ra : rb;
     uint32_t high = ra < rb ? rb : ra;
     forest->parent[high] = low;
-    forest->size[low] += forest->size[high];
+    const uint64_t size = (uint64_t)forest->size[low] + forest->size[high];
+    forest->size[low] = size < UINT32_MAX ? (uint32_t)size : UINT32_MAX;
     forest->parity[high] = (uint8_t)(pa ^ pb ^ turned);
 }

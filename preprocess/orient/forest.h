@@ -13,7 +13,7 @@
 typedef struct stp_forest {
     uint32_t *parent;
     uint8_t *parity;  /* 1: the sign is opposite to the parent's */
-    uint32_t *size;   /* of a root's piece */
+    uint32_t *size;   /* of a root's piece; UINT32_MAX: so many, or more */
     stp_spill *spill; /* where the arrays lie */
 } stp_forest;
 

@@ -4,9 +4,9 @@
 #include "base/memory.h"
 #include "base/prefix_sum.h"
 #include "preprocess/cloud/nearest_list.h"
+#include "preprocess/cloud/place_list.h"
 #include "preprocess/orient/facing.h"
 #include "preprocess/orient/forest.h"
-#include "preprocess/orient/place_list.h"
 #include "preprocess/surface/layer.h"
 
 #include <stdlib.h>
@@ -98,9 +98,9 @@ static stp_status relate_cell(connection *c, stp_error *err)
             }
             if (r.rank >= STP_RANK_NONE)
                 continue;
-            stp_edge edge = {.other = c->unit->places[b],
+            stp_edge edge = {.other = c->unit->places[b] & STP_PLACE_MASK,
                              .own = (uint16_t)(a - c->begin),
-                             .rank = r.rank & 0x1ffu,
+                             .rank = r.rank & 0xffu,
                              .turned = r.turned,
                              .narrow = r.narrow};
             stp_status status = add_open(c->out, edge, err);
@@ -149,7 +149,7 @@ static void drop_joined(connection *c)
 {
     stp_graph *graph = c->out;
     const uint32_t *sheets = c->unit->whole->sheets;
-    uint32_t first = c->unit->places[c->begin];
+    const uint64_t first = c->unit->places[c->begin];
     size_t kept = 0;
     for (size_t e = 0; e < graph->edge_count; e++) {
         stp_edge edge = graph->edges[e];
@@ -182,12 +182,12 @@ static stp_status keep_lists(connection *c, stp_error *err)
     for (uint32_t i = 0; i < c->count; i++) {
         if (!is_kept(c, i))
             continue;
-        uint32_t self = c->unit->places[c->begin + i];
-        graph->kept[count++] = self;
+        const uint64_t self = c->unit->places[c->begin + i];
+        graph->kept[count++] = (uint16_t)i;
         for (unsigned n = 0; n < k; n++) {
             uint32_t other = edges_of(c, c->begin + i)[n];
             end = stp_place_list_write(
-                end, self, other == STP_NEIGHBOUR_NONE ? other : c->unit->places[other]);
+                end, self, other == STP_NEIGHBOUR_NONE ? STP_PLACE_NONE : c->unit->places[other]);
         }
     }
     graph->list_bytes = (size_t)(end - graph->lists);
@@ -216,8 +216,8 @@ stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell
     stp_graph graph = {0};
     connection c = {.unit = unit,
                     .stations = stations,
-                    .begin = cell->begin - unit->places[0],
-                    .count = cell->end - cell->begin,
+                    .begin = (uint32_t)(cell->begin - unit->places[0]),
+                    .count = (uint32_t)(cell->end - cell->begin),
                     .edge_count =
                         unit->neighbours.k < EDGE_NEIGHBOURS ? unit->neighbours.k : EDGE_NEIGHBOURS,
                     .out = &graph};
@@ -277,7 +277,7 @@ static bool same_pieces(const joint *p, const joint *q)
 static joint joint_of(const stp_cloud *cloud, const stp_cell *cell, uint32_t piece_begin,
                       stp_edge edge, uint32_t number)
 {
-    uint32_t point = cell->begin + edge.own;
+    const uint64_t point = cell->begin + edge.own;
     uint32_t a = cloud->sheets[point], b = cloud->sheets[edge.other];
     edge.turned ^= ((cloud->marks[point] ^ cloud->marks[edge.other]) & STP_MARK_TURNED) != 0;
     edge.own = (uint16_t)(a - piece_begin);

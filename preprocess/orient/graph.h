@@ -17,12 +17,14 @@
 /* An edge from a point of the cell to another point; after stp_graph_resolve, from piece to piece
  * with the signs that the marks say. Kept small: noise gives several edges per point. */
 typedef struct stp_edge {
-    uint32_t other; /* place in the cloud; then number of a piece among those of all cells */
-    uint16_t own;   /* place in the cell; then number of a piece in the cell */
-    uint16_t rank : 9, turned : 1, narrow : 1;
+    /* place in the cloud; then number of a piece among those of all cells */
+    uint64_t other : STP_PLACE_BITS;
+    uint64_t own : 16; /* place in the cell; then number of a piece in the cell */
+    uint64_t rank : 8, turned : 1, narrow : 1;
 } stp_edge;
 
-_Static_assert(STP_CELL_POINTS <= 1u << 16 && STP_RANK_NONE < 1u << 9, "an edge holds them");
+_Static_assert(STP_CELL_POINTS <= 1u << 16 && STP_RANK_NONE <= 1u << 8 && sizeof(stp_edge) == 8,
+               "an edge holds them");
 
 /* The graph of a cell. Its arrays lie in the cloud's spill. */
 typedef struct stp_graph {
@@ -30,9 +32,10 @@ typedef struct stp_graph {
     stp_edge *edges;              /* the open ones: to other cells, and unsure ones */
     size_t edge_count, edge_capacity;
     /* Points whose neighbours are kept: points on crumbs of the cell, and points that their
-     * stations see at a grazing angle. kept: places in the cloud, ascending. lists: their lists,
-     * one after the other (place_list.h). */
-    uint32_t *kept, kept_count;
+     * stations see at a grazing angle. kept: places in the cell, ascending. lists: their lists, one
+     * after the other (place_list.h). */
+    uint16_t *kept;
+    uint32_t kept_count;
     uint8_t *lists;
     size_t list_bytes;
 } stp_graph;

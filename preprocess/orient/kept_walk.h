@@ -12,11 +12,12 @@ typedef struct stp_kept_walk {
     const stp_graph *graph;
     const uint8_t *next_list;
     unsigned k;
-    uint32_t done, number_begin;
+    uint32_t done;
+    uint64_t number_begin, place_begin;
 
-    uint32_t number;                           /* of the kept point, among those of all cells */
-    uint32_t self;                             /* its place in the cloud */
-    uint32_t neighbours[STP_NEIGHBOURS_LIMIT]; /* places of up to k; then STP_NEIGHBOUR_NONE */
+    uint64_t number;                           /* of the kept point, among those of all cells */
+    uint64_t self;                             /* its place in the cloud */
+    uint64_t neighbours[STP_NEIGHBOURS_LIMIT]; /* places of up to k; then STP_PLACE_NONE */
 } stp_kept_walk;
 
 stp_kept_walk stp_kept_begin(const stp_sheets *sheets, size_t cell);

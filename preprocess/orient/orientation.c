@@ -10,7 +10,7 @@
 static void mark_given(stp_cloud *cloud)
 {
     const stp_rank_part own = stp_cloud_own(cloud);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         if (cloud->points[i].given)
             cloud->marks[i] |= STP_MARK_ORIENTED;
 }

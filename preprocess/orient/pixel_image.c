@@ -77,7 +77,7 @@ stp_pixel_image *stp_pixel_image_of(const stp_pixel_images *images, const stp_cl
 /* The pixel of a point, or STP_PIXEL_NONE. */
 static uint64_t pixel_of(const stp_cloud *cloud, const stp_pixel_image *m, uint32_t point)
 {
-    const uint32_t source = cloud->points[point].source;
+    const uint64_t source = cloud->points[point].source;
     const uint64_t pixel = m->told ? cloud->pixels[source] : source - m->first;
     return pixel < stp_pixel_count(m) ? pixel : STP_PIXEL_NONE;
 }

@@ -39,38 +39,38 @@ unsigned stp_pixel_image_rank(const stp_pixel_images *images, const stp_pixel_im
 }
 
 /* The rank that gets a point, or the number of ranks if it is in no image. */
-static unsigned taker_of(const giver *g, uint32_t i)
+static unsigned taker_of(const giver *g, uint64_t i)
 {
     const stp_pixel_image *m = stp_pixel_image_of(&g->images, &g->cloud->points[i]);
     return m ? stp_pixel_image_rank(&g->images, m, g->ranks) : g->ranks->count;
 }
 
 /* Adds what each rank gets of points [begin, end), in bytes, to sent. */
-static void count_some(const giver *g, uint32_t begin, uint32_t end)
+static void count_some(const giver *g, uint64_t begin, uint64_t end)
 {
-    for (uint32_t i = begin; i < end; i++, stp_cloud_step(g->cloud->spill, i)) {
+    for (uint64_t i = begin; i < end; i++, stp_cloud_step(g->cloud->spill, i)) {
         const unsigned taker = taker_of(g, i);
         if (taker < g->ranks->count)
             g->sent[taker] += sizeof(pixel_item);
     }
 }
 
-static void pack_some(const giver *g, uint32_t begin, uint32_t end)
+static void pack_some(const giver *g, uint64_t begin, uint64_t end)
 {
     const stp_cloud *c = g->cloud;
-    for (uint32_t i = begin; i < end; i++) {
+    for (uint64_t i = begin; i < end; i++) {
         const unsigned taker = taker_of(g, i);
         if (taker == g->ranks->count)
             continue;
-        const pixel_item item = {c->points[i], c->sheets ? c->sheets[i] : STP_SHEET_NONE, i,
-                                 c->marks ? c->marks[i] : 0u};
+        const pixel_item item = {c->points[i], c->sheets ? c->sheets[i] : STP_SHEET_NONE,
+                                 (uint32_t)i, c->marks ? c->marks[i] : 0u};
         memcpy(g->out.data + g->ends[taker], &item, sizeof item);
         g->ends[taker] += sizeof item;
     }
 }
 
 /* Gives points [begin, end), and takes what comes. */
-static stp_status give_some(giver *g, uint32_t begin, uint32_t end, stp_error *err)
+static stp_status give_some(giver *g, uint64_t begin, uint64_t end, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud *own = &g->share->own;
@@ -102,11 +102,11 @@ done:
 }
 
 /* Makes room for what comes. *most: points of the longest run of a rank. */
-static stp_status make_room(giver *g, uint32_t *most, stp_error *err)
+static stp_status make_room(giver *g, uint64_t *most, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_rank_part run = stp_cloud_own(g->cloud);
-    const uint32_t *begins = g->cloud->blocks->begins;
+    const uint64_t *begins = g->cloud->blocks->begins;
     stp_cloud *own = &g->share->own;
     uint64_t *counts = NULL;
     STP_TRY(stp_alloc(&counts, g->ranks->count, sizeof *counts, "ranks", err));
@@ -133,7 +133,7 @@ done:
 static stp_status give_all(giver *g, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t most = 0;
+    uint64_t most = 0;
     const stp_rank_part run = stp_cloud_own(g->cloud);
     const uint32_t part = GIVEN_POINTS / g->ranks->count;
     const uint32_t step = part < GIVEN_POINTS_LEAST  ? GIVEN_POINTS_LEAST
@@ -147,7 +147,7 @@ static stp_status give_all(giver *g, stp_error *err)
         goto done;
     STP_TRY(make_room(g, &most, err));
     for (uint64_t at = 0; at < most; at += step) {
-        const uint32_t begin = at < run.end - run.begin ? run.begin + (uint32_t)at : run.end;
+        const uint64_t begin = at < run.end - run.begin ? run.begin + at : run.end;
         STP_TRY(give_some(g, begin, run.end - begin < step ? run.end : begin + step, err));
     }
 done:

@@ -14,7 +14,7 @@ static stp_status find_sheet_end(uint32_t *out, const stp_cloud *cloud, stp_erro
     const stp_rank_part own = stp_cloud_own(cloud);
     stp_ranks *ranks = cloud->blocks ? cloud->blocks->ranks : NULL;
     uint32_t here = 0;
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         if (cloud->sheets[i] != STP_SHEET_NONE && cloud->sheets[i] >= here)
             here = cloud->sheets[i] + 1;
     *out = here;
@@ -88,7 +88,7 @@ stp_status stp_pixel_sheets_join(stp_cloud *cloud, const stp_prep_source *source
     }
     if (cloud->blocks)
         STP_TRY(join_ranks(&forest, end, cloud->blocks->ranks, err));
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         if (cloud->sheets[i] != STP_SHEET_NONE)
             cloud->sheets[i] = stp_forest_find(&forest, cloud->sheets[i], &parity);
 done:

@@ -42,7 +42,7 @@ stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q)
         .narrow = parallel};
 }
 
-stp_relation stp_relate_marked(const stp_cloud *cloud, uint32_t a, uint32_t b)
+stp_relation stp_relate_marked(const stp_cloud *cloud, uint64_t a, uint64_t b)
 {
     stp_relation r = stp_relate(&cloud->points[a], &cloud->points[b]);
     r.turned ^= ((cloud->marks[a] ^ cloud->marks[b]) & STP_MARK_TURNED) != 0;

@@ -20,7 +20,7 @@ typedef struct stp_relation {
 /* Relates two points by their normals' own signs, without marks. */
 stp_relation stp_relate(const stp_cloud_point *p, const stp_cloud_point *q);
 /* Relates two points with the signs that their marks say. */
-stp_relation stp_relate_marked(const stp_cloud *cloud, uint32_t a, uint32_t b);
+stp_relation stp_relate_marked(const stp_cloud *cloud, uint64_t a, uint64_t b);
 /* Log odds that both signs agree as they are. The rank must be below STP_RANK_NONE. */
 float stp_relation_odds(stp_relation relation);
 

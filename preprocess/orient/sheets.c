@@ -15,7 +15,7 @@ static stp_status number_cell(void *context, size_t index, unsigned worker, stp_
     const stp_cell *cell = &s->cloud->cells[index];
     (void)worker;
     (void)err;
-    for (uint32_t i = cell->begin; i < cell->end; i++)
+    for (uint64_t i = cell->begin; i < cell->end; i++)
         s->cloud->sheets[i] += s->piece_begin[index];
     return STP_OK;
 }
@@ -36,7 +36,7 @@ static void ask_for_ends(const stp_sheets *s)
         for (size_t e = 0; e < graph->edge_count; e++)
             (void)stp_cloud_has(s->cloud, graph->edges[e].other);
         for (stp_kept_walk kept = stp_kept_begin(s, c); stp_kept_next(&kept);)
-            for (unsigned n = 0; n < s->k && kept.neighbours[n] != STP_NEIGHBOUR_NONE; n++)
+            for (unsigned n = 0; n < s->k && kept.neighbours[n] != STP_PLACE_NONE; n++)
                 (void)stp_cloud_has(s->cloud, kept.neighbours[n]);
     }
 }
@@ -49,7 +49,7 @@ static stp_status share_edges(stp_sheets *s, stp_error *err)
     stp_bytes packet = {0};
     for (unsigned rank = 0; b && rank < b->ranks->count; rank++) {
         const stp_rank_part cells = stp_cloud_cells(s->cloud, b->ranks, rank);
-        for (uint32_t c = cells.begin; c < cells.end; c++) {
+        for (uint64_t c = cells.begin; c < cells.end; c++) {
             stp_graph *graph = &s->graphs[c];
             packet.size = 0;
             if (rank == b->ranks->self)
@@ -81,6 +81,11 @@ static stp_status gather_pieces(stp_sheets *s, stp_pool *pool, stp_error *err)
     STP_TRY(
         stp_alloc(&s->kept_begin, (size_t)cell_count + 1, sizeof *s->kept_begin, "pieces", err));
     for (uint32_t c = 0; c < cell_count; c++) { /* kept points are known of own cells only */
+        if (s->graphs[c].piece_count >= STP_SHEET_NONE - s->piece_count)
+            return stp_error_set(err, STP_LIMIT,
+                                 "the points are in more than %u pieces of smooth surface: split "
+                                 "the input into several models",
+                                 STP_SHEET_NONE - 1);
         s->piece_begin[c] = s->piece_count;
         s->piece_count += s->graphs[c].piece_count;
         s->kept_begin[c + 1] = s->kept_begin[c] + s->graphs[c].kept_count;
@@ -122,13 +127,13 @@ static stp_status join_open(stp_sheets *s, uint32_t end, bool crumbs_only, stp_e
             const stp_graph *graph = &s->graphs[c];
             for (; next[c] < graph->edge_count; next[c]++) {
                 stp_edge edge = graph->edges[next[c]];
-                uint32_t own = s->piece_begin[c] + edge.own;
+                const uint32_t own = s->piece_begin[c] + edge.own, other = (uint32_t)edge.other;
                 if (edge.rank != rank)
                     break;
                 if (again && rank < STP_RANK_SURE && !edge.narrow)
                     continue;
-                if (crumbs_only ? is_crumb(s, own) || is_crumb(s, edge.other) : !edge.narrow)
-                    stp_forest_join(&s->forest, own, edge.other, edge.turned);
+                if (crumbs_only ? is_crumb(s, own) || is_crumb(s, other) : !edge.narrow)
+                    stp_forest_join(&s->forest, own, other, edge.turned);
             }
         }
         stp_spill_relieve(s->cloud->spill);
@@ -176,7 +181,7 @@ done:
 
 /* The sheet, among those of a point's neighbours, whose planes have the least mean distance from
  * the point; its own sheet if there is none. */
-static uint32_t adopt(const stp_sheets *s, uint32_t self, const uint32_t *list)
+static uint32_t adopt(const stp_sheets *s, uint64_t self, const uint64_t *list)
 {
     struct {
         uint32_t root;
@@ -184,7 +189,7 @@ static uint32_t adopt(const stp_sheets *s, uint32_t self, const uint32_t *list)
     } candidates[STP_NEIGHBOURS_LIMIT];
     const stp_cloud_point *p = &s->cloud->points[self];
     unsigned count = 0, best = 0;
-    for (unsigned i = 0; i < s->k && list[i] != STP_NEIGHBOUR_NONE; i++) {
+    for (unsigned i = 0; i < s->k && list[i] != STP_PLACE_NONE; i++) {
         const stp_cloud_point *q = &s->cloud->points[list[i]];
         vec3s d = stp_dvec3_to_float(stp_dvec3_sub(p->position, q->position));
         if (stp_sheets_on_crumb(s, list[i]))
@@ -235,11 +240,12 @@ static stp_status take_adopted(void *context, size_t index, unsigned worker, stp
     const stp_cell *cell = &s->cloud->cells[index];
     (void)worker;
     (void)err;
-    for (uint32_t i = cell->begin; i < cell->end; i++)
+    for (uint64_t i = cell->begin; i < cell->end; i++)
         s->cloud->sheets[i] = stp_sheets_root(s, i);
     for (uint32_t i = 0; i < graph->kept_count; i++)
-        s->cloud->sheets[graph->kept[i]] = adopted->sheets_of[s->kept_begin[index] + i];
-    for (uint32_t i = cell->begin; i < cell->end; i++)
+        s->cloud->sheets[cell->begin + graph->kept[i]] =
+            adopted->sheets_of[s->kept_begin[index] + i];
+    for (uint64_t i = cell->begin; i < cell->end; i++)
         if (!stp_has_normal(&s->cloud->points[i]))
             s->cloud->sheets[i] = STP_SHEET_NONE;
     return STP_OK;

@@ -14,7 +14,7 @@ typedef struct piece {
     stp_dvec3 first;
     double total, volume;
     double facing; /* sum of cosines: above 0 if it faces its points' stations */
-    uint32_t count;
+    uint64_t count;
 } piece;
 
 /* A point that is a piece by itself. There may be as many as points. */
@@ -63,7 +63,7 @@ static void sum_pieces(void *context)
     const stp_sheets *s = sum->sheets;
     stp_cloud *cloud = s->cloud;
     const stp_rank_part own = stp_cloud_own(cloud);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         const uint32_t sheet = cloud->sheets[i], number = sum->numbers[sheet];
         if (s->forest.parity[sheet])
             cloud->marks[i] ^= STP_MARK_TURNED;
@@ -85,7 +85,7 @@ static bool outside_of(const piece *c, double *sign)
 
 /* If the outside is unknown, either sign will do. The piece then faces +z, because octahedral codes
  * are contiguous around +z, not around -z. */
-static void turn_point(stp_cloud *cloud, uint32_t i, const piece *c, const stp_dvec3 *stations)
+static void turn_point(stp_cloud *cloud, uint64_t i, const piece *c, const stp_dvec3 *stations)
 {
     const stp_cloud_point *p = &cloud->points[i];
     double sign = stp_facing(p, stp_cloud_normal(cloud, i), stations);
@@ -103,7 +103,7 @@ static void turn_points(const summing *sum, uint64_t *with_normal, uint64_t *ori
 {
     stp_cloud *cloud = sum->sheets->cloud;
     const stp_rank_part own = stp_cloud_own(cloud);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         uint32_t number = sum->numbers[cloud->sheets[i]];
         piece lone = {.count = 0};
         if (number == LONE)
@@ -130,7 +130,7 @@ stp_status stp_turn_pieces(stp_sheets *s, const stp_dvec3 *stations, stp_turned 
                               err));
     turn_points(&sum, &counts[0], &counts[1]);
     STP_TRY(stp_cloud_sum(cloud, counts, 2, err));
-    *out = (stp_turned){(uint32_t)counts[0], (uint32_t)counts[1]};
+    *out = (stp_turned){counts[0], counts[1]};
 done:
     stp_spill_free(cloud->spill, sum.pieces);
     stp_spill_free(cloud->spill, sum.numbers);
@@ -141,7 +141,7 @@ done:
 typedef struct vote_sum {
     const stp_sheets *sheets;
     const _Atomic int *votes; /* by drawn point */
-    uint32_t stride;
+    uint64_t stride;
     int64_t *sums; /* by sheet with its crumbs */
 } vote_sum;
 
@@ -151,10 +151,13 @@ static void sum_votes(void *context)
     const stp_sheets *s = v->sheets;
     const stp_cloud *cloud = s->cloud;
     const stp_rank_part own = stp_cloud_own(cloud);
-    for (uint64_t i = ((uint64_t)own.begin + v->stride - 1) / v->stride * v->stride; i < own.end;
-         i += v->stride, stp_cloud_stride(cloud->spill, i, v->stride))
+    const uint64_t first = cloud->first, begin = own.begin - first;
+    for (uint64_t n = (begin + v->stride - 1) / v->stride; first + n * v->stride < own.end; n++) {
+        const uint64_t i = first + n * v->stride;
+        stp_cloud_stride(cloud->spill, i, v->stride);
         if (cloud->marks[i] & STP_MARK_ORIENTED)
-            v->sums[s->parts[cloud->sheets[i]]] += v->votes[i / v->stride];
+            v->sums[s->parts[cloud->sheets[i]]] += v->votes[n];
+    }
 }
 
 /* Reflection across one crease may be wrong, but what a closed surface shows to the outside is its
@@ -172,7 +175,7 @@ stp_status stp_turn_seen(const stp_sheets *s, stp_pool *pool, stp_error *err)
     STP_TRY(stp_visibility_vote(votes, cloud, pool, err));
     v.votes = votes;
     STP_TRY(stp_cloud_in_turn(cloud, sum_votes, &v, v.sums, s->piece_count * sizeof *v.sums, err));
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         if (cloud->marks[i] & STP_MARK_ORIENTED && v.sums[s->parts[cloud->sheets[i]]] < 0)
             cloud->marks[i] ^= STP_MARK_TURNED;
 done:

@@ -6,7 +6,7 @@
 
 /* Counts of points. */
 typedef struct stp_turned {
-    uint32_t with_normal, oriented;
+    uint64_t with_normal, oriented;
 } stp_turned;
 
 /* Applies the forest's signs, turns points to their outside if it is known, and marks those points

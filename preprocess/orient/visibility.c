@@ -27,7 +27,7 @@ typedef struct vote_job {
     const stp_cloud *cloud;
     stp_dvec3 centre;
     double radius;   /* of a ball around the cloud */
-    uint32_t stride; /* points from one drawn to the next */
+    uint64_t stride; /* points from one drawn to the next */
     uint32_t drawn_count;
     stp_rank_part own; /* drawn points of this process */
     vec3s *positions;  /* by drawn point: in pixels, from the centre */
@@ -57,13 +57,13 @@ static view view_along(size_t axis)
 static stp_status place_block(void *context, size_t block, unsigned worker, stp_error *err)
 {
     vote_job *job = context;
-    uint32_t begin = job->own.begin + (uint32_t)block * BLOCK;
-    uint32_t left = job->own.end - begin;
+    const uint64_t begin = job->own.begin + (uint64_t)block * BLOCK;
+    const uint64_t left = job->own.end - begin;
     double scale = 0.5 * (double)job->size / job->radius;
     (void)worker;
     (void)err;
-    for (uint32_t i = begin; i < begin + (left < BLOCK ? left : BLOCK); i++) {
-        uint32_t at = i * job->stride;
+    for (uint64_t i = begin; i < begin + (left < BLOCK ? left : BLOCK); i++) {
+        const uint64_t at = job->cloud->first + i * job->stride;
         stp_dvec3 p = job->cloud->points[at].position;
         job->positions[i] =
             stp_dvec3_to_float(stp_dvec3_scale(stp_dvec3_sub(p, job->centre), scale));
@@ -126,7 +126,7 @@ static stp_status vote_task(void *context, size_t index, unsigned worker, stp_er
     return STP_OK;
 }
 
-uint32_t stp_visibility_stride(const stp_cloud *cloud)
+uint64_t stp_visibility_stride(const stp_cloud *cloud)
 {
     return (cloud->count - 1) / DRAWN_POINTS + 1;
 }
@@ -134,8 +134,9 @@ uint32_t stp_visibility_stride(const stp_cloud *cloud)
 /* The drawn points among a run of points. */
 static stp_rank_part drawn_of(const vote_job *job, stp_rank_part run)
 {
-    return (stp_rank_part){run.begin / job->stride + (run.begin % job->stride != 0),
-                           run.end / job->stride + (run.end % job->stride != 0)};
+    const uint64_t first = job->cloud->first, last = job->stride - 1;
+    return (stp_rank_part){(run.begin - first + last) / job->stride,
+                           (run.end - first + last) / job->stride};
 }
 
 /* Places the drawn points: each process its own, for all. */
@@ -144,8 +145,7 @@ static stp_status place(vote_job *job, stp_pool *pool, stp_error *err)
     stp_status status = STP_OK;
     const stp_cloud_blocks *b = job->cloud->blocks;
     job->own = drawn_of(job, stp_cloud_own(job->cloud));
-    STP_TRY(stp_cloud_run(job->cloud, pool,
-                          ((size_t)(job->own.end - job->own.begin) + BLOCK - 1) / BLOCK,
+    STP_TRY(stp_cloud_run(job->cloud, pool, (job->own.end - job->own.begin + BLOCK - 1) / BLOCK,
                           place_block, job, err));
     for (unsigned rank = 0; b && rank < b->ranks->count; rank++) {
         const stp_rank_part run = {b->begins[rank], b->begins[rank + 1]}, part = drawn_of(job, run);
@@ -166,7 +166,7 @@ static void sum_spacings(void *context)
 {
     spacing_sum *s = context;
     const stp_rank_part own = stp_cloud_own(s->cloud);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(s->cloud->spill, i))
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(s->cloud->spill, i))
         s->sum += (double)s->cloud->points[i].spacing;
 }
 
@@ -185,12 +185,12 @@ stp_status stp_visibility_vote(_Atomic int *votes, const stp_cloud *cloud, stp_p
             0.5 * (1.0 + 1e-5) * stp_dvec3_length(stp_dvec3_sub(cloud->box.max, cloud->box.min)),
     };
     STP_TRY(stp_cloud_in_turn(cloud, sum_spacings, &all, &all.sum, sizeof all.sum, err));
-    const double spacing = all.sum / cloud->count;
+    const double spacing = all.sum / (double)cloud->count;
     if (!(job.radius > 0.0) || !(spacing > 0.0))
         return STP_OK; /* no extent: nothing is seen */
-    double wanted = 2.0 * job.radius / (PIXEL_SPACINGS * spacing * sqrt(job.stride));
+    double wanted = 2.0 * job.radius / (PIXEL_SPACINGS * spacing * sqrt((double)job.stride));
     job.size = wanted < PIXELS_LIMIT ? (int)wanted + 1 : PIXELS_LIMIT;
-    job.drawn_count = (cloud->count - 1) / job.stride + 1;
+    job.drawn_count = (uint32_t)((cloud->count - 1) / job.stride + 1);
     STP_TRY(stp_spill_alloc(cloud->spill, &job.positions, job.drawn_count, sizeof *job.positions,
                             "views", err));
     STP_TRY(stp_spill_alloc(cloud->spill, &job.normals, job.drawn_count, sizeof *job.normals,

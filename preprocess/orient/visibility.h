@@ -14,7 +14,7 @@
 
 /* The step between points that are drawn, from the first point on; more than 1 in large clouds. The
  * cloud has points. */
-uint32_t stp_visibility_stride(const stp_cloud *cloud);
+uint64_t stp_visibility_stride(const stp_cloud *cloud);
 /* Counts votes for the i-th drawn point: for each direction that sees it, +1 if its normal faces
  * the viewer, -1 if it turns away. Grazing views do not count. votes: zero before. The result is
  * the same for any number of threads. Errors: OUT_OF_MEMORY, IO. */

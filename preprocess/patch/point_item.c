@@ -54,7 +54,7 @@ uint8_t stp_point_intensity(uint16_t intensity, uint32_t greatest)
     return (uint8_t)((intensity * 255u + greatest / 2) / greatest);
 }
 
-static stp_sample_fit fit_of(const stp_cloud *cloud, uint32_t i)
+static stp_sample_fit fit_of(const stp_cloud *cloud, uint64_t i)
 {
     const stp_cloud_point *point = &cloud->points[i];
     if (point->given == STP_GIVEN_INPUT && !(cloud->marks[i] & STP_MARK_WIDE))
@@ -64,7 +64,7 @@ static stp_sample_fit fit_of(const stp_cloud *cloud, uint32_t i)
     return cloud->marks[i] & STP_MARK_WIDE ? STP_FIT_WIDE : STP_FIT_NEAREST;
 }
 
-static uint8_t flags_of(const stp_cloud *cloud, uint32_t i)
+static uint8_t flags_of(const stp_cloud *cloud, uint64_t i)
 {
     bool oriented = cloud->marks[i] & STP_MARK_ORIENTED;
     return (uint8_t)((stp_has_normal(&cloud->points[i]) ? STP_SAMPLE_HAS_NORMAL : 0) |
@@ -113,7 +113,7 @@ void stp_point_item_set(stp_item *out, const stp_point_facts *facts, int exponen
         memcpy(out->normal, facts->normal_code, sizeof out->normal);
 }
 
-static void set_item(stp_item *out, const stp_cloud *cloud, uint32_t i, double spacing,
+static void set_item(stp_item *out, const stp_cloud *cloud, uint64_t i, double spacing,
                      bool measured, const stp_point_item_params *params)
 {
     const stp_cloud_point *point = &cloud->points[i];
@@ -132,7 +132,7 @@ static void set_item(stp_item *out, const stp_cloud *cloud, uint32_t i, double s
     stp_point_item_set(out, &facts, stp_point_exponent(facts.position, spacing, params), params);
 }
 
-stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
+stp_item stp_point_item_of(const stp_cloud *cloud, uint64_t i, double spacing,
                            const stp_point_item_params *params)
 {
     stp_item item;
@@ -157,12 +157,12 @@ static void lift_rounding(stp_item *items, uint32_t count)
             items[i].exponent = finest;
 }
 
-uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begin, uint32_t end,
+uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint64_t begin, uint64_t end,
                               const uint64_t *only, const stp_point_item_params *params)
 {
     uint32_t count = 0;
-    for (uint32_t i = begin; i < end; i++)
-        if (!only || only[i / 64] >> i % 64 & 1u)
+    for (uint64_t i = begin; i < end; i++)
+        if (!only || only[(i - cloud->first) / 64] >> (i - cloud->first) % 64 & 1u)
             set_item(&items[count++], cloud, i, (double)cloud->points[i].spacing, true, params);
     lift_rounding(items, count);
     return count;

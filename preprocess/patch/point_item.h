@@ -35,7 +35,7 @@ typedef struct stp_point_facts {
     unsigned normal_bits; /* of its grid; 0: its code is known */
     uint8_t normal_code[3];
     uint32_t sheet;
-    uint32_t source; /* place in the input */
+    uint64_t source; /* place in the input */
     uint16_t rgb[3];
     uint8_t intensity, class_id, flags; /* as a sample stores them */
 } stp_point_facts;
@@ -45,11 +45,12 @@ typedef struct stp_point_facts {
 void stp_point_item_set(stp_item *out, const stp_point_facts *facts, int exponent,
                         const stp_point_item_params *params);
 /* Makes a point of a cloud an item whose disc has a spacing of its own. */
-stp_item stp_point_item_of(const stp_cloud *cloud, uint32_t i, double spacing,
+stp_item stp_point_item_of(const stp_cloud *cloud, uint64_t i, double spacing,
                            const stp_point_item_params *params);
 /* Makes points [begin, end) of a sorted cloud into items of one chunk. only: by point of the cloud,
- * bits of those that become one; NULL: all do. Returns their number. */
-uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint32_t begin, uint32_t end,
+ * bits, from place cloud->first on, of those that become one; NULL: all do. Returns their number.
+ */
+uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint64_t begin, uint64_t end,
                               const uint64_t *only, const stp_point_item_params *params);
 
 #endif

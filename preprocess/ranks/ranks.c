@@ -6,14 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-stp_rank_part stp_ranks_part(const stp_ranks *ranks, unsigned rank, uint32_t count)
+stp_rank_part stp_ranks_part(const stp_ranks *ranks, unsigned rank, uint64_t count)
 {
     const unsigned parts = stp_ranks_count(ranks);
-    return (stp_rank_part){(uint32_t)((uint64_t)count * rank / parts),
-                           (uint32_t)((uint64_t)count * (rank + 1) / parts)};
+    return (stp_rank_part){count * rank / parts, count * (rank + 1) / parts};
 }
 
-stp_rank_part stp_ranks_own(const stp_ranks *ranks, uint32_t count)
+stp_rank_part stp_ranks_own(const stp_ranks *ranks, uint64_t count)
 {
     return stp_ranks_part(ranks, ranks ? ranks->self : 0, count);
 }
@@ -49,7 +48,7 @@ done:
     return status;
 }
 
-stp_status stp_ranks_share(stp_ranks *ranks, void *array, uint32_t count, size_t size,
+stp_status stp_ranks_share(stp_ranks *ranks, void *array, uint64_t count, size_t size,
                            stp_error *err)
 {
     stp_status status = STP_OK;

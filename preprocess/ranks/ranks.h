@@ -40,7 +40,7 @@ struct stp_ranks {
 
 /* What one rank does of things in a row. */
 typedef struct stp_rank_part {
-    uint32_t begin, end;
+    uint64_t begin, end;
 } stp_rank_part;
 
 static inline bool stp_ranks_is_first(const stp_ranks *ranks)
@@ -54,8 +54,8 @@ static inline unsigned stp_ranks_count(const stp_ranks *ranks)
 }
 
 /* The part of `count` things that a rank does; this rank's own. */
-stp_rank_part stp_ranks_part(const stp_ranks *ranks, unsigned rank, uint32_t count);
-stp_rank_part stp_ranks_own(const stp_ranks *ranks, uint32_t count);
+stp_rank_part stp_ranks_part(const stp_ranks *ranks, unsigned rank, uint64_t count);
+stp_rank_part stp_ranks_own(const stp_ranks *ranks, uint64_t count);
 
 /* Gives bytes of rank `from` to every rank. The others' data, as long, are replaced. */
 stp_status stp_ranks_broadcast(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
@@ -64,7 +64,7 @@ stp_status stp_ranks_broadcast(stp_ranks *ranks, unsigned from, void *data, size
 stp_status stp_ranks_broadcast_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes,
                                      stp_error *err);
 /* Gives each rank's part (stp_ranks_part) of an array of `count` items to every rank. */
-stp_status stp_ranks_share(stp_ranks *ranks, void *array, uint32_t count, size_t size,
+stp_status stp_ranks_share(stp_ranks *ranks, void *array, uint64_t count, size_t size,
                            stp_error *err);
 /* Gives bytes of rank `from`, which is not 0, to rank 0. The other ranks do nothing. */
 stp_status stp_ranks_send_bytes(stp_ranks *ranks, unsigned from, stp_bytes *bytes, stp_error *err);

@@ -83,19 +83,19 @@ stp_status stp_given_noisy(stp_cloud *cloud, bool *out, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_rank_part own = stp_cloud_own(cloud);
-    uint32_t step = cloud->count / RUNS;
-    uint32_t length = step < RUN_POINTS ? step : RUN_POINTS;
+    const uint64_t step = cloud->count / RUNS;
+    const uint32_t length = step < RUN_POINTS ? (uint32_t)step : RUN_POINTS;
     uint64_t noisy = 0;
     *out = false;
     if (length <= 2 * FAR_END)
         return STP_OK;
-    for (uint32_t r = 0; r < RUNS; r++) /* a run may end at another rank */
-        if (r * step >= own.begin && r * step < own.end)
-            (void)(stp_cloud_has(cloud, r * step) & stp_cloud_has(cloud, r * step + length - 1));
+    for (uint64_t i = cloud->first, r = 0; r < RUNS; r++, i += step)
+        if (i >= own.begin && i < own.end) /* a run may end at another rank */
+            (void)(stp_cloud_has(cloud, i) & stp_cloud_has(cloud, i + length - 1));
     STP_TRY(stp_cloud_fetch(cloud, err));
-    for (uint32_t r = 0; r < RUNS; r++)
-        if (r * step >= own.begin && r * step < own.end)
-            noisy += run_noisy(cloud->points + (size_t)r * step, length);
+    for (uint64_t i = cloud->first, r = 0; r < RUNS; r++, i += step)
+        if (i >= own.begin && i < own.end)
+            noisy += run_noisy(cloud->points + i, length);
     STP_TRY(stp_cloud_sum(cloud, &noisy, 1, err));
     *out = 2 * noisy > RUNS;
 done:

@@ -68,7 +68,7 @@ typedef struct pixel_grid {
     const stp_file_points *points;
     stp_dvec3 station;
     uint32_t columns, rows, tile_columns, tile_rows;
-    uint32_t *at;    /* by pixel: the point's place in the cloud plus 1; 0: none */
+    uint32_t *at;    /* by pixel: the point's number in its file, from 1; 0: none */
     vec3s *normals;  /* by pixel: of its plane; zero: none */
     double *noise;   /* by tile: noise of inverse depths, the median of its windows */
     double *most;    /* by tile: the noise that most windows do not exceed */
@@ -83,7 +83,7 @@ static const stp_cloud_point *point_at(const pixel_grid *g, int64_t column, int6
     if (column < 0 || row < 0 || column >= g->columns || row >= g->rows)
         return NULL;
     const uint32_t at = g->at[(size_t)row * g->columns + (size_t)column];
-    return at > 0 ? &g->points->cloud->points[at - 1] : NULL;
+    return at > 0 ? &g->points->cloud->points[g->points->begin + at - 1] : NULL;
 }
 
 /* False if the pixel has no point, or the point no ray. */
@@ -309,7 +309,7 @@ static stp_status mean_row(void *context, size_t index, unsigned worker, stp_err
         const size_t pixel = (size_t)row * g->columns + column;
         if (glms_vec3_norm2(g->normals[pixel]) == 0.0f)
             continue;
-        stp_cloud_point *p = &g->points->cloud->points[g->at[pixel] - 1];
+        stp_cloud_point *p = &g->points->cloud->points[g->points->begin + g->at[pixel] - 1];
         p->normal = mean_around(g, column, row);
         p->given = STP_GIVEN_IMAGE;
         count++;
@@ -321,13 +321,13 @@ static stp_status mean_row(void *context, size_t index, unsigned worker, stp_err
 static stp_status place_points(pixel_grid *g, const stp_scan_grid *grid, stp_error *err)
 {
     const stp_cloud *cloud = g->points->cloud;
-    const uint32_t count = stp_grid_count(g->points, grid);
+    const uint64_t count = stp_grid_count(g->points, grid);
     const stp_status status = stp_spill_alloc(cloud->spill, &g->at, (size_t)g->columns * g->rows,
                                               sizeof *g->at, "an image", err);
-    for (uint32_t i = 0; status == STP_OK && i < count; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = 0; status == STP_OK && i < count; i++, stp_cloud_step(cloud->spill, i)) {
         stp_grid_point p;
         if (stp_grid_find(&p, g->points, grid, i))
-            g->at[(size_t)p.row * g->columns + p.column] = p.at + 1;
+            g->at[(size_t)p.row * g->columns + p.column] = (uint32_t)(p.at - g->points->begin) + 1;
     }
     return status;
 }

@@ -23,7 +23,7 @@ static void move_own(void *context)
     moving *m = context;
     stp_cloud *cloud = m->cloud;
     const stp_rank_part own = stp_cloud_own(cloud);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         stp_dvec3 shift = stp_dvec3_from_float(m->shifts[i]);
         double length = stp_dvec3_length(shift);
         cloud->points[i].position = stp_dvec3_add(cloud->points[i].position, shift);
@@ -41,7 +41,7 @@ static stp_status move_points(stp_joined_layers *joined, stp_cloud *cloud, const
     if (status != STP_OK)
         return status;
     joined->greatest += m.so_far.greatest;
-    joined->mean += m.so_far.sum / cloud->count;
+    joined->mean += m.so_far.sum / (double)cloud->count;
     return STP_OK;
 }
 

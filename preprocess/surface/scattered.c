@@ -112,7 +112,7 @@ stp_status stp_scattered_limit(stp_cloud *cloud, stp_error *err)
     stp_status status = STP_OK;
     uint64_t counts[BINS + 1] = {0}; /* by bin; then scattered points */
     const stp_rank_part own = stp_cloud_own(cloud);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         counts[bin_of(cloud->points[i].spacing)]++;
         counts[BINS] += (cloud->marks[i] & STP_MARK_SCATTERED) != 0;
     }
@@ -124,7 +124,7 @@ stp_status stp_scattered_limit(stp_cloud *cloud, stp_error *err)
     if (counts[BINS] == 0 && !few)
         return STP_OK;
     const float most = few ? 0.0f : STP_SCATTERED_MEDIANS * median_of(counts);
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         float *spacing = &cloud->points[i].spacing;
         if ((few || cloud->marks[i] & STP_MARK_SCATTERED) && *spacing > most)
             *spacing = fmaxf(most, (few ? STP_SCATTERED_FEW_PART : STP_SCATTERED_PART) * *spacing);

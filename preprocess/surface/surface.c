@@ -23,7 +23,8 @@ typedef struct finding {
     stp_rank_part own;   /* cells that this rank looks at */
     uint32_t *unit_ends; /* by unit: one past its last cell */
     bool *unit_done;
-    uint32_t unit_count, own_points;
+    uint32_t unit_count;
+    uint64_t own_points;
     stp_graph *graphs; /* by cell */
     vec3s *averaged;   /* averaged normals by point, if given ones are noisy: a copy, since units
                           still read the given ones */
@@ -42,14 +43,14 @@ static stp_status make_units(finding *f, unsigned threads, stp_error *err)
         status = stp_alloc(&f->unit_done, cloud->cell_count, sizeof *f->unit_done, "cells", err);
     if (f->own.end > f->own.begin)
         f->own_points = cloud->cells[f->own.end - 1].end - cloud->cells[f->own.begin].begin;
-    for (uint32_t c = f->own.begin, begin = c; status == STP_OK && c < f->own.end; c++) {
+    for (uint64_t c = f->own.begin, begin = c; status == STP_OK && c < f->own.end; c++) {
         const bool last = c + 1 == f->own.end;
-        const uint32_t first = cloud->cells[begin].begin;
-        const uint32_t left = cloud->cells[f->own.end - 1].end - first;
-        const uint32_t share = left / (LEFT_BY_THREAD * threads);
-        const uint32_t most = f->params->unit_points;
+        const uint64_t first = cloud->cells[begin].begin;
+        const uint64_t left = cloud->cells[f->own.end - 1].end - first;
+        const uint64_t share = left / (LEFT_BY_THREAD * threads);
+        const uint64_t most = f->params->unit_points;
         if (last || cloud->cells[c + 1].end - first > (share < most ? share : most)) {
-            f->unit_ends[f->unit_count++] = c + 1;
+            f->unit_ends[f->unit_count++] = (uint32_t)(c + 1);
             begin = c + 1;
         }
     }
@@ -79,7 +80,8 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     finding *f = context;
     stp_unit unit = {0};
     stp_normal_errors errors = {{0}};
-    uint32_t first = index > 0 ? f->unit_ends[index - 1] : f->own.begin, end = f->unit_ends[index];
+    const uint32_t first = index > 0 ? f->unit_ends[index - 1] : (uint32_t)f->own.begin;
+    const uint32_t end = f->unit_ends[index];
     unsigned rings = f->params->pieces ? STP_UNIT_RINGS : STP_UNIT_RINGS - 1;
     bool missed = false;
     stp_cloud seen = *f->cloud;
@@ -155,7 +157,7 @@ static uint64_t take_averaged(finding *f)
 {
     uint64_t count = 0;
     const stp_rank_part own = stp_cloud_own(f->cloud);
-    for (uint32_t i = own.begin; i < own.end; i++) {
+    for (uint64_t i = own.begin; i < own.end; i++) {
         stp_cloud_step(f->cloud->spill, i);
         if (f->cloud->points[i].given != STP_GIVEN_INPUT)
             continue;

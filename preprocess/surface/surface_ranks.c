@@ -51,7 +51,7 @@ done:
     return status;
 }
 
-static stp_status pack_cell(stp_bytes *out, const stp_cloud *cloud, uint32_t index,
+static stp_status pack_cell(stp_bytes *out, const stp_cloud *cloud, uint64_t index,
                             const stp_surface_arrays *a, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -60,7 +60,7 @@ static stp_status pack_cell(stp_bytes *out, const stp_cloud *cloud, uint32_t ind
     out->size = 0;
     if (cloud->blocks)
         return a->graphs ? pack_sizes(out, &a->graphs[index], err) : STP_OK;
-    for (uint32_t i = cell->begin; i < cell->end; i++) {
+    for (uint64_t i = cell->begin; i < cell->end; i++) {
         STP_TRY(stp_bytes_append(out, &cloud->points[i].normal, sizeof(vec3s), err));
         STP_TRY(stp_bytes_append(out, &cloud->points[i].spacing, sizeof(float), err));
     }
@@ -77,7 +77,7 @@ done:
     return status;
 }
 
-static stp_status take_cell(stp_cursor from, stp_cloud *cloud, uint32_t index,
+static stp_status take_cell(stp_cursor from, stp_cloud *cloud, uint64_t index,
                             const stp_surface_arrays *a, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -85,7 +85,7 @@ static stp_status take_cell(stp_cursor from, stp_cloud *cloud, uint32_t index,
     const size_t count = cell->end - cell->begin;
     if (cloud->blocks)
         return a->graphs ? take_sizes(&from, &a->graphs[index], cloud->spill, err) : STP_OK;
-    for (uint32_t i = cell->begin; i < cell->end; i++) {
+    for (uint64_t i = cell->begin; i < cell->end; i++) {
         STP_TRY(stp_packet_take(&from, &cloud->points[i].normal, sizeof(vec3s), err));
         STP_TRY(stp_packet_take(&from, &cloud->points[i].spacing, sizeof(float), err));
     }
@@ -109,7 +109,7 @@ stp_status stp_surface_share(stp_ranks *ranks, stp_cloud *cloud, const stp_surfa
     stp_bytes packet = {0};
     for (unsigned rank = 0; rank < stp_ranks_count(ranks) && stp_ranks_count(ranks) > 1; rank++) {
         const stp_rank_part cells = stp_cloud_cells(cloud, ranks, rank);
-        for (uint32_t c = cells.begin; c < cells.end; c++) {
+        for (uint64_t c = cells.begin; c < cells.end; c++) {
             stp_spill_relieve(cloud->spill);
             if (rank == ranks->self)
                 STP_TRY(pack_cell(&packet, cloud, c, arrays, err));

@@ -11,7 +11,7 @@ typedef struct stp_built_chunk {
     stp_chunk *chunk;
     stp_dvec3 origin;
     stp_carry *carry;   /* by level-0 sample; NULL for a leaf */
-    uint32_t *sources;  /* by level-0 sample: items' sources; plain memory; NULL: no items */
+    uint64_t *sources;  /* by level-0 sample: items' sources; plain memory; NULL: no items */
     stp_item *vertices; /* one per patch, in the chunk's order */
     uint32_t vertex_count;
     uint32_t *run_ends; /* ends of the runs of vertices that become the parent's patches */

@@ -30,7 +30,7 @@ static stp_status check_cell(void *context, size_t index, unsigned worker, stp_e
     float least = INFINITY, most = 0.0f;
     (void)worker;
     (void)err;
-    for (uint32_t i = cell->begin; i < cell->end; i++) {
+    for (uint64_t i = cell->begin; i < cell->end; i++) {
         least = fminf(least, c->cloud->points[i].spacing);
         most = fmaxf(most, c->cloud->points[i].spacing);
     }
@@ -40,7 +40,7 @@ static stp_status check_cell(void *context, size_t index, unsigned worker, stp_e
     return STP_OK;
 }
 
-static stp_status add_cell(cutter *c, uint32_t begin, uint32_t end, stp_error *err)
+static stp_status add_cell(cutter *c, uint64_t begin, uint64_t end, stp_error *err)
 {
     stp_status status =
         stp_grow(&c->cells, &c->capacity, c->count + 1, sizeof *c->cells, "cells", err);
@@ -56,8 +56,8 @@ static stp_status cut_cell(cutter *c, const stp_cell *cell, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk_extent run = stp_chunk_extent_none(c->params->vertex_least);
-    uint32_t begin = cell->begin;
-    for (uint32_t i = cell->begin; i < cell->end; i++) {
+    uint64_t begin = cell->begin;
+    for (uint64_t i = cell->begin; i < cell->end; i++) {
         const stp_cloud_point *p = &c->cloud->points[i];
         stp_chunk_extent more = run;
         add_spacing(&more, c, p->position, (double)p->spacing);
@@ -85,10 +85,10 @@ stp_status stp_cells_cut(stp_cloud *cloud, const stp_point_item_params *params, 
     uint64_t wide = 0;
     STP_TRY(stp_alloc(&c.fits, cloud->cell_count, sizeof *c.fits, "cells", err));
     STP_TRY(stp_cloud_run_own(cloud, pool, check_cell, &c, err));
-    for (uint32_t i = own.begin; i < own.end; i++)
+    for (uint64_t i = own.begin; i < own.end; i++)
         wide += !c.fits[i];
     STP_TRY(stp_cloud_sum(cloud, &wide, 1, err));
-    for (uint32_t i = own.begin; i < own.end && wide > 0; i++) {
+    for (uint64_t i = own.begin; i < own.end && wide > 0; i++) {
         const stp_cell *cell = &cloud->cells[i];
         STP_TRY(c.fits[i] ? add_cell(&c, cell->begin, cell->end, err) : cut_cell(&c, cell, err));
     }

@@ -24,7 +24,7 @@ typedef struct assembly {
     uint32_t sample_count[STP_LEVEL_COUNT];
     stp_carry *carry; /* by level-0 sample; none for a leaf */
     size_t carry_capacity;
-    uint32_t *sources; /* by level-0 sample; none if patches are made, not built */
+    uint64_t *sources; /* by level-0 sample; none if patches are made, not built */
     size_t source_capacity;
     uint32_t *order;    /* of the patches: a run of them becomes one patch of the parent */
     uint32_t *together; /* ends of these runs; NULL: not known yet */

@@ -35,12 +35,14 @@ static stp_status gather(gathered *out, const stp_built_chunk *built,
     for (int part = 0; part < STP_LEVEL_COUNT; part++)
         for (; i < order->ends[part]; i++) {
             const uint32_t place = order->places[i];
-            const uint32_t source = built->sources ? built->sources[place] : STP_SOURCE_NONE;
+            const uint64_t source = built->sources ? built->sources[place] : STP_SOURCE_NONE;
             uint8_t *to = out->packed + i * stride;
             if (source == STP_SOURCE_NONE)
                 put_missing(numbers->list, to);
             else
-                memcpy(to, rows ? rows + place * stride : numbers->packed + source * stride,
+                memcpy(to,
+                       rows ? rows + place * stride
+                            : numbers->packed + (source - numbers->first) * stride,
                        stride);
             out->holders[i] = built->chunk->samples[STP_LEVEL_COUNT - 1 - part][order->holders[i]];
         }

@@ -73,7 +73,7 @@ static around_head find_around(uint32_t *list, const stp_tier_chunk *c,
         const stp_patch *patch = &placed.chunk->patches[p];
         const stp_dbox box = stp_placed_patch_box(&placed, p);
         if (patch->flags & STP_PATCH_SHAPES || /* nothing is measured against them */
-            stp_chunk_boxes_next(boxes, &box, part.begin) >= part.end)
+            stp_chunk_boxes_next(boxes, &box, (uint32_t)part.begin) >= part.end)
             continue;
         list[head.patches++] = p;
         head.samples += patch->counts[0];
@@ -89,7 +89,7 @@ stp_status stp_tier_chunk_pack_around(stp_bytes *out, const stp_tier_chunk *c, u
     stp_status status = STP_OK;
     const stp_chunk *chunk = c->chunk.chunk;
     uint32_t *list = NULL;
-    if (stp_chunk_boxes_next(boxes, &boxes->boxes[index], part.begin) >= part.end)
+    if (stp_chunk_boxes_next(boxes, &boxes->boxes[index], (uint32_t)part.begin) >= part.end)
         return STP_OK;
     STP_TRY(stp_alloc(&list, chunk->patch_count, sizeof *list, "patches", err));
     around_head head = find_around(list, c, boxes, part);

@@ -36,7 +36,7 @@ stp_status stp_tier_file_write(stp_tier_file *file, stp_tier_chunk *tier, uint32
     uint32_t *sizes = NULL;
     const stp_rank_part own = stp_ranks_own(ranks, count);
     STP_TRY(stp_alloc(&sizes, count, sizeof *sizes, "chunks", err));
-    for (uint32_t i = own.begin; i < own.end; i++)
+    for (uint64_t i = own.begin; i < own.end; i++)
         sizes[i] = tier[i].entry.segment_end[STP_SEGMENT_COUNT - 1];
     STP_TRY(stp_ranks_share(ranks, sizes, count, sizeof *sizes, err));
     for (uint32_t i = 0; i < count; file->end += sizes[i++]) {

@@ -19,7 +19,7 @@ typedef struct maker {
 
 /* One round of fetching. */
 typedef struct number_round {
-    uint32_t *asked; /* records, rank after rank */
+    uint64_t *asked; /* records, rank after rank */
     size_t *asked_bytes, *told_bytes, *sent, *received, *next;
     stp_bytes told, out, in; /* records that others ask for; numbers that go and come */
 } number_round;
@@ -31,9 +31,9 @@ static uint32_t sample_count(const stp_tier_chunk *c)
 }
 
 /* The rank that read a record. */
-static unsigned reader_of(const stp_tree_params *params, uint32_t record)
+static unsigned reader_of(const stp_tree_params *params, uint64_t record)
 {
-    const uint32_t *begins = params->numbers.begins;
+    const uint64_t *begins = params->numbers.begins;
     unsigned low = 0, high = params->ranks->count - 1;
     while (low < high) {
         const unsigned middle = low + (high - low + 1) / 2;
@@ -46,7 +46,7 @@ static unsigned reader_of(const stp_tree_params *params, uint32_t record)
 }
 
 /* Lists records by the rank that read them. */
-static void ask(number_round *r, const stp_tree_params *params, const uint32_t *records,
+static void ask(number_round *r, const stp_tree_params *params, const uint64_t *records,
                 uint32_t count)
 {
     const unsigned ranks = params->ranks->count;
@@ -70,12 +70,12 @@ static stp_status answer(number_round *r, const stp_tree_params *params, stp_err
     stp_cursor told = {r->told.data, r->told.size};
     r->out.size = 0;
     for (unsigned rank = 0; rank < ranks->count; rank++) {
-        const size_t count = r->told_bytes[rank] / sizeof(uint32_t);
+        const size_t count = r->told_bytes[rank] / sizeof(uint64_t);
         r->sent[rank] = count * stride;
         for (size_t i = 0; i < count; i++) {
-            uint32_t record = 0;
+            uint64_t record = 0;
             STP_TRY(stp_packet_take(&told, &record, sizeof record, err));
-            const size_t place = record - params->numbers.begins[ranks->self];
+            const size_t place = record - params->numbers.first;
             STP_TRY(
                 stp_bytes_append(&r->out, params->numbers.packed + place * stride, stride, err));
         }
@@ -85,7 +85,7 @@ done:
 }
 
 /* Fetches the numbers of some records into out. */
-static stp_status run_round(number_round *r, const maker *m, const uint32_t *records,
+static stp_status run_round(number_round *r, const maker *m, const uint64_t *records,
                             uint32_t count, uint8_t *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -111,7 +111,7 @@ done:
 }
 
 /* Fetches the numbers of all records. */
-static stp_status fetch(const maker *m, const uint32_t *records, uint32_t count, stp_error *err)
+static stp_status fetch(const maker *m, const uint64_t *records, uint32_t count, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ranks *ranks = m->params->ranks;
@@ -148,13 +148,13 @@ done:
 static stp_status fetch_rows(maker *m, uint32_t count, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t *records = NULL;
+    uint64_t *records = NULL;
     STP_TRY(stp_alloc(&m->firsts, (size_t)count + 1, sizeof *m->firsts, "chunks", err));
     for (uint32_t c = 0; c < count; c++)
         m->firsts[c + 1] = m->firsts[c] + sample_count(&m->chunks[c]);
     STP_TRY(stp_alloc(&records, m->firsts[count], sizeof *records, "attributes", err));
     for (uint32_t c = 0; c < count; c++) {
-        const uint32_t *sources = m->chunks[c].chunk.sources;
+        const uint64_t *sources = m->chunks[c].chunk.sources;
         for (uint32_t i = m->firsts[c]; i < m->firsts[c + 1]; i++)
             records[i] = sources ? sources[i - m->firsts[c]] : STP_SOURCE_NONE;
     }

@@ -196,7 +196,7 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
 {
     stp_status status = STP_OK;
     tree *t = context;
-    const uint32_t self = t->own.begin + (uint32_t)index;
+    const uint32_t self = (uint32_t)(t->own.begin + index);
     built *out = &t->tier[self];
     const stp_placed_chunk middle = stp_built_chunk_place(&out->chunk);
     const stp_surrounding_chunks others = {&t->reaches, add_surrounding, t};
@@ -309,7 +309,7 @@ static stp_status share_around(tree *t, stp_error *err)
     const uint32_t most = t->tier_count / count + 1; /* chunks of a rank */
     STP_TRY(stp_alloc(&sizes, 2 * (size_t)count, sizeof *sizes, "ranks", err));
     for (uint32_t at = 0; count > 1 && at < most; at += CHUNKS_AHEAD)
-        STP_TRY(give_around(t, t->own.begin + at, &out, &in, sizes, sizes + count, err));
+        STP_TRY(give_around(t, (uint32_t)t->own.begin + at, &out, &in, sizes, sizes + count, err));
 done:
     free(sizes);
     free(out.data);
@@ -326,7 +326,7 @@ static void ask_for(const tree *t, uint32_t index)
         return;
     const stp_cell *cell = &t->cloud->cells[t->leaves[index].index];
     const stp_rank_part own = stp_cloud_own(t->cloud);
-    for (uint32_t i = cell->begin; i < cell->end; i++)
+    for (uint64_t i = cell->begin; i < cell->end; i++)
         if (i < own.begin || i >= own.end)
             (void)stp_cloud_has(t->cloud, i);
 }
@@ -336,14 +336,14 @@ static void ask_for(const tree *t, uint32_t index)
 static stp_status build_own(tree *t, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t count = t->own.end - t->own.begin;
+    const uint32_t count = (uint32_t)(t->own.end - t->own.begin);
     const bool numbered = t->params->numbers.list;
     const uint32_t wave = numbered ? CHUNKS_AHEAD : count;
     const uint32_t most = numbered ? t->tier_count / stp_ranks_count(t->params->ranks) + 1 : count;
     for (uint32_t at = 0; at < most; at += wave) {
         const uint32_t begin = at < count ? at : count;
         const uint32_t here = count - begin < wave ? count - begin : wave;
-        t->wave_begin = t->own.begin + begin;
+        t->wave_begin = (uint32_t)t->own.begin + begin;
         STP_TRY(stp_cloud_run(t->cloud, t->pool, here, build_one, t, err));
         if (numbered)
             STP_TRY(stp_tier_numbers_make(t->tier + t->wave_begin, here, t->params, t->cloud,
@@ -359,7 +359,7 @@ static stp_status build_tier(tree *t, stp_error *err)
     stp_status status = STP_OK;
     stp_ranks *ranks = t->params->ranks;
     t->own = stp_ranks_own(ranks, t->tier_count);
-    for (uint32_t i = t->own.begin; i < t->own.end; i++)
+    for (uint32_t i = (uint32_t)t->own.begin; i < t->own.end; i++)
         ask_for(t, i);
     STP_TRY(stp_cloud_fetch(t->cloud, err));
     STP_TRY(build_own(t, err));
@@ -387,7 +387,7 @@ static stp_status write_shared(tree *t, stp_error *err)
     STP_TRY(stp_tier_file_write(&t->file, t->tier, t->tier_count, t->cloud->spill, err));
     for (unsigned owner = 0; owner < t->params->ranks->count; owner++) {
         const stp_rank_part part = stp_ranks_part(t->params->ranks, owner, t->tier_count);
-        for (uint32_t i = part.begin; i < part.end; i++) {
+        for (uint32_t i = (uint32_t)part.begin; i < part.end; i++) {
             stp_spill_relieve(t->cloud->spill);
             STP_TRY(stp_tier_chunk_share(&t->tier[i], owner, t->params->ranks, list, &packet,
                                          t->cloud->spill, err));
@@ -403,7 +403,7 @@ done:
 static stp_status take_one(void *context, size_t index, unsigned worker, stp_error *err)
 {
     tree *t = context;
-    const uint32_t self = t->own.begin + (uint32_t)index;
+    const uint32_t self = (uint32_t)(t->own.begin + index);
     (void)worker;
     return stp_ranks_count(t->params->ranks) == 1 ? write_one(t, self, err)
                                                   : stow_payload(t, &t->tier[self], err);

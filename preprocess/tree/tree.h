@@ -15,8 +15,9 @@
 /* The attributes of the inputs' points that a model keeps. */
 typedef struct stp_point_numbers {
     const stp_attribute_list *list;
-    const uint8_t *packed;  /* by record that is here: stp_attribute_list_bytes each */
-    const uint32_t *begins; /* by rank: the first record that it has; then where the last one's end.
+    uint64_t first;         /* the first record that is here */
+    const uint8_t *packed;  /* by record from there on: stp_attribute_list_bytes each */
+    const uint64_t *begins; /* by rank: the first record that it has; then where the last one's end.
                                NULL: each process has all */
 } stp_point_numbers;
 

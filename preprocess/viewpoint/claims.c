@@ -10,7 +10,7 @@
 
 static void take_off(stp_cloud *cloud, const stp_file_points *points, stp_prep_stats *stats)
 {
-    for (uint32_t i = points->begin; i < points->end; i++, stp_cloud_step(cloud->spill, i))
+    for (uint64_t i = points->begin; i < points->end; i++, stp_cloud_step(cloud->spill, i))
         if (cloud->points[i].station > 0) {
             cloud->points[i].station = 0;
             stats->points_unstationed++;
@@ -87,7 +87,7 @@ static stp_status is_empty(bool *out, const stp_file_points *points, stp_error *
 }
 
 /* Whether several ranks have records [first, next). */
-static bool is_split(const stp_ranks *ranks, const uint32_t *begins, uint64_t first, uint64_t next)
+static bool is_split(const stp_ranks *ranks, const uint64_t *begins, uint64_t first, uint64_t next)
 {
     bool split = false;
     for (unsigned rank = 1; begins && rank < ranks->count; rank++)
@@ -96,18 +96,18 @@ static bool is_split(const stp_ranks *ranks, const uint32_t *begins, uint64_t fi
 }
 
 stp_status stp_claims_check(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
-                            stp_ranks *ranks, const uint32_t *begins, stp_pool *pool,
+                            stp_ranks *ranks, const uint64_t *begins, stp_pool *pool,
                             stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_file_points points = {.cloud = cloud};
+    const uint64_t end = cloud->first + cloud->count;
+    stp_file_points points = {.cloud = cloud, .begin = cloud->first, .first_place = cloud->first};
     *out = (stp_first_camera){0};
     for (size_t f = 0; f < source->file_count; f++) {
         const stp_prep_file *file = &source->files[f];
         const uint64_t next = points.first_place + file->point_count;
-        points.end = f + 1 == source->file_count
-                         ? cloud->count
-                         : stp_find_source(cloud, points.begin, cloud->count, next);
+        points.end =
+            f + 1 == source->file_count ? end : stp_find_source(cloud, points.begin, end, next);
         bool empty = true;
         points.ranks = is_split(ranks, begins, points.first_place, next) ? ranks : NULL;
         STP_TRY(is_empty(&empty, &points, err));

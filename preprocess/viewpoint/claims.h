@@ -16,7 +16,7 @@
  * begins: by rank, its first record; then all ranks check the files whose points several have, and
  * each its others. NULL: the cloud has all points. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
 stp_status stp_claims_check(stp_first_camera *out, stp_cloud *cloud, const stp_prep_source *source,
-                            stp_ranks *ranks, const uint32_t *begins, stp_pool *pool,
+                            stp_ranks *ranks, const uint64_t *begins, stp_pool *pool,
                             stp_prep_stats *stats, stp_error *err);
 
 #endif

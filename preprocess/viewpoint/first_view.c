@@ -240,7 +240,7 @@ static stp_status first_station(const stp_cloud *cloud, uint32_t station_count, 
     uint64_t *counts = NULL; /* of points by station: at most 65,535 */
     *out = 0;
     STP_TRY(stp_alloc(&counts, station_count, sizeof *counts, "stations", err));
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         const uint16_t station = cloud->points[i].station;
         if (station > 0 && station <= station_count)
             counts[station - 1]++;

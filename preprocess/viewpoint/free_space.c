@@ -97,7 +97,7 @@ static void count_points(void *context)
     stp_space *s = c->space;
     const stp_rank_part own = stp_cloud_own(cloud);
     int at[3];
-    for (uint32_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         const stp_cloud_point *p = &cloud->points[i];
         if (!is_counted(p, &c->chosen) || !voxel_of(s, p->position, at))
             continue;

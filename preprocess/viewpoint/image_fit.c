@@ -22,10 +22,10 @@
 
 /* ---- pixels ---- */
 
-uint32_t stp_find_source(const stp_cloud *cloud, uint32_t begin, uint32_t end, uint64_t source)
+uint64_t stp_find_source(const stp_cloud *cloud, uint64_t begin, uint64_t end, uint64_t source)
 {
     while (begin < end) {
-        uint32_t middle = begin + (end - begin) / 2;
+        const uint64_t middle = begin + (end - begin) / 2;
         if (cloud->points[middle].source < source)
             begin = middle + 1;
         else
@@ -41,13 +41,13 @@ static void add_pixel(stp_image *image, uint32_t column, uint32_t row, stp_dvec3
                                                 .position = position};
 }
 
-uint32_t stp_grid_count(const stp_file_points *p, const stp_scan_grid *grid)
+uint64_t stp_grid_count(const stp_file_points *p, const stp_scan_grid *grid)
 {
     return grid->cells ? grid->cell_count : p->end - p->begin;
 }
 
 bool stp_grid_find(stp_grid_point *out, const stp_file_points *p, const stp_scan_grid *grid,
-                   uint32_t i)
+                   uint64_t i)
 {
     const stp_cloud_point *points = p->cloud->points;
     if (grid->cells) {
@@ -57,8 +57,9 @@ bool stp_grid_find(stp_grid_point *out, const stp_file_points *p, const stp_scan
         if (out->at >= p->end || points[out->at].source != place)
             return false;
     } else {
-        const uint32_t source = points[p->begin + i].source;
-        const uint64_t place = p->pixels_told ? p->cloud->pixels[source] : source - p->first_place;
+        const uint64_t source = points[p->begin + i].source;
+        const uint64_t place =
+            p->pixels_told ? p->cloud->pixels[source - p->cloud->first] : source - p->first_place;
         *out = (stp_grid_point){p->begin + i, (uint32_t)(place % grid->columns),
                                 (uint32_t)(place / grid->columns)};
     }
@@ -69,13 +70,13 @@ stp_status stp_image_create(stp_image *out, const stp_file_points *p, const stp_
                             stp_error *err)
 {
     stp_image image = {.columns = grid->columns, .rows = grid->rows};
-    const uint32_t count = stp_grid_count(p, grid);
-    const uint32_t stride = count / STP_IMAGE_PIXELS + 1;
+    const uint64_t count = stp_grid_count(p, grid);
+    const uint64_t stride = count / STP_IMAGE_PIXELS + 1;
     stp_status status =
         stp_alloc(&image.pixels, count / stride + 1, sizeof *image.pixels, "an image", err);
     if (status != STP_OK)
         return status;
-    for (uint32_t i = 0; i < count; i += stride) {
+    for (uint64_t i = 0; i < count; i += stride) {
         stp_grid_point found;
         stp_cloud_stride(p->cloud->spill, i, stride);
         if (stp_grid_find(&found, p, grid, i))

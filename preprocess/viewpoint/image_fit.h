@@ -17,7 +17,7 @@
 /* The points of one file in the order of their places, in a cloud that is not sorted yet. */
 typedef struct stp_file_points {
     const stp_cloud *cloud;
-    uint32_t begin, end;
+    uint64_t begin, end;
     uint64_t first_place; /* of the file's first record, stored or not */
     bool pixels_told;     /* by the cloud's pixels */
     stp_ranks *ranks; /* NULL: all points are here; else each rank has some, one after the other */
@@ -25,7 +25,8 @@ typedef struct stp_file_points {
 
 /* A point's place in the cloud, and its pixel. */
 typedef struct stp_grid_point {
-    uint32_t at, column, row;
+    uint64_t at;
+    uint32_t column, row;
 } stp_grid_point;
 
 /* A point and its pixel. x goes from -1 to 1 along columns, y along rows. */
@@ -49,13 +50,13 @@ typedef struct stp_image_map {
 
 /* The first place of a run whose point is not from an earlier record than `source`; end if there is
  * none. */
-uint32_t stp_find_source(const stp_cloud *cloud, uint32_t begin, uint32_t end, uint64_t source);
+uint64_t stp_find_source(const stp_cloud *cloud, uint64_t begin, uint64_t end, uint64_t source);
 /* How many indices stp_grid_find takes. */
-uint32_t stp_grid_count(const stp_file_points *points, const stp_scan_grid *grid);
+uint64_t stp_grid_count(const stp_file_points *points, const stp_scan_grid *grid);
 /* Finds the i-th point and its pixel. False if the point is not stored or has no pixel. The grid
  * has columns. */
 bool stp_grid_find(stp_grid_point *out, const stp_file_points *points, const stp_scan_grid *grid,
-                   uint32_t i);
+                   uint64_t i);
 /* Makes the image. The grid has columns. Errors: OUT_OF_MEMORY. */
 stp_status stp_image_create(stp_image *out, const stp_file_points *points,
                             const stp_scan_grid *grid, stp_error *err);

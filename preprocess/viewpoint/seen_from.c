@@ -31,7 +31,7 @@
 
 /* ---- images ---- */
 
-static stp_dvec3 ray_to(const stp_file_points *p, uint32_t i, stp_dvec3 from, double *distance)
+static stp_dvec3 ray_to(const stp_file_points *p, uint64_t i, stp_dvec3 from, double *distance)
 {
     const stp_dvec3 d = stp_dvec3_sub(p->cloud->points[i].position, from);
     *distance = stp_dvec3_length(d);
@@ -43,8 +43,8 @@ static bool is_even(const stp_file_points *p, const stp_image *image, stp_dvec3 
 {
     uint32_t jumps = 0, even = 0;
     const stp_cloud_point *points = p->cloud->points;
-    const uint32_t stride = (p->end - p->begin) / STP_SEEN_POINTS + 1;
-    for (uint32_t i = p->begin + 1; i + 1 < p->end; i += stride) {
+    const uint64_t stride = (p->end - p->begin) / STP_SEEN_POINTS + 1;
+    for (uint64_t i = p->begin + 1; i + 1 < p->end; i += stride) {
         stp_cloud_stride(p->cloud->spill, i, stride);
         const uint64_t column = (points[i].source - p->first_place) % image->columns;
         double r[3];
@@ -231,7 +231,7 @@ static stp_status sample(stp_dvec3 **out, uint32_t *count, uint64_t *all, const 
     stp_bytes bytes = {0};
     uint64_t before = 0;
     STP_TRY(count_points(p, all, &before, err));
-    const uint32_t stride = (uint32_t)(*all / most) + 1, own = p->end - p->begin;
+    const uint64_t stride = *all / most + 1, own = p->end - p->begin;
     for (uint64_t i = (stride - before % stride) % stride; i < own; i += stride) {
         stp_cloud_stride(p->cloud->spill, i, stride);
         STP_TRY(

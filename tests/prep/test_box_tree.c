@@ -41,7 +41,8 @@ static void check_nearest(const stp_cloud *cloud, uint32_t self)
 typedef struct seen {
     const stp_cloud *cloud;
     stp_dbox box;
-    uint32_t next, inside, visits, most;
+    uint64_t next;
+    uint32_t inside, visits, most;
 } seen;
 
 static bool meets(void *context, const stp_dbox *box)
@@ -49,12 +50,12 @@ static bool meets(void *context, const stp_dbox *box)
     return stp_dbox_meet(&((seen *)context)->box, box);
 }
 
-static bool visit(void *context, uint32_t begin, uint32_t end)
+static bool visit(void *context, uint64_t begin, uint64_t end)
 {
     seen *s = context;
     assert_true(begin >= s->next && end > begin && end <= s->cloud->count);
     s->next = end;
-    for (uint32_t i = begin; i < end; i++) {
+    for (uint64_t i = begin; i < end; i++) {
         stp_dbox point = {s->cloud->points[i].position, s->cloud->points[i].position};
         s->inside += stp_dbox_meet(&s->box, &point);
     }

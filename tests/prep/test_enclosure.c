@@ -63,10 +63,10 @@ static void solids(void **state)
             scan_without(shapes[i], feathers ? 5 * POINTS : POINTS, (stp_dvec3){0}, 0.0);
         stp_outside out = find(&s);
         tally t = tally_of(&s);
-        print_message("shape %zu: %u of %u closed, %u wrong\n", i, t.closed, s.cloud.count,
-                      t.wrong);
-        assert_true(t.closed >= (feathers ? 0.9 : 1.0) * s.cloud.count);
-        assert_true(t.wrong <= (feathers ? 0.015 : 0.0) * s.cloud.count);
+        print_message("shape %zu: %u of %u closed, %u wrong\n", i, t.closed,
+                      (unsigned)s.cloud.count, t.wrong);
+        assert_true(t.closed >= (feathers ? 0.9 : 1.0) * (double)s.cloud.count);
+        assert_true(t.wrong <= (feathers ? 0.015 : 0.0) * (double)s.cloud.count);
         assert_int_equal(out.point_count, t.closed);
         stp_dvec3 middle = stp_dbox_middle(&s.cloud.box);
         double far = 10.0 * stp_dbox_side(&s.cloud.box);
@@ -118,7 +118,8 @@ static void holes(void **state)
         stp_outside out = find(&s);
         print_message("hole of %.1f spacings: %u closed, %u openings\n", radius / spacing,
                       tally_of(&s).closed, out.opening_count);
-        assert_true(large ? out.point_count == 0 : tally_of(&s).closed > 0.97 * s.cloud.count);
+        assert_true(large ? out.point_count == 0
+                          : tally_of(&s).closed > 0.97 * (double)s.cloud.count);
         assert_true(large || out.opening_count > 0);
         for (int ray = 0; !large && ray < 200; ray++) {
             double angle = 0.1 * ray, off = 0.8 * radius * sqrt(ray / 200.0);

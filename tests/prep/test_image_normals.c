@@ -73,7 +73,7 @@ static stp_cloud make_image(const image_case *c, const depth_camera *camera)
     stp_cloud cloud;
     stp_error err;
     const uint32_t pixels = (uint32_t)(camera->width * camera->height);
-    assert_int_equal(stp_cloud_create(&cloud, pixels, NULL, &err), STP_OK);
+    assert_int_equal(stp_cloud_create(&cloud, 0, pixels, NULL, &err), STP_OK);
     for (uint32_t i = 0; i < pixels; i++) {
         const double x = ((double)(i % camera->width) - camera->cx) / camera->focal;
         const double y = (double)(i / camera->width) - camera->cy;
@@ -241,10 +241,11 @@ static void the_same_again(void **state)
     stp_grid_cell *cells = malloc(one.count * sizeof *cells);
     assert_non_null(cells);
     for (uint32_t i = 0; i < other.count; i++) {
-        cells[i] = (stp_grid_cell){i, other.points[i].source % 160, other.points[i].source / 160};
+        cells[i] = (stp_grid_cell){i, (uint32_t)(other.points[i].source % 160),
+                                   (uint32_t)(other.points[i].source / 160)};
         other.points[i].source = i;
     }
-    const stp_scan_grid named = {160, 120, cells, other.count};
+    const stp_scan_grid named = {160, 120, cells, (uint32_t)other.count};
     assert_int_equal(find(&one, &small_grid, 1), find(&other, &named, 3));
     for (uint32_t i = 0; i < one.count; i++)
         assert_memory_equal(&one.points[i].normal, &other.points[i].normal, sizeof(vec3s));

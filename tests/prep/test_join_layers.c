@@ -32,7 +32,7 @@ static double height_of(const surface_cloud *s)
         sum += height * height;
         spacing += (double)p->spacing;
     }
-    return sqrt(sum / s->cloud.count) / (spacing / s->cloud.count);
+    return sqrt(sum / (double)s->cloud.count) / (spacing / (double)s->cloud.count);
 }
 
 static void check_noise(gen_shape shape, double noise, double most)
@@ -75,7 +75,7 @@ static void true_points_stay(void **state)
         surface_prepare(&s, NEIGHBOURS);
         double spacing = 0.0;
         for (uint32_t p = 0; p < s.cloud.count; p++)
-            spacing += (double)s.cloud.points[p].spacing / s.cloud.count;
+            spacing += (double)s.cloud.points[p].spacing / (double)s.cloud.count;
         stp_joined_layers joined = join(&s, 0);
         print_message("shape %d moved by %.4f, at most %.4f spacings\n", (int)shapes[i],
                       joined.mean / spacing, joined.greatest / spacing);
@@ -111,7 +111,7 @@ static void two_scans_become_one(void **state)
     double gap = (outer - inner) / count, were = before * sqrt(2.0);
     double spacing = 0.0;
     for (uint32_t i = 0; i < s.cloud.count; i++)
-        spacing += (double)s.cloud.points[i].spacing / s.cloud.count;
+        spacing += (double)s.cloud.points[i].spacing / (double)s.cloud.count;
     print_message("layers %.3f -> %.3f spacings apart\n", were, gap / spacing);
     assert_true(gap <= 0.1 * were * spacing);
     surface_clear(&s);

@@ -24,7 +24,7 @@ static surface_cloud oriented(gen_shape shape, uint32_t count, double noise)
 static stp_dvec3 *make_maps(surface_cloud *s, stp_maps *maps, double cone_deg, double error)
 {
     const stp_maps_params params = {.cone_deg = cone_deg, .error = error};
-    const uint32_t count = s->cloud.count;
+    const uint64_t count = s->cloud.count;
     stp_dvec3 *points = calloc(count, sizeof *points);
     stp_error err = {0};
     assert_non_null(points);
@@ -121,12 +121,12 @@ static void test_noise(void **state)
     (void)state;
     for (int noisy = 0; noisy < 2; noisy++) {
         surface_cloud s = oriented(GEN_SPHERE, 30000, noisy ? 0.3 : 0.0);
-        const double spacing = sqrt(4.0 * M_PI / s.cloud.count);
+        const double spacing = sqrt(4.0 * M_PI / (double)s.cloud.count);
         double points = 0.0, most = 0.0;
         stp_maps maps = {0};
         for (uint32_t i = 0; i < s.cloud.count; i++) {
             const double off = stp_dvec3_length(s.cloud.points[i].position) - 1.0;
-            points += off * off / s.cloud.count;
+            points += off * off / (double)s.cloud.count;
         }
         free(make_maps(&s, &maps, 60.0, 0.0));
         const double maps_off = off_sphere(&maps, &most);

@@ -65,7 +65,7 @@ static stp_cloud cloud_of(const mixture *m, uint32_t cell_points, stp_pool *pool
 {
     stp_error err = {0};
     stp_cloud cloud;
-    assert_int_equal(stp_cloud_create(&cloud, (uint32_t)m->cloud.count, NULL, &err), STP_OK);
+    assert_int_equal(stp_cloud_create(&cloud, 0, m->cloud.count, NULL, &err), STP_OK);
     for (size_t i = 0; i < m->cloud.count; i++) {
         const stp_point *p = &m->cloud.points[i];
         cloud.points[cloud.count++] = (stp_cloud_point){.position = p->position,
@@ -76,12 +76,12 @@ static stp_cloud cloud_of(const mixture *m, uint32_t cell_points, stp_pool *pool
     }
     assert_int_equal(stp_cloud_sort(&cloud, pool, &err), STP_OK);
     free(cloud.cells);
-    cloud.cell_count = (cloud.count + cell_points - 1) / cell_points;
+    cloud.cell_count = (uint32_t)((cloud.count + cell_points - 1) / cell_points);
     cloud.cells = calloc(cloud.cell_count, sizeof *cloud.cells);
     assert_non_null(cloud.cells);
     for (uint32_t c = 0; c < cloud.cell_count; c++) {
-        const uint32_t begin = c * cell_points, left = cloud.count - begin;
-        const uint32_t count = left < cell_points ? left : cell_points;
+        const uint64_t begin = (uint64_t)c * cell_points, left = cloud.count - begin;
+        const uint64_t count = left < cell_points ? left : cell_points;
         cloud.cells[c] =
             (stp_cell){begin, begin + count, stp_points_box(cloud.points + begin, count)};
     }

@@ -104,10 +104,10 @@ static void check_cloud(stp_cloud *cloud)
     assert_sorted(&one, cloud);
     for (unsigned threads = 2; threads <= TEST_SIZE(8, 3); threads++) {
         sorted_cloud more = sort(cloud, threads);
-        assert_same(&one, &more, cloud->count);
+        assert_same(&one, &more, (uint32_t)cloud->count);
         clear(&more);
     }
-    for (uint32_t i = cloud->count; i-- > 1;) {
+    for (uint32_t i = (uint32_t)cloud->count; i-- > 1;) {
         uint32_t j = (uint32_t)(stp_random_unit(9, i) * (i + 1.0));
         stp_cloud_point swapped = cloud->points[i];
         cloud->points[i] = cloud->points[j];
@@ -115,7 +115,7 @@ static void check_cloud(stp_cloud *cloud)
     }
     sorted_cloud shuffled = sort(cloud, 3);
     assert_sorted(&shuffled, cloud);
-    assert_same(&one, &shuffled, cloud->count);
+    assert_same(&one, &shuffled, (uint32_t)cloud->count);
     clear(&shuffled);
     clear(&one);
 }

@@ -66,7 +66,7 @@ static void check_units(stp_cloud *cloud, unsigned k, uint32_t stride, uint32_t 
         assert_int_equal(stp_unit_create(&unit, cloud, c, end, k, 1, &err), STP_OK);
         for (uint32_t i = 0; i < unit.ring_end[0]; i += stride) {
             uint32_t expected[STP_NEIGHBOURS_LIMIT];
-            unsigned count = brute_force(cloud, first, unit.places[i], k, expected);
+            unsigned count = brute_force(cloud, first, (uint32_t)unit.places[i], k, expected);
             for (unsigned j = 0; j < k; j++) {
                 uint32_t found = unit.neighbours.indices[(size_t)i * k + j];
                 assert_int_equal(found == STP_NEIGHBOUR_NONE ? found : unit.places[found],

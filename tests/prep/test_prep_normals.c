@@ -22,7 +22,7 @@ typedef struct bounds {
 
 static void judge(surface_cloud *s, const char *name, bounds b)
 {
-    const uint32_t count = s->cloud.count;
+    const uint32_t count = (uint32_t)s->cloud.count;
     double *errors = calloc(count, sizeof *errors);
     assert_non_null(errors);
     surface_prepare(s, NEIGHBOURS);

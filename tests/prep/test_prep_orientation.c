@@ -24,8 +24,8 @@ static void seen_points_face_the_viewer(void **state)
         seen += votes[i] != 0;
         facing += votes[i] > 0;
     }
-    print_message("%u of %u points seen, %u of them face the viewer\n", seen, s.cloud.count,
-                  facing);
+    print_message("%u of %u points seen, %u of them face the viewer\n", seen,
+                  (unsigned)s.cloud.count, facing);
     assert_true(seen > s.cloud.count / 3);
     assert_true(facing >= 0.99 * seen);
     stp_pool_destroy(&pool);

@@ -17,7 +17,7 @@ static uint8_t *find(stp_cloud *cloud, unsigned threads, uint32_t *count)
 {
     stp_error err = {0};
     stp_pool *pool = NULL;
-    uint32_t found = 0, marked = 0;
+    uint64_t found = 0, marked = 0;
     uint8_t *marks = calloc(cloud->count, 1);
     assert_non_null(marks);
     assert_int_equal(stp_pool_create(&pool, threads, &err), STP_OK);
@@ -31,7 +31,7 @@ static uint8_t *find(stp_cloud *cloud, unsigned threads, uint32_t *count)
     }
     assert_int_equal(marked, found);
     if (count)
-        *count = found;
+        *count = (uint32_t)found;
     stp_pool_destroy(&pool);
     return marks;
 }

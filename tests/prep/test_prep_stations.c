@@ -143,7 +143,7 @@ static void modes_win(void **state)
     uint32_t down = 0;
     for (uint32_t i = 0; i < s.cloud.count; i++)
         down += stp_cloud_normal(&s.cloud, i).z < 0.0f;
-    assert_true(down >= 0.999 * s.cloud.count);
+    assert_true(down >= 0.999 * (double)s.cloud.count);
     params.mode = STP_ORIENT_AUTO;
     params.from_file = true;
     surface_orient(&s, params);

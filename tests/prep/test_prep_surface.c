@@ -3,7 +3,7 @@
 #include "base/random.h"
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/nearest_list.h"
-#include "preprocess/orient/place_list.h"
+#include "preprocess/cloud/place_list.h"
 #include "preprocess/surface/normals.h"
 #include "preprocess/surface/spacing.h"
 #include "tests/fixtures/cloud_fixture.h"
@@ -75,7 +75,7 @@ static void assert_same_graph(const stp_graph *a, const stp_graph *b)
     assert_memory_equal(a->kept, b->kept, a->kept_count * sizeof *a->kept);
     const uint8_t *a_list = a->lists, *b_list = b->lists;
     for (uint32_t i = 0; i < a->kept_count; i++) {
-        uint32_t a_places[NEIGHBOURS], b_places[NEIGHBOURS];
+        uint64_t a_places[NEIGHBOURS], b_places[NEIGHBOURS];
         a_list = stp_place_list_next(a_list, a->kept[i], NEIGHBOURS, a_places);
         b_list = stp_place_list_next(b_list, b->kept[i], NEIGHBOURS, b_places);
         assert_memory_equal(a_places, b_places, sizeof a_places);
@@ -91,7 +91,7 @@ static void check_units(stp_cloud *cloud)
     assert_int_equal(stp_cloud_sort(cloud, pool, &err), STP_OK);
     assert_true(cloud->cell_count > 2);
     findings all = find(cloud, pool, UINT32_MAX);
-    const uint32_t sizes[] = {0, cloud->count / 2};
+    const uint32_t sizes[] = {0, (uint32_t)cloud->count / 2};
     for (size_t i = 0; i < 2; i++) {
         findings some = find(cloud, pool, sizes[i]);
         assert_memory_equal(some.points, all.points, cloud->count * sizeof *all.points);
@@ -160,7 +160,7 @@ static void units_of_a_pile(void **state)
 static void index_all(stp_unit *out, const stp_cloud *cloud)
 {
     enum { ASKED = 3 * NEIGHBOURS };
-    uint32_t count = cloud->count;
+    uint32_t count = (uint32_t)cloud->count;
     float *points = calloc(count, 3 * sizeof *points);
     *out = (stp_unit){.whole = cloud,
                       .cloud = {.count = count, .capacity = count},
@@ -190,8 +190,8 @@ static void index_all(stp_unit *out, const stp_cloud *cloud)
             if (found[n] != i)
                 stp_nearest_list_insert(&list, stp_dvec3_dot(d, d), found[n], p->source);
         }
-        memcpy(out->neighbours.indices + (size_t)i * NEIGHBOURS, list.place,
-               NEIGHBOURS * sizeof *list.place);
+        for (unsigned n = 0; n < NEIGHBOURS; n++)
+            out->neighbours.indices[(size_t)i * NEIGHBOURS + n] = (uint32_t)list.place[n];
         out->cloud.points[i].spacing =
             (float)sqrt(list.squared[NEIGHBOURS - 1] * M_PI / NEIGHBOURS);
     }

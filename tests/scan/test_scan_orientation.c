@@ -64,7 +64,7 @@ static surface_cloud orient(const char *name)
     stp_point *points = scan_fixture_read(path, NULL, &info);
     surface_cloud s = strip(points, info.point_count);
     free(points);
-    print_message("%s: %u points\n", name, s.cloud.count);
+    print_message("%s: %u points\n", name, (unsigned)s.cloud.count);
     surface_prepare(&s, 16);
     surface_orient(&s, (stp_orient_params){.mode = STP_ORIENT_AUTO});
     return s;

@@ -36,7 +36,7 @@ stp_status prep_plan_print(const char *output, const stp_prep_source *source,
     stp_prep_plan plan = {0};
     const double points = (double)source->point_count;
     const stp_prep_size size = stp_prep_size_of(source, params);
-    stp_status status = stp_prep_check_count(source, err);
+    stp_status status = stp_prep_check_count(source, params, err);
     if (status == STP_OK)
         status = stp_prep_plan_make(&plan, output, &size, params, threads, err);
     if (status != STP_OK)
