@@ -165,7 +165,7 @@ typedef struct stp_prep_stats {
     unsigned normal_bits;   /* of the grid of normals that the input did not give; 0: no points */
     uint32_t images;        /* of depth cameras that stay grids of pixels (depth_image.h) */
     uint32_t images_turned; /* those of them whose squares' columns are the image's rows */
-    uint32_t pixels_loose;  /* points of no image, or off its rays, beside them */
+    uint64_t pixels_loose;  /* points of no image, or off its rays, beside them */
     bool keeps_grid;        /* the scan is a grid of heights and stays one (height_grid.h) */
     bool holes_grow;        /* was requested */
     bool join_layers;       /* was requested */
@@ -199,7 +199,7 @@ static inline double stp_prep_maps_mean(const stp_maps_counts *maps, const stp_t
 extern const char *const stp_prep_stage_names[STP_PREP_STAGE_COUNT];
 
 /* Errors: LIMIT (more points than a run can take: 2^STP_PLACE_BITS - 1, or 2^32 - 3 if they become
- * maps or are pixels of images). */
+ * maps). */
 stp_status stp_prep_check_count(const stp_prep_source *source, const stp_prep_params *params,
                                 stp_error *err);
 /* How much a run over this source with these parameters has to prepare. */

@@ -41,8 +41,8 @@
 #define VIEW_BYTES (32u << 20)
 #define THREAD_VIEW_BYTES (64u << 20)
 
-/* Most points if some stage numbers them with 32 bits. */
-#define NARROW_POINTS (UINT32_MAX - 2)
+/* Maps number their points with 32 bits. */
+#define MAPPED_POINTS (UINT32_MAX - 2)
 
 /* Greatest size of a neighbour in a list (graph.c), in bytes. */
 static uint64_t step_bytes(uint64_t point_count)
@@ -116,29 +116,17 @@ static stp_status check_room(stp_prep_plan *plan, stp_error *err)
     return STP_OK;
 }
 
-/* Whether points are pixels of images (pixel_image.h). */
-static bool has_pixels(const stp_prep_source *source)
-{
-    for (size_t f = 0; f < source->file_count; f++)
-        if (source->files[f].grid.columns > 0 || source->files[f].image_count > 0)
-            return true;
-    return false;
-}
-
 stp_status stp_prep_check_count(const stp_prep_source *source, const stp_prep_params *params,
                                 stp_error *err)
 {
-    const bool narrow = params->maps || has_pixels(source);
-    const uint64_t most = narrow ? NARROW_POINTS : STP_PLACE_MASK;
-    const char *what = params->maps ? "that become maps"
-                       : narrow     ? "if some are pixels of images"
-                                    : "in a model";
+    const uint64_t most = params->maps ? MAPPED_POINTS : STP_PLACE_MASK;
     if (source->point_count <= most)
         return STP_OK;
     return stp_error_set(err, STP_LIMIT,
                          "%s: there may be at most %llu points %s: split the input into several "
                          "models",
-                         source->files[0].name, (unsigned long long)most, what);
+                         source->files[0].name, (unsigned long long)most,
+                         params->maps ? "that become maps" : "in a model");
 }
 
 stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_prep_size *size,

@@ -64,7 +64,7 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
         return STP_OK;
     stp_cloud_point *out = &cloud->points[cloud->first + cloud->count++];
     *out = (stp_cloud_point){.position = point->position,
-                             .source = (cloud->first + place) & STP_PLACE_MASK,
+                             .source = (cloud->first_record + place) & STP_PLACE_MASK,
                              .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},
                              .intensity = point->intensity,
                              .class_id = point->class_id,

@@ -53,12 +53,15 @@ void stp_source_skip(stp_source *source, uint64_t size);
 stp_status stp_source_line(stp_source *source, const char **begin, const char **end,
                            stp_error *err);
 
+/* Enough for any model. */
+#define STP_SALVAGE_RECORDS_MOST (UINT64_C(1) << 38)
+
 /* For salvage: lowers a count that a header declares to the `fit` that the file has room for, and
  * sets *lost to the difference. False, and nothing changes, if the count is more than any model
  * holds: then the header is wrong, and not only the file cut. */
 static inline bool stp_salvage_count(uint64_t *count, uint64_t fit, uint64_t *lost)
 {
-    if (*count > UINT32_MAX)
+    if (*count > STP_SALVAGE_RECORDS_MOST)
         return false;
     *lost = *count - fit;
     *count = fit;

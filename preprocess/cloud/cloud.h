@@ -69,10 +69,11 @@ struct stp_cloud_blocks;
 
 typedef struct stp_cloud {
     stp_cloud_point *points;
-    uint32_t *sheets; /* by point: the smooth piece of surface it lies on, or STP_SHEET_NONE */
-    uint8_t *marks;   /* by point: STP_MARK_* */
-    uint32_t *pixels; /* by record: its pixel, if images have them told (scan.h); else NULL */
-    uint64_t first; /* place of the first point, and number of the first record: 0, but in tests */
+    uint32_t *sheets;      /* by point: the smooth piece of surface it lies on, or STP_SHEET_NONE */
+    uint8_t *marks;        /* by point: STP_MARK_* */
+    uint32_t *pixels;      /* by record: its pixel, if images have them told (scan.h); else NULL */
+    uint64_t first;        /* place of the first point: 0, but in tests */
+    uint64_t first_record; /* number of the first record; likewise */
     uint64_t count, capacity;
     stp_spill *spill; /* where arrays by point lie, borrowed; NULL: plain memory */
     stp_dbox box;

@@ -144,7 +144,11 @@ static stp_status find_cell_box(void *context, size_t index, unsigned worker, st
 stp_status stp_cloud_create(stp_cloud *out, uint64_t first, uint64_t capacity, stp_spill *spill,
                             stp_error *err)
 {
-    stp_cloud cloud = {.first = first, .count = capacity, .capacity = capacity, .spill = spill};
+    stp_cloud cloud = {.first = first,
+                       .first_record = first,
+                       .count = capacity,
+                       .capacity = capacity,
+                       .spill = spill};
     stp_status status = stp_cloud_array(&cloud, &cloud.points, sizeof *cloud.points, "points", err);
     cloud.count = 0;
     if (status == STP_OK)

@@ -5,8 +5,8 @@
 
 #include "preprocess/cloud/cloud.h"
 
-/* Makes room for `capacity` points from place `first` on; the cloud is empty. Errors:
- * OUT_OF_MEMORY, IO. */
+/* Makes room for `capacity` points; places and records are numbered from `first` on; the cloud is
+ * empty. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_cloud_create(stp_cloud *out, uint64_t first, uint64_t capacity, stp_spill *spill,
                             stp_error *err);
 /* Sorts the points along the Morton curve of their bounding cube (ties by coordinates, then by

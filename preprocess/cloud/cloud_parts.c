@@ -241,8 +241,11 @@ static stp_status make_room(parts *p, uint64_t total, bool whole, stp_cloud *out
     for (unsigned rank = 0; rank < count; rank++)
         begins[rank + 1] = begins[rank] + p->counts[rank];
     const uint64_t begin = begins[p->ranks->self];
-    *out = (stp_cloud){
-        .first = begins[0], .count = total, .capacity = total, .spill = p->cloud->spill};
+    *out = (stp_cloud){.first = begins[0],
+                       .first_record = p->cloud->first_record,
+                       .count = total,
+                       .capacity = total,
+                       .spill = p->cloud->spill};
     if (!whole) {
         uint64_t *taken = begins;
         begins = NULL;

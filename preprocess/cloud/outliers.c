@@ -548,7 +548,7 @@ stp_status stp_outliers_drop(stp_cloud *cloud, uint64_t count, stp_pool *pool, u
     STP_TRY(stp_spill_alloc(cloud->spill, &taken, count, sizeof *taken, "outliers", err));
     for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         if (cloud->marks[i] & STP_MARK_OUTLIER)
-            taken[taken_count++] = cloud->points[i].source - cloud->first;
+            taken[taken_count++] = cloud->points[i].source - cloud->first_record;
         else if (!cloud->blocks)
             cloud->points[cloud->first + kept++] = cloud->points[i];
     }

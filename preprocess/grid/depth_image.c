@@ -25,14 +25,14 @@
 /* ---- squares ---- */
 
 /* The side of a point's pixel. */
-static double pixel_side(const stp_depth_images *images, const stp_depth_rays *rays, uint32_t point)
+static double pixel_side(const stp_depth_images *images, const stp_depth_rays *rays, uint64_t point)
 {
     double seen[3];
     stp_depth_see(rays, images->cloud->points[point].position, seen);
     return stp_depth_pixel_side(rays, seen);
 }
 
-double stp_depth_spacing(const stp_depth_images *images, uint32_t rays, uint32_t point)
+double stp_depth_spacing(const stp_depth_images *images, uint32_t rays, uint64_t point)
 {
     const stp_cloud_point *p = &images->cloud->points[point];
     const stp_depth_rays *r = &images->pieces.rays[rays];
@@ -43,7 +43,7 @@ double stp_depth_spacing(const stp_depth_images *images, uint32_t rays, uint32_t
     return exp2(side / SIZE_STEPS) * sqrt(stp_stretch(facing));
 }
 
-stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t rays, uint32_t point)
+stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t rays, uint64_t point)
 {
     double seen[3];
     stp_depth_see(&images->pieces.rays[rays], images->cloud->points[point].position, seen);
@@ -52,7 +52,7 @@ stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t rays, uint32_t
 
 /* A point without a normal says nothing of its plane: the other one must be near. */
 static bool is_one_surface(const stp_depth_images *images, const stp_depth_square *square,
-                           uint32_t a, uint32_t b)
+                           uint64_t a, uint64_t b)
 {
     const stp_pixel_image *m = &images->pixels.list[square->image];
     const stp_cloud_point *p = &images->cloud->points[a], *q = &images->cloud->points[b];
@@ -75,7 +75,7 @@ static unsigned root_of(const uint8_t parent[STP_SQUARE_SAMPLES], unsigned i)
 
 /* Joins a pixel of a square with those before it: to the left and in the row above. */
 static void join_before(const stp_depth_images *images, const stp_depth_square *square,
-                        const uint32_t points[STP_SQUARE_SIDE][STP_SQUARE_SIDE], unsigned column,
+                        const uint64_t points[STP_SQUARE_SIDE][STP_SQUARE_SIDE], unsigned column,
                         unsigned row, uint8_t parent[STP_SQUARE_SAMPLES])
 {
     static const int before[4][2] = {{-1, 0}, {-1, -1}, {0, -1}, {1, -1}};
@@ -111,7 +111,7 @@ static stp_status cut_square(listing *l, const stp_depth_images *images, uint32_
                              uint32_t column, uint32_t row, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t points[STP_SQUARE_SIDE][STP_SQUARE_SIDE];
+    uint64_t points[STP_SQUARE_SIDE][STP_SQUARE_SIDE];
     uint8_t parent[STP_SQUARE_SAMPLES];
     uint64_t pieces[STP_SQUARE_SAMPLES] = {0};
     const stp_depth_square whole = {
@@ -179,7 +179,7 @@ static stp_leaf_extent measure(const stp_depth_images *images, const stp_depth_s
     for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
-        const uint32_t point = stp_depth_square_point(images, square, k);
+        const uint64_t point = stp_depth_square_point(images, square, k);
         const stp_dvec3 at = images->cloud->points[point].position;
         const int exponent =
             stp_point_exponent(at, stp_depth_spacing(images, square->rays, point), params);
@@ -204,6 +204,7 @@ static stp_status list_squares(stp_depth_images *images, const stp_point_item_pa
     for (size_t i = 0; i < images->pixels.count; i++)
         if (images->pixels.list[i].has_points)
             STP_TRY(cut_image(&l, images, (uint32_t)i, err));
+    STP_TRY(stp_depth_squares_check(l.count, err));
     images->squares = l.squares;
     images->square_count = (uint32_t)l.count;
     l.squares = NULL;
@@ -247,7 +248,7 @@ static uint64_t count_points(const stp_depth_images *made)
     for (size_t i = 0; i < made->pixels.count; i++) {
         const stp_pixel_image *image = &made->pixels.list[i];
         for (uint64_t k = 0; image->has_points && k < stp_pixel_count(image); k++)
-            count += image->points[k] != STP_PIXEL_NONE;
+            count += stp_pixel_point(image, k) != STP_PIXEL_NONE;
     }
     return count;
 }
@@ -258,24 +259,24 @@ static stp_status mark_loose(stp_depth_images *made, stp_error *err)
     stp_status status = STP_OK;
     const stp_cloud *cloud = made->cloud;
     STP_TRY(stp_alloc(&made->loose, cloud->count / 64 + 1, sizeof *made->loose, "marks", err));
-    for (uint32_t i = 0; i < cloud->count; i++)
+    for (uint64_t i = 0; i < cloud->count; i++)
         made->loose[i / 64] |= UINT64_C(1) << i % 64;
     for (size_t i = 0; i < made->pixels.count; i++) {
         const stp_pixel_image *image = &made->pixels.list[i];
         for (uint64_t k = 0; image->has_points && k < stp_pixel_count(image); k++) {
-            const uint32_t point = image->points[k];
+            const uint64_t point = stp_pixel_point(image, k), at = point - cloud->first;
             stp_cloud_stride(cloud->spill, k, 1);
             if (point != STP_PIXEL_NONE)
-                made->loose[point / 64] &= ~(UINT64_C(1) << point % 64);
+                made->loose[at / 64] &= ~(UINT64_C(1) << at % 64);
         }
     }
 done:
     return status;
 }
 
-uint32_t stp_depth_loose(const stp_depth_images *images, uint64_t begin, uint64_t end)
+uint64_t stp_depth_loose(const stp_depth_images *images, uint64_t begin, uint64_t end)
 {
-    uint32_t count = 0;
+    uint64_t count = 0;
     for (uint64_t i = begin; images->loose_count > 0 && i < end; i++)
         count += stp_depth_is_loose(images, i);
     return count;
@@ -294,7 +295,7 @@ static stp_status make_leaves(stp_depth_images *made, const stp_cloud *cloud,
                                         &made->pixels.list[i], err));
     STP_TRY(list_squares(made, params, &extents, err));
     if (cloud->blocks)
-        STP_TRY(stp_depth_images_share(made, &extents, share, cloud->blocks->ranks, err));
+        STP_TRY(stp_depth_images_share(made, &extents, share, cloud, err));
     made->cloud = cloud;
     STP_TRY(stp_leaf_cut(&made->leaves, &made->leaf_count, made->square_count, extent_of, extents,
                          err));
@@ -317,7 +318,7 @@ stp_status stp_depth_images_create(stp_depth_images *out, const stp_cloud *cloud
     uint64_t counts[2] = {made.image_count, count_points(&made)};
     STP_TRY(stp_cloud_sum(cloud, counts, 2, err));
     made.image_count = (uint32_t)counts[0];
-    made.loose_count = (uint32_t)(cloud->count - counts[1]); /* images: below 2^32 points */
+    made.loose_count = cloud->count - counts[1];
     if (made.image_count > 0 && made.loose_count <= cloud->count / LOOSE_PART)
         STP_TRY(make_leaves(&made, cloud, &share, noisy, params, err));
     if (made.leaf_count > 0 &&

@@ -35,12 +35,12 @@ typedef struct stp_depth_images {
     stp_pixel_images pixels;
     stp_depth_camera *cameras; /* by image */
     stp_depth_pieces pieces;
-    uint64_t *loose;           /* by point of the cloud, a bit each: it is in no image */
+    uint64_t *loose; /* by point of the cloud, from its first on, a bit each: it is in no image */
     stp_depth_square *squares; /* leaf by leaf */
     stp_leaf_run *leaves;      /* of squares */
     uint32_t square_count, leaf_count;
     uint32_t image_count; /* of those that have pixels */
-    uint32_t loose_count;
+    uint64_t loose_count;
     unsigned least_bits; /* where normals are rough, they may be rounded to this grid */
 } stp_depth_images;
 
@@ -60,24 +60,26 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
 void stp_depth_images_clear(stp_depth_images *images);
 
 /* How many of the points [begin, end) of the cloud are in no image. */
-uint32_t stp_depth_loose(const stp_depth_images *images, uint64_t begin, uint64_t end);
+uint64_t stp_depth_loose(const stp_depth_images *images, uint64_t begin, uint64_t end);
 static inline bool stp_depth_is_loose(const stp_depth_images *images, uint64_t point)
 {
-    return images->loose[point / 64] >> point % 64 & 1u;
+    const uint64_t at = point - images->cloud->first;
+    return images->loose[at / 64] >> at % 64 & 1u;
 }
 
 /* The point of a place in a chunk's grid, of an image; STP_PIXEL_NONE: none. */
-static inline uint32_t stp_depth_point(const stp_depth_images *images, uint32_t image,
+static inline uint64_t stp_depth_point(const stp_depth_images *images, uint32_t image,
                                        uint32_t column, uint32_t row)
 {
     const stp_pixel_image *m = &images->pixels.list[image];
     const bool turned = images->cameras[image].turned;
     const uint32_t c = turned ? row : column, r = turned ? column : row;
-    return c < m->columns && r < m->rows ? m->points[(uint64_t)r * m->columns + c] : STP_PIXEL_NONE;
+    return c < m->columns && r < m->rows ? stp_pixel_point(m, (uint64_t)r * m->columns + c)
+                                         : STP_PIXEL_NONE;
 }
 
 /* The point of a sample of a square, in Morton order. */
-static inline uint32_t stp_depth_square_point(const stp_depth_images *images,
+static inline uint64_t stp_depth_square_point(const stp_depth_images *images,
                                               const stp_depth_square *square, unsigned sample)
 {
     return stp_depth_point(images, square->image,
@@ -87,8 +89,8 @@ static inline uint32_t stp_depth_square_point(const stp_depth_images *images,
 
 /* A point as its camera sees it: two tangents and the logarithm of its depth. So lengths are in
  * parts of the depth, along all three. */
-stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t rays, uint32_t point);
+stp_dvec3 stp_depth_view(const stp_depth_images *images, uint32_t rays, uint64_t point);
 /* The spacing of a point's disc. */
-double stp_depth_spacing(const stp_depth_images *images, uint32_t rays, uint32_t point);
+double stp_depth_spacing(const stp_depth_images *images, uint32_t rays, uint64_t point);
 
 #endif

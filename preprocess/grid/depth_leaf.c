@@ -20,7 +20,7 @@ typedef struct making {
     const stp_point_item_params *params;
     const stp_depth_square *squares; /* of the leaf */
     stp_item *items;
-    uint32_t *points;      /* by item */
+    uint64_t *points;      /* by item */
     uint32_t *order;       /* of squares: those that lie together follow each other */
     uint32_t *ends;        /* of the squares' items */
     uint32_t *together;    /* ends, among the squares, of those that lie together */
@@ -39,7 +39,7 @@ static stp_place place_of(const making *m, const stp_depth_square *square)
     for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
-        const uint32_t point = stp_depth_square_point(images, square, k);
+        const uint64_t point = stp_depth_square_point(images, square, k);
         const stp_dvec3 at = stp_depth_view(images, square->rays, point);
         const double spacing = stp_depth_spacing(images, square->rays, point) / exp(at.z);
         middle = stp_dvec3_add(middle, at);
@@ -160,7 +160,7 @@ static double off_planes(const making *m, const stp_depth_square *square, uint32
             continue;
         for (unsigned i = 0; i < 4; i++) {
             double seen[3];
-            const uint32_t point = stp_depth_square_point(m->images, square, k + i);
+            const uint64_t point = stp_depth_square_point(m->images, square, k + i);
             stp_depth_see(&m->images->pieces.rays[square->rays],
                           m->images->cloud->points[point].position, seen);
             inverse[i] = 1.0 / seen[0];
@@ -220,7 +220,7 @@ static void add_square(making *m, uint32_t index, const pixel_noise *noise)
     for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;
-        const uint32_t point = stp_depth_square_point(m->images, square, k);
+        const uint64_t point = stp_depth_square_point(m->images, square, k);
         stp_item *item = &m->items[m->count];
         m->points[m->count++] = point;
         *item = stp_point_item_of(m->images->cloud, point,
@@ -277,7 +277,7 @@ static void fit_radii(const making *m, uint32_t index)
     const stp_dvec3 station = m->images->pieces.rays[square->rays].station;
     for (uint32_t i = index > 0 ? m->ends[index - 1] : 0; i < m->ends[index]; i++) {
         stp_item *item = &m->items[i];
-        const uint32_t point = m->points[i];
+        const uint64_t point = m->points[i];
         if (!stp_has_normal(&cloud->points[point]) || m->params->resolution.exact)
             continue;
         const stp_dvec3 ray =

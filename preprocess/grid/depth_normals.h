@@ -19,7 +19,7 @@ typedef struct stp_depth_block {
     const uint32_t *order;
     uint32_t begin, end;
     const uint32_t *ends;       /* by place in `order`: of the squares' items */
-    const uint32_t *points;     /* by item */
+    const uint64_t *points;     /* by item */
     stp_item *items;            /* their normals are set */
     stp_patch_grid *grids;      /* by place in `order`: their merged normals are set */
     stp_dvec3 *merged;          /* by place in `order`: room for STP_DEPTH_MERGED */

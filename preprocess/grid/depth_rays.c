@@ -43,9 +43,19 @@ static const stp_cloud_point *point_of(const seen_image *s, const rectangle *in,
     at[0] = in->column + (uint32_t)(i % in->columns);
     at[1] = in->row + (uint32_t)(i / in->columns);
     const uint64_t place = (uint64_t)at[1] * s->image->columns + at[0];
-    const uint32_t point = s->image->points[place];
+    const uint64_t point = stp_pixel_point(s->image, place);
     stp_cloud_stride(s->cloud->spill, place, 1);
     return point == STP_PIXEL_NONE ? NULL : &s->cloud->points[point];
+}
+
+stp_status stp_depth_squares_check(size_t count, stp_error *err)
+{
+    if (count < UINT32_MAX)
+        return STP_OK;
+    return stp_error_set(err, STP_LIMIT,
+                         "the images are cut into more than %u squares of pixels: split the input "
+                         "into several models",
+                         UINT32_MAX - 1);
 }
 
 void stp_depth_see(const stp_depth_rays *rays, stp_dvec3 position, double out[3])
@@ -272,7 +282,7 @@ static void take_out_worst(seen_image *s, const rectangle *in, const stp_depth_r
         most = far;
         worst = (uint64_t)at[1] * s->image->columns + at[0];
     }
-    s->image->points[worst] = STP_PIXEL_NONE;
+    stp_pixel_set(s->image, worst, STP_PIXEL_NONE);
     s->loose++;
 }
 

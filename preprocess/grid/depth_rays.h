@@ -48,4 +48,7 @@ void stp_depth_see(const stp_depth_rays *rays, stp_dvec3 position, double out[3]
 /* The longer side of a pixel, at a place that stp_depth_see told, across its ray. */
 double stp_depth_pixel_side(const stp_depth_rays *rays, const double seen[3]);
 
+/* Squares are numbered with 32 bits. Errors: LIMIT. */
+stp_status stp_depth_squares_check(size_t count, stp_error *err);
+
 #endif

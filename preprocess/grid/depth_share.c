@@ -2,6 +2,7 @@
 #include "preprocess/grid/depth_share.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -62,56 +63,64 @@ done:
 
 /* Gives each rank's images' pixels to all, as places in the whole cloud. */
 static stp_status share_pixels(stp_pixel_images *pixels, const stp_pixel_share *share,
-                               stp_ranks *ranks, stp_error *err)
+                               const stp_cloud *cloud, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t *all = NULL;
-    uint64_t count = 0;
-    for (size_t i = 0; i < pixels->count; i++)
-        count += stp_pixel_count(&pixels->list[i]);
-    STP_TRY(stp_spill_alloc(share->own.spill, &all, count, sizeof *all, "pixels", err));
-    uint32_t *to = all;
+    stp_ranks *ranks = cloud->blocks->ranks;
+    stp_pixel_images own = *pixels;
+    own.list = NULL;
+    pixels->points = NULL;
+    pixels->high = NULL;
+    STP_TRY(stp_alloc(&own.list, own.count, sizeof *own.list, "images", err));
+    memcpy(own.list, pixels->list, own.count * sizeof *own.list);
+    STP_TRY(stp_pixel_images_room(pixels, cloud, err));
     for (size_t i = 0; i < pixels->count; i++) {
-        stp_pixel_image *image = &pixels->list[i];
+        const stp_pixel_image *image = &pixels->list[i];
         const unsigned rank = stp_pixel_image_rank(pixels, image, ranks);
-        const uint64_t own = stp_pixel_count(image);
-        for (uint64_t k = 0; rank == ranks->self && k < own; k++)
-            to[k] = image->points[k] == STP_PIXEL_NONE ? STP_PIXEL_NONE
-                                                       : share->places[image->points[k]];
-        STP_TRY(stp_ranks_broadcast(ranks, rank, to, own * sizeof *to, err));
-        image->points = to;
-        to += own;
-        stp_spill_relieve(share->own.spill);
+        const uint64_t count = stp_pixel_count(image);
+        for (uint64_t k = 0; rank == ranks->self && k < count; k++) {
+            const uint64_t point = stp_pixel_point(&own.list[i], k);
+            if (point != STP_PIXEL_NONE)
+                stp_pixel_set(image, k, stp_pixel_share_place(share, point));
+        }
+        STP_TRY(
+            stp_ranks_broadcast(ranks, rank, image->points, count * sizeof *image->points, err));
+        if (image->high)
+            STP_TRY(stp_ranks_broadcast(ranks, rank, image->high, count, err));
+        stp_spill_relieve(cloud->spill);
     }
-    stp_spill_free(share->own.spill, pixels->points);
-    pixels->points = all;
-    all = NULL;
 done:
-    stp_spill_free(share->own.spill, all);
+    stp_spill_free(cloud->spill, own.points);
+    stp_spill_free(cloud->spill, own.high);
+    free(own.list);
     return status;
 }
 
 stp_status stp_depth_images_share(stp_depth_images *images, stp_leaf_extent **extents,
-                                  const stp_pixel_share *share, stp_ranks *ranks, stp_error *err)
+                                  const stp_pixel_share *share, const stp_cloud *cloud,
+                                  stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_ranks *ranks = cloud->blocks->ranks;
     stp_pixel_images *pixels = &images->pixels;
     stp_depth_pieces *pieces = &images->pieces;
     size_t squares = images->square_count, measured = images->square_count;
     STP_TRY(number_pieces(images, ranks, err));
     for (size_t i = 0; i < pixels->count; i++) {
         const unsigned rank = stp_pixel_image_rank(pixels, &pixels->list[i], ranks);
-        uint32_t *points = pixels->list[i].points;
+        const stp_pixel_image before = pixels->list[i];
         STP_TRY(stp_ranks_broadcast(ranks, rank, &pixels->list[i], sizeof *pixels->list, err));
         STP_TRY(
             stp_ranks_broadcast(ranks, rank, &images->cameras[i], sizeof *images->cameras, err));
-        pixels->list[i].points = points;
+        pixels->list[i].points = before.points;
+        pixels->list[i].high = before.high;
     }
-    STP_TRY(share_pixels(pixels, share, ranks, err));
+    STP_TRY(share_pixels(pixels, share, cloud, err));
     STP_TRY(join(&pieces->rays, &pieces->count, sizeof *pieces->rays, ranks, err));
     STP_TRY(join(&pieces->of_square, &pieces->square_count, sizeof *pieces->of_square, ranks, err));
     STP_TRY(join(&images->squares, &squares, sizeof *images->squares, ranks, err));
     STP_TRY(join(extents, &measured, sizeof **extents, ranks, err));
+    STP_TRY(stp_depth_squares_check(squares, err));
     images->square_count = (uint32_t)squares;
 done:
     return status;

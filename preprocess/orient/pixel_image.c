@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Points lie on one surface if they are this many times the median off. */
 #define MEDIANS 6.0
@@ -24,9 +25,8 @@ static size_t count_images(const stp_prep_source *source)
 }
 
 stp_status stp_pixel_images_list(stp_pixel_images *images, const stp_prep_source *source,
-                                 stp_error *err)
+                                 uint64_t first, stp_error *err)
 {
-    uint64_t first = 0;
     const stp_status status =
         stp_alloc(&images->list, count_images(source), sizeof *images->list, "images", err);
     if (status != STP_OK)
@@ -75,30 +75,31 @@ stp_pixel_image *stp_pixel_image_of(const stp_pixel_images *images, const stp_cl
 }
 
 /* The pixel of a point, or STP_PIXEL_NONE. */
-static uint64_t pixel_of(const stp_cloud *cloud, const stp_pixel_image *m, uint32_t point)
+static uint64_t pixel_of(const stp_cloud *cloud, const stp_pixel_image *m, uint64_t point)
 {
     const uint64_t source = cloud->points[point].source;
-    const uint64_t pixel = m->told ? cloud->pixels[source] : source - m->first;
+    const uint64_t pixel =
+        m->told ? cloud->pixels[source - cloud->first_record] : source - m->first;
     return pixel < stp_pixel_count(m) ? pixel : STP_PIXEL_NONE;
 }
 
 /* Puts a point into its image. Returns whether one more pixel has a point. */
-static bool add_point(const stp_cloud *cloud, const stp_pixel_image *m, uint32_t point)
+static bool add_point(const stp_cloud *cloud, const stp_pixel_image *m, uint64_t point)
 {
     const uint64_t pixel = pixel_of(cloud, m, point);
     if (pixel == STP_PIXEL_NONE)
         return false;
-    const uint32_t before = m->points[pixel];
+    const uint64_t before = stp_pixel_point(m, pixel);
     if (before == STP_PIXEL_NONE || cloud->points[point].source < cloud->points[before].source)
-        m->points[pixel] = point;
+        stp_pixel_set(m, pixel, point);
     return before == STP_PIXEL_NONE;
 }
 
-/* Leaves no pixels to images that have no points. Returns how many the others have. */
-static uint64_t empty_images(const stp_pixel_images *images, const stp_cloud *cloud)
+/* Leaves no pixels to images that have no points. */
+static void empty_images(const stp_pixel_images *images, const stp_cloud *cloud)
 {
-    uint64_t pixels = 0;
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+    const uint64_t end = cloud->first + cloud->count;
+    for (uint64_t i = cloud->first; i < end; i++, stp_cloud_step(cloud->spill, i)) {
         stp_pixel_image *m = stp_pixel_image_of(images, &cloud->points[i]);
         if (m)
             m->has_points = true;
@@ -106,9 +107,36 @@ static uint64_t empty_images(const stp_pixel_images *images, const stp_cloud *cl
     for (size_t i = 0; i < images->count; i++) {
         stp_pixel_image *m = &images->list[i];
         m->columns = m->has_points ? m->columns : 0;
+    }
+}
+
+stp_status stp_pixel_images_room(stp_pixel_images *images, const stp_cloud *cloud, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const bool wide = cloud->first + cloud->count > UINT32_MAX;
+    uint64_t pixels = 0;
+    for (size_t i = 0; i < images->count; i++)
+        pixels += stp_pixel_count(&images->list[i]);
+    STP_TRY(stp_spill_alloc(cloud->spill, &images->points, pixels, sizeof *images->points, "pixels",
+                            err));
+    if (wide)
+        STP_TRY(stp_spill_alloc(cloud->spill, &images->high, pixels, sizeof *images->high, "pixels",
+                                err));
+    if (pixels > 0) /* STP_PIXEL_NONE */
+        memset(images->points, 0xff, pixels * sizeof *images->points);
+    if (pixels > 0 && wide)
+        memset(images->high, 0xff, pixels);
+    pixels = 0;
+    for (size_t i = 0; i < images->count; i++) {
+        stp_pixel_image *m = &images->list[i];
+        if (stp_pixel_count(m) == 0)
+            continue;
+        m->points = images->points + pixels;
+        m->high = wide ? images->high + pixels : NULL;
         pixels += stp_pixel_count(m);
     }
-    return pixels;
+done:
+    return status;
 }
 
 stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud,
@@ -116,16 +144,11 @@ stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud
 {
     stp_status status = STP_OK;
     stp_pixel_images images = {0};
-    STP_TRY(stp_pixel_images_list(&images, source, err));
-    const uint64_t pixels = empty_images(&images, cloud);
-    STP_TRY(stp_spill_alloc(cloud->spill, &images.points, pixels, sizeof *images.points, "pixels",
-                            err));
-    uint32_t *next = images.points;
-    for (size_t i = 0; i < images.count; next += stp_pixel_count(&images.list[i++]))
-        images.list[i].points = next;
-    for (uint64_t i = 0; i < pixels; i++)
-        images.points[i] = STP_PIXEL_NONE;
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
+    const uint64_t end = cloud->first + cloud->count;
+    STP_TRY(stp_pixel_images_list(&images, source, cloud->first_record, err));
+    empty_images(&images, cloud);
+    STP_TRY(stp_pixel_images_room(&images, cloud, err));
+    for (uint64_t i = cloud->first; i < end; i++, stp_cloud_step(cloud->spill, i)) {
         const stp_pixel_image *m = stp_pixel_image_of(&images, &cloud->points[i]);
         images.point_count += m && add_point(cloud, m, i);
     }
@@ -139,11 +162,12 @@ done:
 void stp_pixel_images_clear(stp_pixel_images *images, const stp_cloud *cloud)
 {
     stp_spill_free(cloud->spill, images->points);
+    stp_spill_free(cloud->spill, images->high);
     free(images->list);
     *images = (stp_pixel_images){0};
 }
 
-double stp_pixel_step(const stp_cloud *cloud, const stp_pixel_image *image, uint32_t a, uint32_t b)
+double stp_pixel_step(const stp_cloud *cloud, const stp_pixel_image *image, uint64_t a, uint64_t b)
 {
     const stp_dvec3 p = cloud->points[a].position, q = cloud->points[b].position;
     const stp_dvec3 step = stp_dvec3_sub(q, p), ray = stp_dvec3_sub(p, image->station);
@@ -152,16 +176,16 @@ double stp_pixel_step(const stp_cloud *cloud, const stp_pixel_image *image, uint
     return fmax(fabs(off_a), fabs(off_b)) / stp_dvec3_dot(ray, ray);
 }
 
-uint32_t stp_pixel_pair(const stp_pixel_image *image, uint64_t i, uint32_t pixels, uint32_t *a)
+uint64_t stp_pixel_pair(const stp_pixel_image *image, uint64_t i, uint32_t pixels, uint64_t *a)
 {
     const uint64_t pixel = i / 2;
     const bool below = i % 2;
     const uint32_t column = (uint32_t)(pixel % image->columns);
     const uint32_t row = (uint32_t)(pixel / image->columns);
-    *a = image->points[pixel];
+    *a = stp_pixel_point(image, pixel);
     if (*a == STP_PIXEL_NONE || (below ? image->rows - row : image->columns - column) <= pixels)
         return STP_PIXEL_NONE;
-    return image->points[pixel + (uint64_t)pixels * (below ? image->columns : 1)];
+    return stp_pixel_point(image, pixel + (uint64_t)pixels * (below ? image->columns : 1));
 }
 
 stp_status stp_pixel_step_most(double *out, const stp_cloud *cloud, const stp_pixel_image *image,
@@ -175,8 +199,8 @@ stp_status stp_pixel_step_most(double *out, const stp_cloud *cloud, const stp_pi
     if (status != STP_OK)
         return status;
     for (uint64_t i = 0; i < pairs; i += step) {
-        uint32_t a;
-        const uint32_t b = stp_pixel_pair(image, i, PAIR_PIXELS, &a);
+        uint64_t a;
+        const uint64_t b = stp_pixel_pair(image, i, PAIR_PIXELS, &a);
         if (b != STP_PIXEL_NONE)
             found[count++] = stp_pixel_step(cloud, image, a, b);
     }

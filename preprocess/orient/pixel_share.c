@@ -16,7 +16,9 @@
 /* What is sent of a point. */
 typedef struct pixel_item {
     stp_cloud_point point;
-    uint32_t sheet, place, mark;
+    uint64_t place : STP_PLACE_BITS;
+    uint64_t mark : 8;
+    uint32_t sheet;
 } pixel_item;
 
 /* What ranks give at once. */
@@ -62,8 +64,10 @@ static void pack_some(const giver *g, uint64_t begin, uint64_t end)
         const unsigned taker = taker_of(g, i);
         if (taker == g->ranks->count)
             continue;
-        const pixel_item item = {c->points[i], c->sheets ? c->sheets[i] : STP_SHEET_NONE,
-                                 (uint32_t)i, c->marks ? c->marks[i] : 0u};
+        const pixel_item item = {.point = c->points[i],
+                                 .place = i & STP_PLACE_MASK,
+                                 .mark = c->marks ? c->marks[i] : 0u,
+                                 .sheet = c->sheets ? c->sheets[i] : STP_SHEET_NONE};
         memcpy(g->out.data + g->ends[taker], &item, sizeof item);
         g->ends[taker] += sizeof item;
     }
@@ -93,8 +97,11 @@ static stp_status give_some(giver *g, uint64_t begin, uint64_t end, stp_error *e
             return stp_error_set(err, STP_INTERNAL, "more pixels come than were announced");
         own->points[own->count] = item.point;
         own->sheets[own->count] = item.sheet;
-        own->marks[own->count] = (uint8_t)item.mark;
-        g->share->places[own->count++] = item.place;
+        own->marks[own->count] = item.mark;
+        g->share->places[own->count] = (uint32_t)item.place;
+        if (g->share->high)
+            g->share->high[own->count] = (uint8_t)(item.place >> 32);
+        own->count++;
     }
     stp_spill_relieve(own->spill);
 done:
@@ -116,7 +123,7 @@ static stp_status make_room(giver *g, uint64_t *most, stp_error *err)
         *most = begins[rank + 1] - begins[rank] > *most ? begins[rank + 1] - begins[rank] : *most;
     }
     STP_TRY(stp_ranks_sum(g->ranks, counts, g->ranks->count, err));
-    own->capacity = (uint32_t)counts[g->ranks->self];
+    own->capacity = counts[g->ranks->self];
     STP_TRY(stp_spill_alloc(own->spill, &own->points, own->capacity, sizeof *own->points, "pixels",
                             err));
     STP_TRY(stp_spill_alloc(own->spill, &own->sheets, own->capacity, sizeof *own->sheets, "pixels",
@@ -125,6 +132,8 @@ static stp_status make_room(giver *g, uint64_t *most, stp_error *err)
         stp_spill_alloc(own->spill, &own->marks, own->capacity, sizeof *own->marks, "pixels", err));
     STP_TRY(stp_spill_alloc(own->spill, &g->share->places, own->capacity, sizeof *g->share->places,
                             "pixels", err));
+    if (g->cloud->first + g->cloud->count > UINT32_MAX)
+        STP_TRY(stp_spill_alloc(own->spill, &g->share->high, own->capacity, 1, "pixels", err));
 done:
     free(counts);
     return status;
@@ -142,7 +151,7 @@ static stp_status give_all(giver *g, stp_error *err)
     STP_TRY(stp_alloc(&g->sent, g->ranks->count, sizeof *g->sent, "ranks", err));
     STP_TRY(stp_alloc(&g->received, g->ranks->count, sizeof *g->received, "ranks", err));
     STP_TRY(stp_alloc(&g->ends, g->ranks->count, sizeof *g->ends, "ranks", err));
-    STP_TRY(stp_pixel_images_list(&g->images, g->source, err));
+    STP_TRY(stp_pixel_images_list(&g->images, g->source, g->cloud->first_record, err));
     if (g->images.count == 0)
         goto done;
     STP_TRY(make_room(g, &most, err));
@@ -161,7 +170,8 @@ stp_status stp_pixel_share_create(stp_pixel_share *out, const stp_cloud *cloud,
     if (!cloud->blocks)
         return STP_OK;
     giver g = {.cloud = cloud, .ranks = cloud->blocks->ranks, .source = source, .share = out};
-    out->own = (stp_cloud){.spill = cloud->spill, .pixels = cloud->pixels};
+    out->own = (stp_cloud){
+        .spill = cloud->spill, .pixels = cloud->pixels, .first_record = cloud->first_record};
     out->seen = &out->own;
     const stp_status status = give_all(&g, err);
     free(g.images.list);
@@ -182,5 +192,6 @@ void stp_pixel_share_clear(stp_pixel_share *share)
     stp_spill_free(spill, share->own.sheets);
     stp_spill_free(spill, share->own.marks);
     stp_spill_free(spill, share->places);
+    stp_spill_free(spill, share->high);
     *share = (stp_pixel_share){0};
 }

@@ -10,7 +10,8 @@
 /* The points of this rank's images. */
 typedef struct stp_pixel_share {
     stp_cloud own;         /* points, sheets and marks, in any order; else nothing is known */
-    uint32_t *places;      /* by point of it: its place in the whole cloud */
+    uint32_t *places;      /* by point of it: its place in the whole cloud, the low bits */
+    uint8_t *high;         /* and those above; NULL: no place has any */
     const stp_cloud *seen; /* what to look for images in: own, or the cloud if it is not shared */
 } stp_pixel_share;
 
@@ -18,6 +19,12 @@ typedef struct stp_pixel_share {
 stp_status stp_pixel_share_create(stp_pixel_share *out, const stp_cloud *cloud,
                                   const struct stp_prep_source *source, stp_error *err);
 void stp_pixel_share_clear(stp_pixel_share *share);
+
+/* The place in the whole cloud of a point of `own`. */
+static inline uint64_t stp_pixel_share_place(const stp_pixel_share *share, uint64_t point)
+{
+    return (share->high ? (uint64_t)share->high[point] << 32 : 0) | share->places[point];
+}
 
 /* The rank that an image belongs to. */
 unsigned stp_pixel_image_rank(const stp_pixel_images *images, const stp_pixel_image *image,

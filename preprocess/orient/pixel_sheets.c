@@ -51,7 +51,7 @@ done:
     return status;
 }
 
-static bool is_seen(const stp_cloud *cloud, uint32_t point)
+static bool is_seen(const stp_cloud *cloud, uint64_t point)
 {
     return cloud->sheets[point] != STP_SHEET_NONE && cloud->points[point].given == STP_GIVEN_IMAGE;
 }
@@ -60,8 +60,8 @@ static void join_image(const stp_cloud *cloud, const stp_pixel_image *image, dou
                        stp_forest *forest)
 {
     for (uint64_t i = 0; i < 2 * stp_pixel_count(image); i++) {
-        uint32_t a;
-        const uint32_t b = stp_pixel_pair(image, i, 1, &a);
+        uint64_t a;
+        const uint64_t b = stp_pixel_pair(image, i, 1, &a);
         if (b != STP_PIXEL_NONE && is_seen(cloud, a) && is_seen(cloud, b) &&
             stp_pixel_step(cloud, image, a, b) <= limit)
             stp_forest_join(forest, cloud->sheets[a], cloud->sheets[b], false);

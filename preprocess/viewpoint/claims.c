@@ -101,7 +101,8 @@ stp_status stp_claims_check(stp_first_camera *out, stp_cloud *cloud, const stp_p
 {
     stp_status status = STP_OK;
     const uint64_t end = cloud->first + cloud->count;
-    stp_file_points points = {.cloud = cloud, .begin = cloud->first, .first_place = cloud->first};
+    stp_file_points points = {
+        .cloud = cloud, .begin = cloud->first, .first_place = cloud->first_record};
     *out = (stp_first_camera){0};
     for (size_t f = 0; f < source->file_count; f++) {
         const stp_prep_file *file = &source->files[f];

@@ -58,8 +58,8 @@ bool stp_grid_find(stp_grid_point *out, const stp_file_points *p, const stp_scan
             return false;
     } else {
         const uint64_t source = points[p->begin + i].source;
-        const uint64_t place =
-            p->pixels_told ? p->cloud->pixels[source - p->cloud->first] : source - p->first_place;
+        const uint64_t place = p->pixels_told ? p->cloud->pixels[source - p->cloud->first_record]
+                                              : source - p->first_place;
         *out = (stp_grid_point){p->begin + i, (uint32_t)(place % grid->columns),
                                 (uint32_t)(place / grid->columns)};
     }

@@ -456,7 +456,7 @@ static uint32_t beside(const recipe *r, int off, size_t *square_leaves)
     assert_int_equal(stats.images, f->square_leaves > 0 ? 2 : 0);
     free(f);
     clear_images(&m);
-    return stats.pixels_loose;
+    return (uint32_t)stats.pixels_loose;
 }
 
 /* Pixels off their rays are points beside the image, whose other pixels stay squares: neither fewer

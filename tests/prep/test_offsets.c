@@ -1,6 +1,7 @@
 /* Tests points beyond 2^32: points and records of a small cloud are numbered from there on, or from
  * shortly before, so that every number that counts all points passes 2^32. The file must have the
  * bytes that it has with numbers from 0. */
+#include "formats/scan/source.h"
 #include "preprocess/orient/sheets.h"
 #include "tests/fixtures/prep_fixture.h"
 #include "tests/fixtures/rank_pipes.h"
@@ -10,6 +11,8 @@
 #define OUT "test_offsets.stipple"
 #define POINTS 72000u
 #define STRAYS 40u
+#define COLUMNS 160u
+#define ROWS 120u
 
 /* Where numbers begin: the cloud passes 2^32, or lies beyond. */
 static const uint64_t firsts[] = {(UINT64_C(1) << 32) - 1000, UINT64_C(1) << 33};
@@ -20,7 +23,7 @@ typedef struct input {
     prep_cloud cloud;
     uint32_t *numbers, *next;
     size_t end;
-    bool normals; /* they are told */
+    bool normals, is_image; /* normals are told; the records are an image's */
     uint64_t rejected,
         sum; /* records that were told to be rejected, and the sum of their numbers */
 } input;
@@ -45,10 +48,11 @@ static const uint8_t *numbers_of(void *context)
     return (const uint8_t *)((input *)context)->next;
 }
 
+/* An image is read by one rank. */
 static uint64_t part_begin(void *context, uint64_t place)
 {
-    (void)context;
-    return place;
+    const input *in = context;
+    return in->is_image ? 0 : place;
 }
 
 static stp_status read_part(void *context, uint64_t begin, uint64_t end, stp_error *err)
@@ -76,6 +80,7 @@ typedef struct run {
     stp_prep_params params;
     unsigned threads;
     bool kept; /* numbers of the input are */
+    bool told; /* the records of an image tell their pixels */
     const stp_dvec3 *stations;
     stp_prep_stats stats;
 } run;
@@ -84,9 +89,18 @@ static stp_status prepare(run *r, stp_error *err)
 {
     static const stp_attribute_list kept = {
         .items = {{.name = "number", .type = STP_ATTRIBUTE_U32, .scale = 1.0}}, .count = 1};
-    const stp_prep_file file = {.name = "a known surface",
-                                .point_count = r->in->cloud.count,
-                                .station_count = r->stations ? 1 : 0};
+    stp_scan_image image = {
+        .count = r->in->cloud.count, .columns = COLUMNS, .rows = ROWS, .station = 1};
+    stp_prep_file file = {.name = "a known surface",
+                          .point_count = r->in->cloud.count,
+                          .pixels_told = r->told,
+                          .station_count = r->stations ? 1 : 0};
+    if (r->told) {
+        file.images = &image;
+        file.image_count = 1;
+    } else if (r->in->is_image) {
+        file.grid = (stp_scan_grid){.columns = COLUMNS, .rows = ROWS};
+    }
     const stp_prep_source source = {.context = r->in,
                                     .read = read_input,
                                     .part_begin = part_begin,
@@ -251,6 +265,43 @@ static void piles_in_files(void **state)
     free_input(&in);
 }
 
+/* A ball before a wall, as a depth camera sees them, with noise. shuffled: records are in another
+ * order than pixels. */
+static input make_image(stp_dvec3 station, bool shuffled)
+{
+    const uint32_t count = COLUMNS * ROWS;
+    input in = {.cloud = prep_cloud_make(count),
+                .numbers = malloc(count * sizeof *in.numbers),
+                .is_image = true};
+    assert_non_null(in.numbers);
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t pixel = shuffled ? (uint32_t)((uint64_t)i * 7919 % count) : i;
+        const double x = (pixel % COLUMNS - 80.0) / 140.0, y = (pixel / COLUMNS - 60.0) / 140.0;
+        double z = x * x + y * y < 0.06 ? 4.0 - sqrt(1.0 - 10.0 * (x * x + y * y)) : 5.0;
+        z += 0.03 * z * (stp_random_unit(5, i) - 0.5);
+        in.numbers[i] = i;
+        in.cloud.points[i].position = stp_dvec3_add(station, (stp_dvec3){x * z, y * z, z});
+        in.cloud.points[i].station = 1;
+        in.cloud.points[i].pixel = pixel;
+    }
+    return in;
+}
+
+/* Records that are the pixels of an image. */
+static void pixels(void **state)
+{
+    (void)state;
+    const stp_dvec3 station = {10.0, 20.0, 3.0};
+    for (int told = 0; told < 2; told++) {
+        input in = make_image(station, told);
+        run r = {.in = &in, .threads = 1, .kept = true, .told = told, .stations = &station};
+        check(&r, told ? "pixels that are told" : "pixels in order");
+        assert_true(r.stats.normals_seen > 0);
+        assert_int_equal(r.stats.images, 1);
+        free_input(&in);
+    }
+}
+
 /* Pieces are numbered with 32 bits, but have more points. */
 static void many_pieces(void **state)
 {
@@ -272,6 +323,18 @@ static void many_pieces(void **state)
     stp_forest_join(&forest, 1, 2, false);
     assert_int_equal(forest.size[stp_forest_find(&forest, 2, &parity)], UINT32_MAX);
     stp_forest_clear(&forest);
+}
+
+/* A header that declares more than 2^32 records may be right. */
+static void cut_file(void **state)
+{
+    (void)state;
+    uint64_t count = UINT64_C(5000000000), lost = 0;
+    assert_true(stp_salvage_count(&count, 7, &lost));
+    assert_true(count == 7 && lost == UINT64_C(5000000000) - 7);
+    count = UINT64_C(1) << 39;
+    assert_false(stp_salvage_count(&count, 7, &lost));
+    assert_true(count == UINT64_C(1) << 39);
 }
 
 /* ---- ranks ---- */
@@ -313,6 +376,11 @@ static void ranks_share(void **state)
     (void)signal(SIGPIPE, SIG_IGN);
     check_ranks(&r, "three ranks");
     free_input(&in);
+    const stp_dvec3 station = {10.0, 20.0, 3.0};
+    in = make_image(station, true);
+    r = (run){.in = &in, .threads = 1, .told = true, .stations = &station};
+    check_ranks(&r, "three ranks with an image");
+    free_input(&in);
 }
 
 int main(void)
@@ -320,6 +388,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(spread_signs),   cmocka_unit_test(told_signs),
         cmocka_unit_test(treated_points), cmocka_unit_test(piles_in_files),
-        cmocka_unit_test(many_pieces),    cmocka_unit_test(ranks_share)};
+        cmocka_unit_test(pixels),         cmocka_unit_test(many_pieces),
+        cmocka_unit_test(cut_file),       cmocka_unit_test(ranks_share)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -417,7 +417,7 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
                 s->joined.greatest, s->joined.mean);
     if (s->images > 0 && s->pixels_loose > 0)
         fprintf(stderr,
-                "%" PRIu32 " points lie off the rays of their images, or in none: they are points "
+                "%" PRIu64 " points lie off the rays of their images, or in none: they are points "
                 "beside them\n",
                 s->pixels_loose);
     prep_report_tall(s, inputs);
