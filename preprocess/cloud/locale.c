@@ -50,17 +50,25 @@ static bool box_meets(const stp_dbox *a, const stp_dbox *b, double distance)
 static bool box_is_near(void *context, const stp_dbox *box)
 {
     const stp_locale *l = ((gathering *)context)->l;
-    for (uint32_t c = 0; c < l->cell_count; c++)
-        if (box_meets(&l->cells[c].box, box, l->halos[c]))
-            return true;
+    for (uint32_t c = 0; c < l->cell_count; c++) {
+        const stp_dbox *part = &l->parts[(size_t)c * STP_LOCALE_PARTS];
+        bool meets = box_meets(&l->cells[c].box, box, l->halos[c]);
+        for (uint32_t i = 0; meets && i < STP_LOCALE_PARTS; i++)
+            if (box_meets(&part[i], box, l->halos[c]))
+                return true;
+    }
     return false;
 }
 
-static bool is_near(const stp_locale *l, stp_dvec3 p)
+static bool is_near(stp_locale *l, stp_dvec3 p)
 {
-    for (uint32_t c = 0; c < l->cell_count; c++)
-        if (stp_dbox_distance_squared(&l->cells[c].box, p) <= l->halos[c] * l->halos[c])
+    const uint32_t count = l->cell_count * STP_LOCALE_PARTS;
+    for (uint32_t n = 0, part = l->last; n < count; n++, part = part + 1 < count ? part + 1 : 0) {
+        const double halo = l->halos[part / STP_LOCALE_PARTS];
+        l->last = part;
+        if (stp_dbox_distance_squared(&l->parts[part], p) <= halo * halo)
             return true;
+    }
     return false;
 }
 
@@ -115,6 +123,18 @@ static stp_status gather(stp_locale *l, stp_error *err)
             l->halos[c] *= 0.5;
     }
     return gather_home(l, err);
+}
+
+static void make_parts(stp_locale *l)
+{
+    for (uint32_t i = 0; i < l->cell_count * STP_LOCALE_PARTS; i++) {
+        const stp_cell *cell = &l->cells[i / STP_LOCALE_PARTS];
+        const uint64_t count = cell->end - cell->begin, n = i % STP_LOCALE_PARTS;
+        const uint64_t begin = count * n / STP_LOCALE_PARTS;
+        const uint64_t end = count * (n + 1) / STP_LOCALE_PARTS;
+        l->parts[i] =
+            stp_points_box(l->cloud->points + cell->begin + begin, (uint32_t)(end - begin));
+    }
 }
 
 static stp_status make_runs(stp_locale *l, stp_error *err)
@@ -174,6 +194,9 @@ stp_status stp_locale_create(stp_locale *out, const stp_cloud *cloud, uint32_t f
     stp_status status = STP_OK;
     stp_locale l = {.cloud = cloud, .cells = &cloud->cells[first], .cell_count = end - first};
     STP_TRY(stp_alloc(&l.halos, l.cell_count, sizeof *l.halos, "neighbours", err));
+    STP_TRY(stp_alloc_unset(&l.parts, (size_t)l.cell_count * STP_LOCALE_PARTS, sizeof *l.parts,
+                            "neighbours", err));
+    make_parts(&l);
     for (uint32_t c = 0; c < l.cell_count; c++)
         l.halos[c] = reach * probe(cloud, &l.cells[c], k);
     if (l.cells[0].begin > cloud->first) /* the first point may repeat it */
@@ -194,6 +217,7 @@ void stp_locale_clear(stp_locale *l)
     stp_kd_tree_destroy(l->tree);
     stp_run_tree_clear(&l->runs);
     free(l->halos);
+    free(l->parts);
     for (int a = 0; a < 3; a++)
         free(l->axes[a]);
     free(l->places);
@@ -232,10 +256,13 @@ static double signed_distance(const stp_dbox *b, stp_dvec3 p)
     return room >= 0.0 ? -room : sqrt(stp_dbox_distance_squared(b, p));
 }
 
-bool stp_locale_holds(const stp_locale *l, stp_dvec3 p, double distance)
+bool stp_locale_holds(stp_locale *l, stp_dvec3 p, double distance)
 {
-    for (uint32_t c = 0; c < l->cell_count; c++)
-        if (distance + signed_distance(&l->cells[c].box, p) <= l->halos[c])
+    const uint32_t count = l->cell_count * STP_LOCALE_PARTS;
+    for (uint32_t n = 0, part = l->last; n < count; n++, part = part + 1 < count ? part + 1 : 0) {
+        l->last = part;
+        if (distance + signed_distance(&l->parts[part], p) <= l->halos[part / STP_LOCALE_PARTS])
             return true;
+    }
     return false;
 }

@@ -1,10 +1,11 @@
 /* A run of cells and the points around it (its halo): distinct positions, and boxes over runs of
  * them.
  *
- * The halo's width follows the cells' own spacing. The width decides only how often a search in the
- * locale is enough, never the result: stp_locale_holds says if it is not enough. FLANN's kd-tree
- * over the positions is made when the first search asks for it. Threads: one builder, and one
- * searcher. */
+ * A cell is a run along the Morton curve, and its box may be mostly empty. So the halo lies around
+ * the boxes of the cell's parts, shorter runs. Its width follows the cells' own spacing. The width
+ * decides only how often a search in the locale is enough, never the result: stp_locale_holds says
+ * if it is not enough. FLANN's kd-tree over the positions is made when the first search asks for
+ * it. Threads: one builder, and one searcher. */
 #ifndef STP_PREPROCESS_CLOUD_LOCALE_H
 #define STP_PREPROCESS_CLOUD_LOCALE_H
 
@@ -15,11 +16,16 @@
 /* stp_locale_find: the point is not in the locale. */
 #define STP_LOCALE_NONE UINT32_MAX
 
+/* Parts of each cell. */
+#define STP_LOCALE_PARTS 16u
+
 typedef struct stp_locale {
     const stp_cloud *cloud;
     const stp_cell *cells; /* of the cloud */
     uint32_t cell_count;
     double *halos;    /* by cell: width of its halo; -infinity: no halo */
+    stp_dbox *parts;  /* STP_LOCALE_PARTS of each cell */
+    uint32_t last;    /* the part that stp_locale_holds tries first */
     uint64_t *places; /* in the cloud, of each position, ascending */
     size_t count, capacity;
     stp_dvec3 origin; /* the middle of all */
@@ -53,7 +59,8 @@ static inline vec3s stp_locale_point(const stp_locale *l, uint32_t at)
  */
 uint32_t stp_locale_find(const stp_locale *locale, uint64_t place, size_t *from);
 
-/* Whether the locale holds every point within `distance` of p. */
-bool stp_locale_holds(const stp_locale *locale, stp_dvec3 p, double distance);
+/* Whether the locale holds every point within `distance` of p. Fastest if p is near the last one.
+ */
+bool stp_locale_holds(stp_locale *locale, stp_dvec3 p, double distance);
 
 #endif

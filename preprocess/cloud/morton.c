@@ -20,6 +20,8 @@
 #define DIGIT_COUNT 2048u
 /* Parts up to this size: a comparison sort is faster. */
 #define SMALL_PART 256u
+/* Up to this many keys: insertion is faster still. */
+#define FEW_KEYS 32u
 
 typedef struct key {
     uint64_t code;
@@ -153,17 +155,48 @@ static int compare_keys(const void *a, const void *b)
     return p->code < q->code ? -1 : p->code > q->code;
 }
 
-/* Sorts stably, least significant digit first. Bits from `top` on are equal. */
-static void radix_sort(key *keys, key *other, uint32_t count, unsigned top)
+/* Sorts by the digit of bits from `shift` on, stably. */
+static void sort_digit(const key *from, key *to, uint32_t count, unsigned shift)
 {
-    for (unsigned shift = 0; shift < top; shift += DIGIT_BITS) {
-        size_t place[DIGIT_COUNT] = {0};
-        for (uint32_t i = 0; i < count; i++)
-            place[keys[i].code >> shift & (DIGIT_COUNT - 1)]++;
-        (void)stp_prefix_sum(place, DIGIT_COUNT);
-        for (uint32_t i = 0; i < count; i++)
-            other[place[keys[i].code >> shift & (DIGIT_COUNT - 1)]++] = keys[i];
-        memcpy(keys, other, (size_t)count * sizeof *keys);
+    size_t place[DIGIT_COUNT] = {0};
+    for (uint32_t i = 0; i < count; i++)
+        place[from[i].code >> shift & (DIGIT_COUNT - 1)]++;
+    (void)stp_prefix_sum(place, DIGIT_COUNT);
+    for (uint32_t i = 0; i < count; i++)
+        to[place[from[i].code >> shift & (DIGIT_COUNT - 1)]++] = from[i];
+}
+
+static void insertion_sort(key *keys, uint32_t count)
+{
+    for (uint32_t i = 1; i < count; i++) {
+        const key moving = keys[i];
+        uint32_t at = i;
+        for (; at > 0 && moving.code < keys[at - 1].code; at--)
+            keys[at] = keys[at - 1];
+        keys[at] = moving;
+    }
+}
+
+/* Sorts by two digits from bit `top` down, on which few keys are equal, then those by the bits
+ * below. Bits from `top` on are equal. */
+static void sort_keys(key *keys, key *other, uint32_t count, unsigned top)
+{
+    const unsigned low = top > 2 * DIGIT_BITS ? top - 2 * DIGIT_BITS : 0;
+    if (count <= FEW_KEYS) {
+        insertion_sort(keys, count);
+        return;
+    }
+    if (count <= SMALL_PART) {
+        qsort(keys, count, sizeof *keys, compare_keys);
+        return;
+    }
+    sort_digit(keys, other, count, low);
+    sort_digit(other, keys, count, low + DIGIT_BITS);
+    for (uint32_t begin = 0, end; begin < count && low > 0; begin = end) {
+        for (end = begin + 1; end < count && keys[end].code >> low == keys[begin].code >> low;
+             end++)
+            ;
+        sort_keys(keys + begin, other, end - begin, low);
     }
 }
 
@@ -206,10 +239,7 @@ static void sort_keyed(stp_cloud_point *points, uint32_t count, const order *o, 
 {
     for (uint32_t i = 0; i < count; i++)
         r->keys[i] = (key){code_of(o, &points[i]), i};
-    if (count > SMALL_PART)
-        radix_sort(r->keys, r->other, count, top);
-    else
-        qsort(r->keys, count, sizeof *r->keys, compare_keys);
+    sort_keys(r->keys, r->other, count, top);
     for (uint32_t i = 0; i < count; i++)
         r->sorted[i] = points[r->keys[i].index];
     memcpy(points, r->sorted, count * sizeof *points);

@@ -29,7 +29,7 @@
 
 /* Most points that are ranked by counting, and how many are counted at once. */
 #define CHOICES 96u
-#define RANKS 12u
+#define RANKS 8u
 /* First guess for a point's k-th neighbour distance, in that of the point before. */
 #define LIKELY_REACH 1.15
 
@@ -281,6 +281,7 @@ static void count_less(const int32_t *keys, unsigned count, int32_t *ranks)
 {
     for (unsigned first = 0; first < count; first += RANKS) {
         int32_t sums[RANKS] = {0};
+#pragma GCC unroll 4
         for (unsigned i = 0; i < count; i++)
             for (unsigned r = 0; r < RANKS; r++)
                 sums[r] += keys[i] < keys[first + r];

@@ -38,22 +38,23 @@ static bool floats(const stp_unit *unit, uint32_t self)
     const stp_cloud_point *points = unit->cloud.points, *own = &points[self];
     const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
     const double scale = 1.0 / (double)own->spacing; /* so that floats hold the sums */
-    unsigned denser = 0, asked = 0;
+    unsigned asked = 0, count = 0;
     stp_moments like = {{{0}}};
     if (!(own->spacing > 0.0f && unit->roundness[self] > FLAT_MOST))
         return false;
+    for (; count < unit->neighbours.k && list[count] != STP_NEIGHBOUR_NONE; count++)
+        asked += is_asked(own, &points[list[count]]);
+    if (2 * (count - asked) <= asked) /* nearly all points */
+        return false;
     like.row[3][3] = 1.0f; /* the point itself */
-    for (unsigned i = 0; i < unit->neighbours.k && list[i] != STP_NEIGHBOUR_NONE; i++) {
+    for (unsigned i = 0; i < count; i++) {
         const stp_cloud_point *other = &points[list[i]];
-        if (!is_asked(own, other)) {
-            denser++;
+        if (!is_asked(own, other))
             continue;
-        }
         const stp_dvec3 d = stp_dvec3_scale(stp_dvec3_sub(other->position, own->position), scale);
         stp_moments_add_point(&like, stp_moments_place((float)d.x, (float)d.y, (float)d.z));
-        asked++;
     }
-    return 2 * denser > asked && (asked < ASKED_FEW || stp_moments_roundness(&like) > FLAT_MOST);
+    return asked < ASKED_FEW || stp_moments_roundness(&like) > FLAT_MOST;
 }
 
 /* Whether more than a third of the point and those of its neighbours that are asked are round. */

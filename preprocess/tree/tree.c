@@ -81,7 +81,7 @@ static stp_status build_cell(const tree *t, const stp_cell *cell, built *out, st
     const stp_depth_images *images = t->params->sources.depths;
     const uint64_t *only = images ? images->loose : NULL;
     stp_item *items = NULL;
-    STP_TRY(stp_alloc(&items, cell->end - cell->begin, sizeof *items, "samples", err));
+    STP_TRY(stp_alloc_unset(&items, cell->end - cell->begin, sizeof *items, "samples", err));
     const uint32_t count =
         stp_point_items_make(items, t->cloud, cell->begin, cell->end, only, &t->items);
     stp_item_group group = {.items = items, .count = count};

@@ -1,6 +1,7 @@
 /* Tests the neighbour search against brute force, on point sets that are hard for searches. */
 #include "base/random.h"
 #include "preprocess/cloud/cloud_cells.h"
+#include "preprocess/cloud/locale.h"
 #include "preprocess/cloud/nearest_list.h"
 #include "preprocess/cloud/unit.h"
 #include "tests/fixtures/cloud_fixture.h"
@@ -165,6 +166,41 @@ static void thousands_at_one_distance(void **state)
     check(&cloud, 16, TEST_SIZE(1, 5));
 }
 
+/* A cell of two clumps in far corners of a square, whose box holds all that lies between: a halo
+ * around the whole box would take in more points than a locale may have. */
+static void clumps_in_two_corners(void **state)
+{
+    (void)state;
+    stp_error err = {0};
+    stp_pool *pool = NULL;
+    const uint32_t clump = 2000, dense = STP_CELL_POINTS + 10000;
+    stp_cloud cloud = cloud_fixture_make(2 * (dense + clump));
+    for (uint32_t i = 0; i < cloud.count; i++) {
+        const double x = stp_random_unit(1, i), y = stp_random_unit(2, i);
+        const double far = i % 2 ? 1.1 : 0.0;
+        cloud.points[i].position = (stp_dvec3){far + 0.9 * x, far + 0.9 * y, 0.0};
+        if (i < 2 * clump)
+            cloud.points[i].position = i % 2 ? (stp_dvec3){0.1 * x, 1.9 + 0.1 * y, 0.0}
+                                             : (stp_dvec3){1.9 + 0.1 * x, 0.1 * y, 0.0};
+    }
+    assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
+    assert_int_equal(stp_cloud_sort(&cloud, pool, &err), STP_OK);
+    uint32_t c = 0;
+    while (c < cloud.cell_count && cloud.cells[c].end - cloud.cells[c].begin != 2 * clump)
+        c++;
+    assert_true(c < cloud.cell_count);
+    stp_locale locale;
+    assert_int_equal(stp_locale_create(&locale, &cloud, c, c + 1, 16, 2.0, &err), STP_OK);
+    assert_true(locale.halos[0] > 0.0);
+    assert_in_range(locale.count, 2 * clump, 3 * clump);
+    for (uint32_t i = cloud.cells[c].begin; i < cloud.cells[c].end; i++)
+        assert_true(stp_locale_holds(&locale, cloud.points[i].position, 0.5 * locale.halos[0]));
+    assert_false(stp_locale_holds(&locale, (stp_dvec3){1.0, 1.0, 0.0}, 0.0));
+    stp_locale_clear(&locale);
+    stp_cloud_clear(&cloud);
+    stp_pool_destroy(&pool);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -174,6 +210,7 @@ int main(void)
         cmocka_unit_test(duplicates),
         cmocka_unit_test(fewer_points_than_neighbours),
         cmocka_unit_test(thousands_at_one_distance),
+        cmocka_unit_test(clumps_in_two_corners),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define FAR STP_LANE_FAR
 #define STEP STP_LANE_STEP
@@ -18,12 +19,14 @@ stp_status stp_disc_columns_fill(stp_disc_columns *out, const stp_lane_disc *dis
     stp_status status = STP_OK;
     const int columns = carried ? STP_LANE_NUMBERS : STP_LANE_CARRIED;
     for (int c = 0; c < columns; c++)
-        STP_TRY(stp_alloc(&out->of[c], (size_t)count + STEP, sizeof **out->of, "discs", err));
+        STP_TRY(stp_alloc_unset(&out->of[c], (size_t)count + STEP, sizeof **out->of, "discs", err));
     for (uint32_t i = 0; i < count; i++) {
         const float *d = discs[out->disc[i]].numbers;
         for (int c = 0; c < columns; c++)
             out->of[c][i] = d[c];
     }
+    for (int c = 0; c < columns; c++)
+        memset(out->of[c] + count, 0, STEP * sizeof **out->of);
 done:
     return status;
 }

@@ -98,21 +98,34 @@ static stp_over over_near(const measure *m, stp_dvec3 n, double slack)
                       0};
 }
 
-/* Lowers the suspect's cost to what it needs going by the best of the discs that the hint cells
- * around it name. */
+/* Lowers the suspect's cost to what it needs going by the best of these discs. */
+static void look_at(const measure *m, suspect *s, const stp_over *over,
+                    const uint32_t discs[STP_LANE_STEP])
+{
+    const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
+    float need[STP_LANE_STEP], least = STP_LANE_FAR;
+    stp_lane_discs_tell(m->grid->numbers, discs, over, point, need);
+    for (unsigned i = 0; i < STP_LANE_STEP; i++)
+        least = need[i] < least ? need[i] : least;
+    s->cost = stp_min(s->cost, (double)least + s->slack);
+}
+
+/* Looks at the discs that the hint cells around a suspect name; if these do not answer it, at those
+ * under its merged disc, if they are few. */
 static void look_about(const measure *m, suspect *s)
 {
     stp_over over = over_near(m, s->normal, s->slack);
     const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
-    float need[STP_LANE_STEP], least = STP_LANE_FAR;
-    uint32_t about[STP_LANE_STEP];
+    uint32_t discs[STP_LANE_STEP];
     over.begin = s->first;
     over.end = s->last;
-    stp_disc_hints_about(m->hints, point, about);
-    stp_lane_discs_tell(m->grid->numbers, about, &over, point, need);
-    for (unsigned i = 0; i < STP_LANE_STEP; i++)
-        least = need[i] < least ? need[i] : least;
-    s->cost = stp_min(s->cost, (double)least + s->slack);
+    stp_disc_hints_about(m->hints, point, discs);
+    look_at(m, s, &over, discs);
+    if (s->cost <= m->greatest || s->last - s->first > STP_LANE_STEP)
+        return;
+    for (uint32_t i = 0; i < STP_LANE_STEP; i++)
+        discs[i] = s->first + i < s->last ? s->first + i : s->first;
+    look_at(m, s, &over, discs);
 }
 
 /* What the point needs if it goes by `own`, the nearest disc under its merged disc, which may not
