@@ -90,11 +90,13 @@ static stp_status number_parts(work *w, stp_error *err)
         w->part_count += w->cells[c].part_count;
     }
     STP_TRY(stp_alloc(&w->parts, w->part_count, sizeof *w->parts, "maps", err));
-    for (uint32_t c = 0; c < cloud->cell_count; c++)
-        for (uint32_t p = 0; p < w->cells[c].part_count; p++) {
-            w->parts[w->cell_first[c] + p] = w->cells[c].parts[p];
-            w->cells[c].parts[p].corners = NULL;
-        }
+    for (uint32_t c = 0; c < cloud->cell_count; c++) {
+        stp_cell_parts *cell = &w->cells[c];
+        for (uint32_t p = 0; p < cell->part_count; p++)
+            w->parts[w->cell_first[c] + p] = cell->parts[p];
+        free(cell->parts);
+        cell->parts = NULL;
+    }
     STP_TRY(stp_alloc(&w->part_firsts, (size_t)ranks + 1, sizeof *w->part_firsts, "ranks", err));
     for (unsigned rank = 1; rank <= ranks; rank++) {
         const uint32_t cell = rank < ranks ? stp_cloud_cells(cloud, w->ranks, rank).begin : 0;
@@ -140,6 +142,7 @@ done:
     return status;
 }
 
+/* Merges parts, and forgets what is known of cells. */
 static stp_status merge_parts(work *w, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -151,6 +154,8 @@ static stp_status merge_parts(work *w, stp_error *err)
     STP_TRY(stp_cloud_refresh(w->cloud, STP_ARRAY_NUMBERS, err));
     STP_TRY(list_pairs(w, &pairs, &pair_count, err));
     stp_cloud_let_go(w->cloud);
+    for (uint32_t c = 0; c < w->cell_count; c++)
+        stp_cell_parts_clear(&w->cells[c]);
     STP_TRY(stp_part_field_create(&field, w->cloud, w->numbers, w->part_count,
                                   w->ranks ? w->part_firsts : NULL, cone_rad, err));
     STP_TRY(stp_parts_merge(w->parts, w->part_count, (const stp_part_pair *)pairs.data, pair_count,
@@ -233,7 +238,7 @@ static stp_status gather(work *w, stp_maps *out, stp_error *err)
         all.counts.greatest = stp_max(all.counts.greatest, list->counts.greatest);
         all.counts.sum += list->counts.sum;
     }
-    for (unsigned rank = 0; all.ranks && rank <= w->ranks->count; rank++)
+    for (unsigned rank = 0; all.ranks && rank <= all.ranks->count; rank++)
         all.firsts[rank] = w->map_first[w->list_firsts[rank]];
     *out = all;
     all = (stp_maps){0};

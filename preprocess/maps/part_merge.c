@@ -42,7 +42,8 @@ typedef struct merging {
     size_t known_count;
     stp_forest merged;  /* of parts */
     uint32_t *versions; /* by part */
-    uint64_t *contents; /* by part: tells of which parts it was merged, in which order */
+    uint64_t *contents; /* by part: tells of which parts it was merged, in which order; NULL:
+                           nobody asks */
     touching *around;   /* by part */
     double cosine;
     candidate *heap;
@@ -66,10 +67,48 @@ static bool comes_before(const candidate *p, const candidate *q)
     return p->a != q->a ? p->a < q->a : p->b < q->b;
 }
 
+static bool is_old(const merging *m, const candidate *c)
+{
+    return m->versions[c->a] != c->version_a || m->versions[c->b] != c->version_b;
+}
+
+/* Puts a candidate at a place of the heap, or below. */
+static void sink(merging *m, size_t at, candidate c)
+{
+    for (;;) {
+        size_t child = 2 * at + 1;
+        if (child >= m->heap_count)
+            break;
+        if (child + 1 < m->heap_count && comes_before(&m->heap[child + 1], &m->heap[child]))
+            child++;
+        if (!comes_before(&m->heap[child], &c))
+            break;
+        m->heap[at] = m->heap[child];
+        at = child;
+    }
+    m->heap[at] = c;
+}
+
+/* Drops candidates that are out of date. */
+static void drop_old(merging *m)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < m->heap_count; i++)
+        if (!is_old(m, &m->heap[i]))
+            m->heap[kept++] = m->heap[i];
+    m->heap_count = kept;
+    for (size_t i = kept / 2; i-- > 0;)
+        sink(m, i, m->heap[i]);
+}
+
 static stp_status push(merging *m, candidate c, stp_error *err)
 {
-    stp_status status =
-        stp_grow(&m->heap, &m->heap_capacity, m->heap_count + 1, sizeof *m->heap, "maps", err);
+    size_t wanted = m->heap_count + 1;
+    if (wanted > m->heap_capacity) {
+        drop_old(m);
+        wanted = m->heap_count + m->heap_count / 4 + 1; /* else it would soon be full again */
+    }
+    stp_status status = stp_grow(&m->heap, &m->heap_capacity, wanted, sizeof *m->heap, "maps", err);
     if (status != STP_OK)
         return status;
     size_t at = m->heap_count++;
@@ -82,19 +121,8 @@ static stp_status push(merging *m, candidate c, stp_error *err)
 static candidate pop(merging *m)
 {
     const candidate first = m->heap[0], last = m->heap[--m->heap_count];
-    size_t at = 0;
-    for (;;) {
-        size_t child = 2 * at + 1;
-        if (child >= m->heap_count)
-            break;
-        if (child + 1 < m->heap_count && comes_before(&m->heap[child + 1], &m->heap[child]))
-            child++;
-        if (!comes_before(&m->heap[child], &last))
-            break;
-        m->heap[at] = m->heap[child];
-        at = child;
-    }
-    m->heap[at] = last;
+    if (m->heap_count > 0)
+        sink(m, 0, last);
     return first;
 }
 
@@ -169,7 +197,8 @@ static stp_status merge(merging *m, uint32_t a, uint32_t b, stp_error *err)
     p->area += q->area;
     p->facing = stp_dvec3_add(p->facing, q->facing);
     stp_forest_join(&m->merged, a, b, false);
-    m->contents[a] = content_of(m->contents[a], m->contents[b]);
+    if (m->contents)
+        m->contents[a] = content_of(m->contents[a], m->contents[b]);
     m->versions[a]++;
     m->versions[b]++;
 done:
@@ -221,10 +250,6 @@ static stp_status begin(merging *m, uint32_t part_count, const stp_part_pair *pa
     STP_TRY(stp_forest_create(&m->merged, part_count, NULL, err));
     STP_TRY(stp_alloc(&m->versions, part_count, sizeof *m->versions, "maps", err));
     STP_TRY(stp_alloc(&m->around, part_count, sizeof *m->around, "maps", err));
-    STP_TRY(stp_alloc(&m->looks, part_count, sizeof *m->looks, "maps", err));
-    STP_TRY(stp_alloc(&m->contents, part_count, sizeof *m->contents, "maps", err));
-    for (uint32_t p = 0; p < part_count; p++)
-        m->contents[p] = content_of(m->first + p, 0);
     for (size_t i = 0; i < pair_count; i++) {
         STP_TRY(add_touching(&m->around[pairs[i].a], pairs[i].b, err));
         STP_TRY(add_touching(&m->around[pairs[i].b], pairs[i].a, err));
@@ -232,11 +257,6 @@ static stp_status begin(merging *m, uint32_t part_count, const stp_part_pair *pa
     }
 done:
     return status;
-}
-
-static bool is_old(const merging *m, const candidate *c)
-{
-    return m->versions[c->a] != c->version_a || m->versions[c->b] != c->version_b;
 }
 
 static int compare_candidates(const void *a, const void *b)
@@ -330,6 +350,18 @@ done:
     return status;
 }
 
+/* Prepares for questions and answers. */
+static stp_status begin_asking(merging *m, uint32_t part_count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc(&m->looks, part_count, sizeof *m->looks, "maps", err));
+    STP_TRY(stp_alloc(&m->contents, part_count, sizeof *m->contents, "maps", err));
+    for (uint32_t p = 0; p < part_count; p++)
+        m->contents[p] = content_of(m->first + p, 0);
+done:
+    return status;
+}
+
 /* Merges until no candidate is left. */
 static stp_status run(merging *m, stp_part_field *field, stp_error *err)
 {
@@ -399,6 +431,7 @@ static stp_status rehearse(const stp_part *parts, const stp_part_pair *pairs, si
         if (pairs[i].a >= first && pairs[i].b < first + count)
             own[n++] = (stp_part_pair){pairs[i].a - first, pairs[i].b - first};
     STP_TRY(begin(&m, count, own, n, err));
+    STP_TRY(begin_asking(&m, count, err));
     STP_TRY(run(&m, field, err));
     stp_part_field_part(field, first, first + count);
     STP_TRY(stp_ranks_join(ranks, out, err));
@@ -427,6 +460,8 @@ stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_
     m.known = (const known *)answers.data;
     m.known_count = answers.size / sizeof *m.known;
     STP_TRY(begin(&m, part_count, pairs, pair_count, err));
+    if (field->firsts)
+        STP_TRY(begin_asking(&m, part_count, err));
     STP_TRY(run(&m, field, err));
     for (uint32_t i = 0; i < part_count; i++)
         roots[i] = root_of(&m, i);

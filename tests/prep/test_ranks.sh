@@ -279,10 +279,11 @@ kill_one() { # milliseconds, which
     fi
 }
 # Kills some runs of an input at all times, and looks for whole models and what is left.
-check_kills() { # kills, input
-    one=("$STIPPLE" prep "$2" -o "$model" --threads 1 --quiet)
-    "$STIPPLE" prep "$2" -o "$FOLDER/whole.stipple" --threads 2 --quiet --force || fail "no model"
+check_kills() { # kills, words of prep
     local began took kills=$1
+    shift
+    one=("$STIPPLE" prep "$@" -o "$model" --threads 1 --quiet)
+    "$STIPPLE" prep "$@" -o "$FOLDER/whole.stipple" --threads 2 --quiet --force || fail "no model"
     began=$(date +%s%N)
     "${launch[@]}" -n 3 "${one[@]}" || fail "no run of three ranks"
     took=$((($(date +%s%N) - began) / 1000000))
@@ -303,6 +304,7 @@ check_kills() { # kills, input
 }
 if is_long; then
     check_kills 30 "$FOLDER/statue.ply"
+    check_kills 30 "$FOLDER/mixed/b.ply" --maps
     heights 0 0 1500 1500 >"$FOLDER/heights.asc"
     check_kills 10 "$FOLDER/heights.asc"
 else
