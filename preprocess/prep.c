@@ -273,7 +273,6 @@ static stp_status make_maps(stp_prep_job *job, stp_error *err)
     if (!stats->makes_maps)
         return STP_OK;
     stp_maps_params params = *job->params->maps;
-    params.ranks = job->params->ranks;
     if (!stats->join_layers) /* which moves the points off the faces */
         params.mesh = job->source->mesh;
     STP_TRY(stp_maps_make(&job->maps, cloud, &params, job->pool, job->progress, err));

@@ -134,9 +134,8 @@ stp_status stp_prep_reject(stp_prep_job *job, uint64_t place, stp_reject reason,
 stp_status stp_prep_give_rejects(stp_prep_job *job, stp_error *err);
 /* Makes room for records [begin, end) and their attributes. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, stp_error *err);
-/* Sorts the parts that ranks read, once the claims of their files are checked. Ranks share the
- * points, unless maps are made of them. Errors: those of stp_claims_check and stp_cloud_sort_parts.
- */
+/* Sorts the parts that ranks read, once the claims of their files are checked; ranks then share
+ * the points. Errors: those of stp_claims_check and stp_cloud_sort_parts. */
 stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err);
 /* Lets `read` read this rank's part, and adds up what all ranks read. If any rank fails, each reads
  * everything, which says why or leaves a file out. Errors: those of read. */

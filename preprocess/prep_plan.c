@@ -139,7 +139,7 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
     const uint64_t points = size->points;
     const unsigned ranks = size->shared ? stp_ranks_count(params->ranks) : 1;
     const uint64_t numbers = number_bytes(size, params->ranks, ranks);
-    const uint64_t maps = points * (size->maps ? MAPS_BYTES : 0);
+    const uint64_t maps = points / ranks * (size->maps ? MAPS_BYTES : 0);
     const uint64_t fill = points * (size->fills ? FILL_BYTES : 0);
     const uint64_t here = point_bytes(size, ranks), share = points / ranks;
     uint64_t surface =

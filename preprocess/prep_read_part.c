@@ -41,7 +41,7 @@ stp_prep_size stp_prep_job_size(const stp_prep_job *job)
 {
     const stp_prep_source *source = job->source;
     stp_prep_size size = stp_prep_size_of(source, job->params);
-    size.shared = job->in_parts && !size.maps;
+    size.shared = job->in_parts;
     if (job->in_parts) {
         const uint64_t *own = job->begins + job->params->ranks->self;
         size.read = own[1] - own[0];
@@ -178,7 +178,6 @@ done:
 stp_status stp_prep_sort_parts(stp_prep_job *job, stp_error *err)
 {
     const stp_status status = check_claims(job, err);
-    return status == STP_OK ? stp_cloud_sort_parts(&job->cloud, job->params->ranks,
-                                                   job->stats->makes_maps, job->pool, err)
+    return status == STP_OK ? stp_cloud_sort_parts(&job->cloud, job->params->ranks, job->pool, err)
                             : status;
 }

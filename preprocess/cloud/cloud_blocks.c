@@ -81,6 +81,9 @@ static stp_status claim_block(stp_cloud *c, uint32_t block, stp_error *err)
     if (c->marks)
         STP_TRY(stp_spill_claim(c->spill, block_at(c->marks, sizeof *c->marks, block),
                                 STP_BLOCK_POINTS * sizeof *c->marks, "marks", err));
+    if (c->blocks->numbers)
+        STP_TRY(stp_spill_claim(c->spill, block_at(c->blocks->numbers, sizeof(uint32_t), block),
+                                STP_BLOCK_POINTS * sizeof(uint32_t), "points", err));
 done:
     return status;
 }
@@ -95,6 +98,9 @@ static void forget_block(stp_cloud *c, uint32_t block)
     if (c->marks)
         stp_spill_forget(c->spill, block_at(c->marks, sizeof *c->marks, block),
                          STP_BLOCK_POINTS * sizeof *c->marks);
+    if (c->blocks->numbers)
+        stp_spill_forget(c->spill, block_at(c->blocks->numbers, sizeof(uint32_t), block),
+                         STP_BLOCK_POINTS * sizeof(uint32_t));
 }
 
 stp_status stp_cloud_share(stp_cloud *cloud, uint64_t count, uint64_t *begins, stp_ranks *ranks,
@@ -280,6 +286,8 @@ static stp_status answer(round_of_blocks *r, const stp_cloud *cloud, unsigned ar
                 STP_TRY(pack(&r->out, cloud->sheets, sizeof *cloud->sheets, part, err));
             if (arrays & STP_ARRAY_MARKS)
                 STP_TRY(pack(&r->out, cloud->marks, sizeof *cloud->marks, part, err));
+            if (arrays & STP_ARRAY_NUMBERS)
+                STP_TRY(pack(&r->out, cloud->blocks->numbers, sizeof(uint32_t), part, err));
         }
         r->sent[rank] = r->out.size - before;
     }
@@ -302,6 +310,8 @@ static stp_status take_all(const round_of_blocks *r, stp_cloud *cloud, unsigned 
                 STP_TRY(take(&from, cloud->sheets, sizeof *cloud->sheets, part, err));
             if (arrays & STP_ARRAY_MARKS)
                 STP_TRY(take(&from, cloud->marks, sizeof *cloud->marks, part, err));
+            if (arrays & STP_ARRAY_NUMBERS)
+                STP_TRY(take(&from, cloud->blocks->numbers, sizeof(uint32_t), part, err));
         }
 done:
     return status;
@@ -377,7 +387,8 @@ static stp_status list_blocks(const stp_cloud *cloud, stp_block_state state, uin
 static unsigned arrays_of(const stp_cloud *cloud)
 {
     return STP_ARRAY_POINTS | (cloud->sheets ? STP_ARRAY_SHEETS : 0u) |
-           (cloud->marks ? STP_ARRAY_MARKS : 0u);
+           (cloud->marks ? STP_ARRAY_MARKS : 0u) |
+           (cloud->blocks->numbers ? STP_ARRAY_NUMBERS : 0u);
 }
 
 stp_status stp_cloud_fetch(stp_cloud *cloud, stp_error *err)

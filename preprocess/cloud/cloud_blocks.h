@@ -28,6 +28,7 @@
 #define STP_ARRAY_POINTS 1u
 #define STP_ARRAY_SHEETS 2u
 #define STP_ARRAY_MARKS 4u
+#define STP_ARRAY_NUMBERS 8u
 
 typedef enum stp_block_state {
     STP_BLOCK_AWAY = 0, /* points of others are not here */
@@ -41,6 +42,8 @@ typedef struct stp_cloud_blocks {
     uint64_t *begins; /* by rank: where its run begins; then where the last one ends */
     uint32_t count;
     atomic_uchar *states; /* by block: stp_block_state */
+    uint32_t *numbers;    /* an array by point of a stage, which comes with points that are fetched;
+                             borrowed; NULL: none */
 } stp_cloud_blocks;
 
 /* Shares a cloud of `count` points, of which rank r owns those from begins[r] on; takes begins also

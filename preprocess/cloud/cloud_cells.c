@@ -167,7 +167,7 @@ done:
     return status;
 }
 
-/* Lets each rank own the points of the cells that it cut. */
+/* Lets each rank own the points of the cells that begin in its run. */
 static stp_status own_cells(stp_cloud *cloud, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -203,6 +203,18 @@ done:
     return status;
 }
 
+stp_status stp_cloud_settle_cells(stp_cloud *cloud, stp_pool *pool, stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (cloud->blocks)
+        STP_TRY(own_cells(cloud, err));
+    STP_TRY(stp_cloud_run_own(cloud, pool, find_cell_box, cloud, err));
+    if (cloud->blocks)
+        STP_TRY(share_boxes(cloud, err));
+done:
+    return status;
+}
+
 stp_status stp_cloud_arrange(stp_cloud *cloud, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -210,11 +222,7 @@ stp_status stp_cloud_arrange(stp_cloud *cloud, stp_pool *pool, stp_error *err)
     stp_morton_grid grid = stp_morton_grid_of(&cloud->box);
     STP_TRY(cut(&c, &grid, (octant){cloud->first, cloud->first + cloud->count, 0}, err));
     STP_TRY(stp_cloud_join_cells(cloud, &cloud->cells, &cloud->cell_count, err));
-    if (cloud->blocks)
-        STP_TRY(own_cells(cloud, err));
-    STP_TRY(stp_cloud_run_own(cloud, pool, find_cell_box, cloud, err));
-    if (cloud->blocks)
-        STP_TRY(share_boxes(cloud, err));
+    STP_TRY(stp_cloud_settle_cells(cloud, pool, err));
     STP_TRY(stp_box_tree_create(&cloud->tree, cloud, pool, err));
     STP_TRY(stp_cloud_array(cloud, &cloud->sheets, sizeof *cloud->sheets, "sheets", err));
     STP_TRY(stp_cloud_array(cloud, &cloud->marks, sizeof *cloud->marks, "marks", err));

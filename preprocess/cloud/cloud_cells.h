@@ -16,6 +16,9 @@ stp_status stp_cloud_sort(stp_cloud *cloud, stp_pool *pool, stp_error *err);
 /* Cuts points, which are sorted, into cells, and allocates the arrays by point: the end of
  * stp_cloud_sort. Errors: likewise. */
 stp_status stp_cloud_arrange(stp_cloud *cloud, stp_pool *pool, stp_error *err);
+/* Finds the boxes of cells that were cut. If ranks share the cloud, each then owns whole cells.
+ * Errors: OUT_OF_MEMORY, IO, CANCELLED. */
+stp_status stp_cloud_settle_cells(stp_cloud *cloud, stp_pool *pool, stp_error *err);
 /* Cuts a run of points, which follow the Morton curve of the cloud's box, into cells behind those
  * that there are. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_cloud_cut(stp_cloud *cloud, uint64_t begin, uint64_t end, stp_error *err);

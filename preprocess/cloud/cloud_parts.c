@@ -15,18 +15,16 @@
  * of points beside its run, and no round gives a rank more than MPI counts. */
 #define ROUND_POINTS (1u << 20)
 #define BLOCK_POINTS 65536u
-/* Points of all ranks that are given to all at a time. */
-#define GIVEN_POINTS (1u << 18)
 
 typedef struct parts {
     stp_cloud *cloud;
     const stp_cloud_point *own; /* the part that this rank has */
     stp_ranks *ranks;
     stp_morton_grid grid;
-    uint64_t *splitters;           /* by rank: the code where its run begins; the first one is 0 */
-    uint64_t *counts;              /* by rank: points of its run */
-    stp_cloud_point *sorted, *run; /* of all, and this rank's in it */
-    stp_cloud_point *block;        /* points of a round, by rank that they go to */
+    uint64_t *splitters;    /* by rank: the code where its run begins; the first one is 0 */
+    uint64_t *counts;       /* by rank: points of its run */
+    stp_cloud_point *run;   /* this rank's, among all */
+    stp_cloud_point *block; /* points of a round, by rank that they go to */
     uint64_t *block_counts;
     size_t *sent, *received; /* bytes of a round, by rank */
 } parts;
@@ -171,52 +169,6 @@ done:
     return status;
 }
 
-/* A round of give_runs: a block of each run, from its point `from` on. */
-static stp_status give_blocks(parts *p, uint64_t from, uint64_t most, stp_cloud_point *out,
-                              stp_cloud_point *in, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_cloud *cloud = p->cloud;
-    const unsigned ranks = p->ranks->count;
-    const uint64_t own = p->counts[p->ranks->self], left = from < own ? own - from : 0;
-    const uint64_t count = left < most ? left : most;
-    for (unsigned rank = 0; rank < ranks && count > 0; rank++)
-        memcpy(out + (size_t)rank * count, p->run + from, count * sizeof *out);
-    for (unsigned rank = 0; rank < ranks; rank++)
-        p->sent[rank] = count * sizeof *out;
-    stp_spill_relieve(cloud->spill);
-    STP_TRY(stp_ranks_exchange(p->ranks, out, p->sent, in, p->received, err));
-    size_t to = from;
-    for (unsigned rank = 0; rank < ranks; to += p->counts[rank++]) {
-        if (p->received[rank] > 0)
-            memcpy(p->sorted + to, in, p->received[rank]);
-        in += p->received[rank] / sizeof *in;
-    }
-done:
-    return status;
-}
-
-/* Gives each rank's run to all, a block of each at a time, so that all send and receive at once. */
-static stp_status give_runs(parts *p, stp_error *err)
-{
-    stp_status status = STP_OK;
-    const unsigned ranks = p->ranks->count;
-    const uint32_t share = GIVEN_POINTS / ranks + 1;
-    stp_cloud_point *out = NULL, *in = NULL;
-    uint64_t longest = 0;
-    STP_TRY(stp_alloc(&out, (size_t)share * ranks, sizeof *out, "points", err));
-    STP_TRY(stp_alloc(&in, (size_t)share * ranks, sizeof *in, "points", err));
-    for (unsigned rank = 0; rank < ranks; rank++)
-        longest = p->counts[rank] > longest ? p->counts[rank] : longest;
-    for (uint64_t from = 0; from < longest; from += share)
-        STP_TRY(give_blocks(p, from, share, out, in, err));
-    p->ranks->sent_bytes += p->cloud->count * (ranks - 1) * sizeof *out;
-done:
-    free(out);
-    free(in);
-    return status;
-}
-
 /* The most points that a rank has. */
 static stp_status find_most(const parts *p, uint64_t *most, stp_error *err)
 {
@@ -230,8 +182,8 @@ done:
     return status;
 }
 
-/* Makes room for all points, or for this rank's run in its place among them. */
-static stp_status make_room(parts *p, uint64_t total, bool whole, stp_cloud *out, stp_error *err)
+/* Makes room for this rank's run in its place among all points. */
+static stp_status make_room(parts *p, uint64_t total, stp_cloud *out, stp_error *err)
 {
     stp_status status = STP_OK;
     uint64_t *begins = NULL;
@@ -246,20 +198,14 @@ static stp_status make_room(parts *p, uint64_t total, bool whole, stp_cloud *out
                        .count = total,
                        .capacity = total,
                        .spill = p->cloud->spill};
-    if (!whole) {
-        uint64_t *taken = begins;
-        begins = NULL;
-        STP_TRY(stp_cloud_share(out, total, taken, p->ranks, err));
-    }
+    STP_TRY(stp_cloud_share(out, total, begins, p->ranks, err));
     STP_TRY(stp_cloud_array(out, &out->points, sizeof *out->points, "points", err));
-    p->sorted = out->points + out->first;
     p->run = out->points + begin;
 done:
-    free(begins);
     return status;
 }
 
-static stp_status sort_runs(parts *p, bool whole, stp_pool *pool, stp_error *err)
+static stp_status sort_runs(parts *p, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud *cloud = p->cloud, all = {0};
@@ -269,7 +215,7 @@ static stp_status sort_runs(parts *p, bool whole, stp_pool *pool, stp_error *err
     STP_TRY(choose_splitters(p, total, err));
     STP_TRY(count_runs(p, err));
     STP_TRY(find_most(p, &most, err));
-    STP_TRY(make_room(p, total, whole, &all, err));
+    STP_TRY(make_room(p, total, &all, err));
     STP_TRY(exchange(p, most, err));
     all.box = cloud->box;
     all.pixels = cloud->pixels;
@@ -278,15 +224,12 @@ static stp_status sort_runs(parts *p, bool whole, stp_pool *pool, stp_error *err
     *cloud = all;
     all = (stp_cloud){0};
     STP_TRY(stp_morton_sort(p->run, *own, cloud->spill, &cloud->box, pool, err));
-    if (whole)
-        STP_TRY(give_runs(p, err));
 done:
     stp_cloud_clear(&all);
     return status;
 }
 
-stp_status stp_cloud_sort_parts(stp_cloud *cloud, stp_ranks *ranks, bool whole, stp_pool *pool,
-                                stp_error *err)
+stp_status stp_cloud_sort_parts(stp_cloud *cloud, stp_ranks *ranks, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     parts p = {.cloud = cloud, .own = stp_cloud_begin(cloud), .ranks = ranks};
@@ -295,7 +238,7 @@ stp_status stp_cloud_sort_parts(stp_cloud *cloud, stp_ranks *ranks, bool whole, 
     STP_TRY(stp_alloc(&p.block_counts, ranks->count, sizeof *p.block_counts, "ranks", err));
     STP_TRY(stp_alloc(&p.sent, ranks->count, sizeof *p.sent, "ranks", err));
     STP_TRY(stp_alloc(&p.received, ranks->count, sizeof *p.received, "ranks", err));
-    status = sort_runs(&p, whole, pool, err);
+    status = sort_runs(&p, pool, err);
 done:
     free(p.received);
     free(p.sent);
@@ -320,7 +263,7 @@ stp_status stp_cloud_sort_again(stp_cloud *cloud, unsigned without, stp_pool *po
     cloud->pixels = NULL;
     stp_cloud_clear(cloud);
     *cloud = part;
-    STP_TRY(stp_cloud_sort_parts(cloud, ranks, false, pool, err));
+    STP_TRY(stp_cloud_sort_parts(cloud, ranks, pool, err));
 done:
     return status;
 }

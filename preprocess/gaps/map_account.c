@@ -2,6 +2,7 @@
 #include "preprocess/gaps/map_account.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/maps/face_tree.h"
 #include "preprocess/maps/map_distance.h"
 #include "preprocess/maps/map_try.h"
@@ -119,9 +120,15 @@ stp_status stp_maps_account(stp_maps *maps, const stp_cloud *cloud, const stp_ma
 {
     stp_status status = STP_OK;
     accounting a = {.maps = maps, .cloud = cloud, .params = params, .owners = owners};
+    stp_ranks *ranks = cloud->blocks ? cloud->blocks->ranks : NULL;
     STP_TRY(make_seams(&a, err));
     STP_TRY(stp_alloc(&a.counts, cloud->cell_count, sizeof *a.counts, "maps", err));
-    STP_TRY(stp_cloud_run(cloud, pool, cloud->cell_count, account_cell, &a, err));
+    STP_TRY(stp_cloud_run_own(cloud, pool, account_cell, &a, err));
+    for (unsigned rank = 0; rank < stp_ranks_count(ranks); rank++) {
+        const stp_rank_part part = stp_cloud_cells(cloud, ranks, rank);
+        STP_TRY(stp_ranks_broadcast(ranks, rank, a.counts + part.begin,
+                                    (part.end - part.begin) * sizeof *a.counts, err));
+    }
     maps->counts =
         (stp_maps_counts){.between = maps->fill.count, .open_edges = maps->fill.open_edges};
     count_maps(maps);

@@ -7,9 +7,9 @@
 
 /* Which map stands for which point. */
 typedef struct stp_map_owners {
-    const uint32_t *numbers; /* by point that is mapped: its merged part */
+    const uint32_t *numbers; /* by own point that is mapped: its merged part */
     const uint32_t *first;   /* by merged part: its first map; then the number of maps */
-    bool *mapped;            /* by point */
+    bool *mapped;            /* by own point */
 } stp_map_owners;
 
 /* Sets the box and the counts of maps whose gaps are filled. A point is as far from the surface as

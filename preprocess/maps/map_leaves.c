@@ -6,6 +6,7 @@
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/cloud/morton.h"
 #include "preprocess/maps/map_raster.h"
+#include "preprocess/maps/maps_share.h"
 
 #include <limits.h>
 #include <math.h>
@@ -44,52 +45,54 @@ static uint32_t measure_square(const stp_map *map, const stp_map_square *square,
     return count;
 }
 
-/* Squares of all maps that have samples, in the order of the maps, and their middles' codes. */
-typedef struct listing {
-    stp_map_square *squares;
-    stp_morton_place *codes;
-    size_t count, square_capacity, code_capacity;
-} listing;
+/* A square that has samples, and their box. */
+typedef struct listed {
+    stp_map_square square;
+    stp_dbox box;
+} listed;
 
-static stp_status list_map(listing *l, const stp_maps *maps, uint32_t index,
-                           const stp_morton_grid *grid, stp_error *err)
+/* Lists the squares of a map. */
+static stp_status list_map(stp_bytes *out, const stp_maps *maps, uint32_t index, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_map *map = &maps->maps[index];
     for (uint32_t row = 0; row < map->rows; row += STP_SQUARE_SIDE)
         for (uint32_t column = 0; column < map->columns; column += STP_SQUARE_SIDE) {
-            const stp_map_square square = {index, column, row};
-            stp_dbox box;
-            if (measure_square(map, &square, &box) == 0)
-                continue;
-            STP_TRY(stp_grow(&l->squares, &l->square_capacity, l->count + 1, sizeof *l->squares,
-                             "patches", err));
-            STP_TRY(stp_grow(&l->codes, &l->code_capacity, l->count + 1, sizeof *l->codes,
-                             "patches", err));
-            l->squares[l->count] = square;
-            l->codes[l->count] = (stp_morton_place){stp_morton_code(grid, stp_dbox_middle(&box)),
-                                                    (uint32_t)l->count};
-            l->count++;
+            listed item = {.square = {index, column, row}};
+            if (measure_square(map, &item.square, &item.box) > 0)
+                STP_TRY(stp_bytes_append(out, &item, sizeof item, err));
         }
+done:
+    return status;
+}
+
+/* Lists the squares of all maps; if ranks have them, each lists those of its own. */
+static stp_status list_all(stp_bytes *out, const stp_maps *maps, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint32_t *firsts = maps->ranks ? maps->firsts + maps->ranks->self : NULL;
+    const uint32_t end = firsts ? firsts[1] : maps->count;
+    for (uint32_t i = firsts ? firsts[0] : 0; i < end; i++)
+        STP_TRY(list_map(out, maps, i, err));
+    if (maps->ranks)
+        STP_TRY(stp_ranks_join(maps->ranks, out, err));
 done:
     return status;
 }
 
 typedef struct cutting {
     const stp_map_leaves *leaves;
+    const stp_dbox *boxes; /* by square */
     stp_point_item_params params;
 } cutting;
 
 static stp_leaf_extent extent_of(const void *context, uint32_t index)
 {
     const cutting *c = context;
-    const stp_map_square *square = &c->leaves->squares[index];
-    const stp_map *map = &c->leaves->maps->maps[square->map];
-    stp_leaf_extent out;
-    measure_square(map, square, &out.box);
-    out.finest = stp_point_exponent(out.box.min, LEAST_SPACING * map->frame.spacing, &c->params);
-    out.coarsest = stp_point_exponent(out.box.min, STRETCH_MOST * map->frame.spacing, &c->params);
-    return out;
+    const double spacing = c->leaves->maps->maps[c->leaves->squares[index].map].frame.spacing;
+    const stp_dbox box = c->boxes[index];
+    return (stp_leaf_extent){box, stp_point_exponent(box.min, LEAST_SPACING * spacing, &c->params),
+                             stp_point_exponent(box.min, STRETCH_MOST * spacing, &c->params)};
 }
 
 stp_status stp_map_leaves_create(stp_map_leaves *out, const stp_maps *maps, double lambda,
@@ -97,25 +100,47 @@ stp_status stp_map_leaves_create(stp_map_leaves *out, const stp_maps *maps, doub
 {
     stp_status status = STP_OK;
     stp_map_leaves made = {.maps = maps, .box = maps->box};
-    listing l = {0};
+    stp_bytes bytes = {0};
+    stp_morton_place *codes = NULL;
+    stp_dbox *boxes = NULL;
     const stp_morton_grid grid = stp_morton_grid_of(&maps->box);
-    for (uint32_t i = 0; i < maps->count; i++)
-        STP_TRY(list_map(&l, maps, i, &grid, err));
-    stp_morton_order(l.codes, (uint32_t)l.count);
-    STP_TRY(stp_alloc(&made.squares, l.count, sizeof *made.squares, "patches", err));
-    for (size_t i = 0; i < l.count; i++)
-        made.squares[i] = l.squares[l.codes[i].index];
-    made.square_count = (uint32_t)l.count;
-    const cutting c = {&made,
-                       {.lambda = lambda, .resolution = *resolution, .vertex_least = INT_MIN / 2}};
-    STP_TRY(stp_leaf_cut(&made.leaves, &made.leaf_count, made.square_count, extent_of, &c, err));
+    STP_TRY(list_all(&bytes, maps, err));
+    const listed *all = (const listed *)bytes.data;
+    const uint32_t count = (uint32_t)(bytes.size / sizeof *all);
+    STP_TRY(stp_alloc(&codes, count, sizeof *codes, "patches", err));
+    STP_TRY(stp_alloc(&boxes, count, sizeof *boxes, "patches", err));
+    STP_TRY(stp_alloc(&made.squares, count, sizeof *made.squares, "patches", err));
+    STP_TRY(stp_alloc(&made.wanted, maps->count, sizeof *made.wanted, "maps", err));
+    for (uint32_t i = 0; i < count; i++)
+        codes[i] = (stp_morton_place){stp_morton_code(&grid, stp_dbox_middle(&all[i].box)), i};
+    stp_morton_order(codes, count);
+    for (uint32_t i = 0; i < count; i++) {
+        made.squares[i] = all[codes[i].index].square;
+        boxes[i] = all[codes[i].index].box;
+    }
+    made.square_count = count;
+    const cutting c = {
+        &made, boxes, {.lambda = lambda, .resolution = *resolution, .vertex_least = INT_MIN / 2}};
+    STP_TRY(stp_leaf_cut(&made.leaves, &made.leaf_count, count, extent_of, &c, err));
     *out = made;
     made = (stp_map_leaves){0};
 done:
     stp_map_leaves_clear(&made);
-    free(l.squares);
-    free(l.codes);
+    free(bytes.data);
+    free(codes);
+    free(boxes);
     return status;
+}
+
+void stp_map_leaf_ask(const stp_map_leaves *leaves, uint32_t leaf)
+{
+    for (uint32_t i = leaves->leaves[leaf].begin; i < leaves->leaves[leaf].end; i++)
+        leaves->wanted[leaves->squares[i].map] = true;
+}
+
+stp_status stp_map_leaves_fetch(const stp_map_leaves *leaves, stp_error *err)
+{
+    return stp_maps_fetch(leaves->maps, leaves->wanted, err);
 }
 
 /* Whether one of the eight samples around is none of the map. */
@@ -397,5 +422,6 @@ void stp_map_leaves_clear(stp_map_leaves *leaves)
 {
     free(leaves->squares);
     free(leaves->leaves);
+    free(leaves->wanted);
     *leaves = (stp_map_leaves){0};
 }

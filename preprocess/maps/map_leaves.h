@@ -22,13 +22,19 @@ typedef struct stp_map_leaves {
     uint32_t square_count;
     stp_leaf_run *leaves; /* of squares */
     uint32_t leaf_count;
+    bool *wanted; /* by map: leaves need it that were asked for */
     stp_dbox box; /* of all samples */
 } stp_map_leaves;
 
 /* Cuts the maps, borrowed as long as the leaves are used, into leaves. lambda, resolution: what the
- * samples will be stored with. Errors: OUT_OF_MEMORY. Free with stp_map_leaves_clear. */
+ * samples will be stored with. Errors: OUT_OF_MEMORY, IO, CANCELLED. Free with
+ * stp_map_leaves_clear. */
 stp_status stp_map_leaves_create(stp_map_leaves *out, const stp_maps *maps, double lambda,
                                  const stp_resolution *resolution, stp_error *err);
+/* Notes the maps that a leaf needs; then gets their samples from the ranks that have them. Errors
+ * of this: OUT_OF_MEMORY, IO, CANCELLED. */
+void stp_map_leaf_ask(const stp_map_leaves *leaves, uint32_t leaf);
+stp_status stp_map_leaves_fetch(const stp_map_leaves *leaves, stp_error *err);
 /* Builds one leaf, without tangential errors. Errors: OUT_OF_MEMORY, LIMIT. */
 stp_status stp_map_leaf_build(const stp_map_leaves *leaves, uint32_t leaf,
                               const stp_point_item_params *params, stp_built_chunk *out,

@@ -2,6 +2,8 @@
 #include "preprocess/maps/map_try.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/box_tree.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/maps/halve.h"
 #include "preprocess/maps/map_around.h"
 #include "preprocess/maps/map_distance.h"
@@ -23,7 +25,8 @@ typedef struct trial {
     const stp_maps_params *params;
     const stp_face_tree *faces;
     const uint32_t *parts;
-    bool *mapped;
+    uint32_t *all; /* places of the merged part, those of a half together */
+    bool *taken;   /* by these: a map stands for the point */
     uint32_t *scratch;
     vec3s *normals;
     double *distances;
@@ -88,6 +91,7 @@ static stp_status take(trial *t, stp_map *map, const stp_map_places *places, stp
 {
     stp_status status = STP_OK;
     stp_map_list *list = t->list;
+    bool *taken = t->taken + (places->own - t->all);
     const size_t guests = list->guest_count;
     uint32_t crowd = 0;
     STP_TRY(find_guests(t, map, places, &crowd, err));
@@ -106,7 +110,7 @@ static stp_status take(trial *t, stp_map *map, const stp_map_places *places, stp
     for (uint32_t i = 0; i < places->own_count; i++) {
         if (t->distances[i] > limit_of(t, places->own[i]))
             continue;
-        t->mapped[places->own[i]] = true;
+        taken[i] = true;
         stp_maps_counts_add(&list->counts, t->distances[i]);
     }
     list->counts.samples += map->count;
@@ -162,36 +166,71 @@ done:
 
 /* Takes the points that halving left without a map into the nearest map of their part, if that is
  * near enough. */
-static void take_left(trial *t, const uint32_t *own, uint32_t count)
+static void take_left(trial *t, uint32_t count)
 {
+    const uint32_t *own = t->all;
     for (uint32_t i = 0; i < count; i++) {
         double distance = INFINITY;
-        if (t->mapped[own[i]] || t->cloud->marks[own[i]] & STP_MARK_OUTLIER)
+        if (t->taken[i] || t->cloud->marks[own[i]] & STP_MARK_OUTLIER)
             continue;
         for (size_t m = 0; m < t->list->count; m++)
             distance = stp_min(
                 distance, stp_map_distance(&t->list->maps[m], t->cloud->points[own[i]].position));
         if (distance > limit_of(t, own[i]))
             continue;
-        t->mapped[own[i]] = true;
+        t->taken[i] = true;
         stp_maps_counts_add(&t->list->counts, distance);
     }
 }
 
+static bool meets_box(void *context, const stp_dbox *box)
+{
+    return stp_dbox_meet(context, box);
+}
+
+static bool pass(void *context, uint64_t begin, uint64_t end)
+{
+    (void)context;
+    (void)begin;
+    (void)end;
+    return true;
+}
+
+/* Whether all points are here that maps of a part may be made of: its own, and all in the boxes
+ * around its halves (box_of). */
+static bool has_all(const stp_cloud *cloud, const uint32_t *places, uint32_t count)
+{
+    stp_dbox box = stp_dbox_empty();
+    double most = 0.0;
+    for (uint32_t i = 0; i < count; i++)
+        (void)stp_cloud_has(cloud, places[i]);
+    for (uint32_t i = 0; i < count && !*cloud->missed; i++) {
+        most = stp_max(most, (double)cloud->points[places[i]].spacing);
+        stp_dbox_add(&box, cloud->points[places[i]].position);
+    }
+    box = stp_dbox_grown(&box, (STP_MAP_MARGIN + 0.01) * most); /* rounding */
+    if (!*cloud->missed)
+        (void)stp_box_tree_walk(cloud, meets_box, pass, &box);
+    return !*cloud->missed;
+}
+
 stp_status stp_map_list_make(stp_map_list *out, const stp_cloud *cloud,
                              const stp_maps_params *params, const stp_face_tree *faces,
-                             const uint32_t *parts, bool *mapped, uint32_t *places, uint32_t count,
+                             const uint32_t *parts, uint32_t *places, bool *taken, uint32_t count,
                              stp_error *err)
 {
     stp_status status = STP_OK;
     stp_map_list made = {.box = stp_dbox_empty()};
     trial t = {.cloud = cloud, .params = params, .faces = faces, .parts = parts, .list = &made};
-    t.mapped = mapped;
+    t.all = places;
+    t.taken = taken;
+    if (cloud->blocks && !has_all(cloud, places, count))
+        return STP_OK;
     STP_TRY(stp_alloc(&t.scratch, count, sizeof *t.scratch, "points", err));
     STP_TRY(stp_alloc(&t.normals, count, sizeof *t.normals, "normals", err));
     STP_TRY(stp_alloc(&t.distances, count, sizeof *t.distances, "points", err));
     STP_TRY(try_places(&t, places, count, err));
-    take_left(&t, places, count);
+    take_left(&t, count);
     *out = made;
     made = (stp_map_list){0};
 done:

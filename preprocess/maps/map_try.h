@@ -24,13 +24,14 @@ typedef struct stp_map_list {
     stp_dbox box;           /* of all samples; empty without maps */
 } stp_map_list;
 
-/* Makes the maps of the points at `count` places, ascending; reorders them. Sets `mapped` of those
- * that the maps stand for. faces: of meshes; NULL: there are none. parts, mapped: by place in the
- * cloud; a point of no part has STP_PART_NONE. Errors: OUT_OF_MEMORY, IO. Free with
+/* Makes the maps of the points at `count` places, ascending; reorders them. Sets taken[i] if a map
+ * stands for the point at places[i]. faces: of meshes; NULL: there are none. parts: by place in the
+ * cloud; a point of no part has STP_PART_NONE. If ranks share the cloud and *cloud->missed becomes
+ * true, nothing is made: try again when the points are here. Errors: OUT_OF_MEMORY, IO. Free with
  * stp_map_list_clear. */
 stp_status stp_map_list_make(stp_map_list *out, const stp_cloud *cloud,
                              const stp_maps_params *params, const stp_face_tree *faces,
-                             const uint32_t *parts, bool *mapped, uint32_t *places, uint32_t count,
+                             const uint32_t *parts, uint32_t *places, bool *taken, uint32_t count,
                              stp_error *err);
 /* How far a point may be from the map that stands for it. */
 double stp_map_limit(const stp_cloud *cloud, const stp_maps_params *params, uint32_t place);

@@ -17,7 +17,6 @@ typedef struct stp_maps_params {
     bool paper;      /* they are stored by STP_CODEC_PAPER; the file must be of format 2 */
     const stp_mesh *mesh; /* whose triangles are the surface where they are near; borrowed; NULL:
                              the points alone tell the surface */
-    stp_ranks *ranks;     /* that share the work and have all points, borrowed; NULL: none */
 } stp_maps_params;
 
 typedef struct stp_maps_counts {
@@ -37,6 +36,8 @@ typedef struct stp_maps {
     stp_map_fill fill; /* empty unless it is wanted */
     bool paper;        /* as the parameters say */
     stp_spill *spill;  /* where samples lie, borrowed */
+    stp_ranks *ranks;  /* each of which has the samples of its maps, borrowed; NULL: all are here */
+    uint32_t *firsts;  /* by rank: its first map; then the number of maps; NULL without ranks */
 } stp_maps;
 
 /* Counts a point that a map stands for. */

@@ -2,14 +2,14 @@
 #include "preprocess/maps/maps_make.h"
 
 #include "base/memory.h"
-#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/gaps/map_account.h"
 #include "preprocess/gaps/map_trim.h"
 #include "preprocess/maps/maps_share.h"
+#include "preprocess/maps/maps_work.h"
 #include "preprocess/maps/part_merge.h"
 
-#include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Cells are cut into parts that keep this share of the cone, and at most so many degrees. If parts
  * are small, merging chooses where maps meet: there are fewer maps. But cuts by planes are
@@ -17,57 +17,64 @@
 #define CUT_SHARE 0.75
 #define CUT_MOST 45.0
 
-typedef struct work {
-    stp_cloud *cloud;
-    const stp_maps_params *params;
-    const stp_progress *progress;
-    stp_face_tree faces;
-    double cut_cosine; /* of the cone that parts keep before they are merged */
-    stp_cell_parts *cells;
-    uint32_t cell_count;  /* before points leave the cloud, and cells with them */
-    uint32_t *cell_first; /* by cell: the number of its first part among all */
-    uint32_t part_count;
-    stp_part *parts;   /* of all cells */
-    uint32_t *numbers; /* by point: its part in its cell, then among all, then its merged part */
-    bool *mapped;      /* by point: a map stands for it */
-    uint32_t *order;   /* places, merged part after merged part */
-    uint32_t *begins;  /* by merged part: where its places begin; then their number */
-    uint32_t merged_count;
-    stp_rank_part own;         /* cells, then merged parts, of this rank */
-    uint32_t *map_first;       /* by merged part: its first map; then the number of maps */
-    stp_map_list *lists;       /* by merged part */
-    atomic_uint_fast64_t done; /* points, of twice as many: cut, then sampled */
-} work;
+typedef stp_maps_work work;
 
 static stp_status advance(work *w, uint64_t points, stp_error *err)
 {
-    const uint64_t all = 2 * (uint64_t)w->cloud->count / stp_ranks_count(w->params->ranks);
-    const uint64_t done = atomic_fetch_add(&w->done, points) + points;
+    const uint64_t all = 2 * (uint64_t)w->cloud->count / stp_ranks_count(w->ranks);
+    const uint64_t done = atomic_fetch_add(&w->done_points, points) + points;
     return stp_progress_update(w->progress, "maps", done < all ? done : all, all, err);
+}
+
+/* Runs a task for each of some cells or lists, again for those that missed points of other ranks.
+ */
+static stp_status run_all(work *w, stp_rank_part part, stp_pool *pool, stp_pool_task *task,
+                          stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (uint64_t left = 1; left > 0;) {
+        STP_TRY(stp_cloud_run(w->cloud, pool, part.end - part.begin, task, w, err));
+        left = 0;
+        for (uint64_t i = part.begin; i < part.end; i++)
+            left += !w->done[i];
+        STP_TRY(stp_cloud_sum(w->cloud, &left, 1, err));
+        STP_TRY(stp_cloud_fetch(w->cloud, err));
+    }
+done:
+    return status;
 }
 
 static stp_status cut_cell(void *context, size_t place, unsigned worker, stp_error *err)
 {
     stp_status status = STP_OK;
     work *w = context;
-    const uint32_t index = (uint32_t)(w->own.begin + place);
+    const uint32_t index = (uint32_t)(stp_cloud_own_cells(w->cloud).begin + place);
     const stp_cell *cell = &w->cloud->cells[index];
+    bool missed = false;
+    stp_cloud seen = *w->cloud;
+    seen.missed = &missed;
     (void)worker;
-    STP_TRY(stp_cell_parts_cut(&w->cells[index], w->cloud, index, w->cut_cosine, w->numbers, err));
+    if (w->done[index])
+        return STP_OK;
+    STP_TRY(stp_cell_parts_cut(&w->cells[index], &seen, index, w->cut_cosine, w->numbers, err));
+    if (missed) /* other ranks have points around the cell: they come before the next try */
+        goto done;
+    w->done[index] = true;
     STP_TRY(advance(w, cell->end - cell->begin, err));
 done:
     return status;
 }
 
-/* Cuts this rank's cells, and gets the parts of the others. */
+/* Cuts the own cells, and gets the parts of the others. */
 static stp_status cut_cells(work *w, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_ranks *ranks = w->params->ranks;
-    w->own = stp_cloud_cells(w->cloud, ranks, ranks ? ranks->self : 0);
-    STP_TRY(stp_cloud_run(w->cloud, pool, w->own.end - w->own.begin, cut_cell, w, err));
-    STP_TRY(stp_cell_parts_share(ranks, w->cloud, w->cells, w->numbers, err));
+    STP_TRY(stp_alloc(&w->done, w->cell_count, sizeof *w->done, "maps", err));
+    STP_TRY(run_all(w, stp_cloud_own_cells(w->cloud), pool, cut_cell, err));
+    STP_TRY(stp_cell_parts_share(w->ranks, w->cloud, w->cells, err));
 done:
+    free(w->done);
+    w->done = NULL;
     return status;
 }
 
@@ -76,6 +83,7 @@ static stp_status number_parts(work *w, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_cloud *cloud = w->cloud;
+    const unsigned ranks = stp_ranks_count(w->ranks);
     STP_TRY(stp_alloc(&w->cell_first, cloud->cell_count, sizeof *w->cell_first, "maps", err));
     for (uint32_t c = 0; c < cloud->cell_count; c++) {
         w->cell_first[c] = w->part_count;
@@ -83,95 +91,81 @@ static stp_status number_parts(work *w, stp_error *err)
     }
     STP_TRY(stp_alloc(&w->parts, w->part_count, sizeof *w->parts, "maps", err));
     for (uint32_t c = 0; c < cloud->cell_count; c++) {
-        for (uint32_t p = 0; p < w->cells[c].part_count; p++) {
-            w->parts[w->cell_first[c] + p] = w->cells[c].parts[p];
-            w->cells[c].parts[p].corners = NULL;
-        }
+        stp_cell_parts *cell = &w->cells[c];
+        for (uint32_t p = 0; p < cell->part_count; p++)
+            w->parts[w->cell_first[c] + p] = cell->parts[p];
+        free(cell->parts);
+        cell->parts = NULL;
+    }
+    STP_TRY(stp_alloc(&w->part_firsts, (size_t)ranks + 1, sizeof *w->part_firsts, "ranks", err));
+    for (unsigned rank = 1; rank <= ranks; rank++) {
+        const uint64_t cell = rank < ranks ? stp_cloud_cells(cloud, w->ranks, rank).begin : 0;
+        const bool none = rank == ranks || cell == cloud->cell_count;
+        w->part_firsts[rank] = none ? w->part_count : w->cell_first[cell];
+    }
+    const stp_rank_part own = stp_cloud_own_cells(cloud);
+    for (uint64_t c = own.begin; c < own.end; c++, stp_spill_relieve(cloud->spill))
         for (uint64_t i = cloud->cells[c].begin; i < cloud->cells[c].end; i++)
             if (w->numbers[i] != STP_PART_NONE)
                 w->numbers[i] += w->cell_first[c];
-        stp_spill_relieve(cloud->spill);
-    }
 done:
     return status;
 }
 
 /* Lists the pairs of all cells, and those across cells. */
-static stp_status list_pairs(const work *w, stp_part_pair **out, size_t *count, stp_error *err)
+static stp_status list_pairs(const work *w, stp_bytes *out, size_t *count, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_part_pair *pairs = NULL;
-    size_t n = 0, most = 0;
-    for (uint32_t c = 0; c < w->cloud->cell_count; c++)
-        most += w->cells[c].pair_count + w->cells[c].border_count;
-    STP_TRY(stp_alloc(&pairs, most, sizeof *pairs, "maps", err));
-    for (uint32_t c = 0; c < w->cloud->cell_count; c++) {
+    const stp_rank_part own = stp_cloud_own_cells(w->cloud);
+    for (uint64_t c = own.begin; c < own.end; c++) {
         const stp_cell_parts *cell = &w->cells[c];
-        const uint32_t first = w->cell_first[c];
-        for (size_t i = 0; i < cell->pair_count; i++)
-            pairs[n++] = (stp_part_pair){first + cell->pairs[i].a, first + cell->pairs[i].b};
         for (size_t i = 0; i < cell->border_count; i++) {
             const uint32_t other = w->numbers[cell->borders[i].place];
+            const stp_part_pair pair =
+                stp_part_pair_of(w->cell_first[c] + cell->borders[i].part, other);
             if (other != STP_PART_NONE)
-                pairs[n++] = stp_part_pair_of(first + cell->borders[i].part, other);
+                STP_TRY(stp_bytes_append(out, &pair, sizeof pair, err));
         }
     }
-    *count = stp_part_pairs_sort(pairs, n);
-    *out = pairs;
+    out->size = stp_part_pairs_sort((stp_part_pair *)out->data, out->size / sizeof(stp_part_pair)) *
+                sizeof(stp_part_pair);
+    if (w->ranks)
+        STP_TRY(stp_ranks_join(w->ranks, out, err));
+    for (uint32_t c = 0; c < w->cloud->cell_count; c++)
+        for (size_t i = 0; i < w->cells[c].pair_count; i++) {
+            const stp_part_pair *pair = &w->cells[c].pairs[i];
+            const stp_part_pair both = {w->cell_first[c] + pair->a, w->cell_first[c] + pair->b};
+            STP_TRY(stp_bytes_append(out, &both, sizeof both, err));
+        }
+    *count = stp_part_pairs_sort((stp_part_pair *)out->data, out->size / sizeof(stp_part_pair));
 done:
     return status;
 }
 
-/* Numbers the merged parts that are large enough in the order of their first points, and sorts the
- * places by them. The other parts are none. */
-static stp_status order_places(work *w, const uint32_t *roots, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_cloud *cloud = w->cloud;
-    uint32_t *merged = NULL; /* by root: one more than its number, or 0 */
-    STP_TRY(stp_alloc(&merged, w->part_count, sizeof *merged, "maps", err));
-    STP_TRY(stp_alloc(&w->begins, (size_t)w->part_count + 2, sizeof *w->begins, "maps", err));
-    STP_TRY(stp_spill_alloc(cloud->spill, &w->order, cloud->count, sizeof *w->order, "maps", err));
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i)) {
-        if (w->numbers[i] == STP_PART_NONE)
-            continue;
-        uint32_t *number = &merged[roots[w->numbers[i]]];
-        if (w->parts[roots[w->numbers[i]]].points < STP_MAP_POINTS_LEAST) {
-            w->numbers[i] = STP_PART_NONE;
-            continue;
-        }
-        if (*number == 0)
-            *number = ++w->merged_count;
-        w->numbers[i] = *number - 1;
-        w->begins[*number + 1]++;
-    }
-    for (uint32_t m = 0; m < w->merged_count; m++)
-        w->begins[m + 2] += w->begins[m + 1];
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
-        if (w->numbers[i] != STP_PART_NONE)
-            w->order[w->begins[w->numbers[i] + 1]++] = i;
-done:
-    free(merged);
-    return status;
-}
-
+/* Merges parts, and forgets what is known of cells. */
 static stp_status merge_parts(work *w, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_part_pair *pairs = NULL;
+    stp_bytes pairs = {0};
     size_t pair_count = 0;
     uint32_t *roots = NULL;
     stp_part_field field = {0};
     const double cone_rad = w->params->cone_deg * M_PI / 180.0;
+    STP_TRY(stp_cloud_refresh(w->cloud, STP_ARRAY_NUMBERS, err));
     STP_TRY(list_pairs(w, &pairs, &pair_count, err));
-    STP_TRY(stp_part_field_create(&field, w->cloud, w->numbers, w->part_count, cone_rad, err));
-    STP_TRY(stp_parts_merge(w->parts, w->part_count, pairs, pair_count, cos(cone_rad), &field,
-                            &roots, err));
+    stp_cloud_let_go(w->cloud);
+    for (uint32_t c = 0; c < w->cell_count; c++)
+        stp_cell_parts_clear(&w->cells[c]);
+    STP_TRY(stp_part_field_create(&field, w->cloud, w->numbers, w->part_count,
+                                  w->ranks ? w->part_firsts : NULL, cone_rad, err));
+    STP_TRY(stp_parts_merge(w->parts, w->part_count, (const stp_part_pair *)pairs.data, pair_count,
+                            cos(cone_rad), &field, &roots, err));
     stp_part_field_clear(&field);
-    STP_TRY(order_places(w, roots, err));
+    STP_TRY(stp_maps_number_lists(w, roots, err));
+    STP_TRY(stp_maps_find_places(w, err));
 done:
     stp_part_field_clear(&field);
-    free(pairs);
+    free(pairs.data);
     free(roots);
     return status;
 }
@@ -181,66 +175,39 @@ static stp_status sample_one(void *context, size_t place, unsigned worker, stp_e
     stp_status status = STP_OK;
     work *w = context;
     const uint32_t index = (uint32_t)(w->own.begin + place);
-    const uint32_t begin = w->begins[index], count = w->begins[index + 1] - begin;
+    const uint32_t count = w->begins[index + 1] - w->begins[index];
+    uint32_t *places = w->places + stp_maps_place_begin(w, index);
+    bool *taken = w->taken + stp_maps_place_begin(w, index);
+    bool missed = false;
+    stp_cloud seen = *w->cloud;
+    seen.missed = &missed;
     (void)worker;
-    STP_TRY(stp_map_list_make(&w->lists[index], w->cloud, w->params,
-                              w->params->mesh ? &w->faces : NULL, w->numbers, w->mapped,
-                              w->order + begin, count, err));
+    if (w->done[index])
+        return STP_OK;
+    STP_TRY(stp_map_list_make(&w->lists[index], &seen, w->params,
+                              w->params->mesh ? &w->faces : NULL, w->numbers, places, taken, count,
+                              err));
+    if (missed) /* other ranks have points of the list or around it */
+        goto done;
+    w->done[index] = true;
     STP_TRY(advance(w, count, err));
 done:
     return status;
 }
 
-/* Samples this rank's merged parts, and gets the maps of the others. */
+/* Samples the own lists, and gets the maps of the others, without samples unless all need them. */
 static stp_status sample_parts(work *w, stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_ranks *ranks = w->params->ranks;
-    STP_TRY(stp_alloc(&w->lists, w->merged_count, sizeof *w->lists, "maps", err));
-    w->own = stp_maps_rank_part(ranks, ranks ? ranks->self : 0, w->begins, w->merged_count);
-    STP_TRY(stp_cloud_run(w->cloud, pool, w->own.end - w->own.begin, sample_one, w, err));
-    STP_TRY(stp_map_lists_share(ranks, w->cloud, w->lists, w->begins, w->merged_count, w->order,
-                                w->mapped, err));
+    STP_TRY(stp_alloc(&w->lists, w->list_count, sizeof *w->lists, "maps", err));
+    STP_TRY(stp_alloc(&w->done, w->list_count, sizeof *w->done, "maps", err));
+    STP_TRY(run_all(w, w->own, pool, sample_one, err));
+    stp_cloud_let_go(w->cloud);
+    STP_TRY(stp_maps_mark_taken(w, err));
+    STP_TRY(stp_maps_settle_guests(w, err));
+    STP_TRY(
+        stp_map_lists_share(w->ranks, w->cloud, w->lists, w->list_firsts, w->params->fill, err));
 done:
-    return status;
-}
-
-static int compare_guests(const void *a, const void *b)
-{
-    const stp_map_guest *p = a, *q = b;
-    if (p->place != q->place)
-        return p->place < q->place ? -1 : 1;
-    if (p->distance != q->distance)
-        return p->distance < q->distance ? -1 : 1;
-    return (p->list > q->list) - (p->list < q->list);
-}
-
-/* Gives each guest to the map that it is nearest to, and numbers it as that map's points. */
-static stp_status settle_guests(work *w, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_map_guest *guests = NULL;
-    size_t count = 0, n = 0;
-    for (uint32_t m = 0; m < w->merged_count; m++)
-        count += w->lists[m].guest_count;
-    STP_TRY(stp_alloc(&guests, count, sizeof *guests, "points", err));
-    for (uint32_t m = 0; m < w->merged_count; m++)
-        for (size_t i = 0; i < w->lists[m].guest_count; i++) {
-            guests[n] = w->lists[m].guests[i];
-            guests[n++].list = m;
-        }
-    if (n > 0)
-        qsort(guests, n, sizeof *guests, compare_guests);
-    for (size_t i = 0; i < n; i++) {
-        bool *mapped = &w->mapped[guests[i].place];
-        if (*mapped)
-            continue;
-        stp_maps_counts_add(&w->lists[guests[i].list].counts, guests[i].distance);
-        w->numbers[guests[i].place] = guests[i].list;
-        *mapped = true;
-    }
-done:
-    free(guests);
     return status;
 }
 
@@ -249,12 +216,16 @@ static stp_status gather(work *w, stp_maps *out, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_maps all = {.box = stp_dbox_empty(), .spill = w->cloud->spill};
-    for (uint32_t m = 0; m < w->merged_count; m++)
+    for (uint32_t m = 0; m < w->list_count; m++)
         all.counts.maps += w->lists[m].count;
     STP_TRY(stp_alloc(&all.maps, all.counts.maps, sizeof *all.maps, "maps", err));
-    STP_TRY(
-        stp_alloc(&w->map_first, (size_t)w->merged_count + 1, sizeof *w->map_first, "maps", err));
-    for (uint32_t m = 0; m < w->merged_count; m++) {
+    STP_TRY(stp_alloc(&w->map_first, (size_t)w->list_count + 1, sizeof *w->map_first, "maps", err));
+    if (w->ranks && !w->params->fill) {
+        all.ranks = w->ranks;
+        STP_TRY(
+            stp_alloc(&all.firsts, (size_t)w->ranks->count + 1, sizeof *all.firsts, "ranks", err));
+    }
+    for (uint32_t m = 0; m < w->list_count; m++) {
         stp_map_list *list = &w->lists[m];
         for (size_t i = 0; i < list->count; i++)
             all.maps[all.count++] = list->maps[i];
@@ -267,8 +238,12 @@ static stp_status gather(work *w, stp_maps *out, stp_error *err)
         all.counts.greatest = stp_max(all.counts.greatest, list->counts.greatest);
         all.counts.sum += list->counts.sum;
     }
+    for (unsigned rank = 0; all.ranks && rank <= all.ranks->count; rank++)
+        all.firsts[rank] = w->map_first[w->list_firsts[rank]];
     *out = all;
+    all = (stp_maps){0};
 done:
+    free(all.maps);
     return status;
 }
 
@@ -284,36 +259,6 @@ done:
     return status;
 }
 
-/* Removes the points that maps stand for. Cells that have become small are joined. */
-static void keep_others(stp_cloud *cloud, const bool *mapped)
-{
-    uint32_t kept = 0, cells = 0;
-    for (uint32_t c = 0; c < cloud->cell_count; c++) {
-        const stp_cell cell = cloud->cells[c];
-        const uint32_t begin = kept;
-        for (uint64_t i = cell.begin; i < cell.end; i++) {
-            if (mapped[i])
-                continue;
-            cloud->points[kept] = cloud->points[i];
-            cloud->sheets[kept] = cloud->sheets[i];
-            cloud->marks[kept++] = cloud->marks[i];
-        }
-        stp_spill_relieve(cloud->spill);
-        if (kept == begin)
-            continue;
-        if (cells > 0 && kept - cloud->cells[cells - 1].begin <= STP_CELL_POINTS)
-            cloud->cells[cells - 1].end = kept;
-        else
-            cloud->cells[cells++] = (stp_cell){.begin = begin, .end = kept};
-    }
-    for (uint32_t c = 0; c < cells; c++) {
-        stp_cell *cell = &cloud->cells[c];
-        cell->box = stp_points_box(cloud->points + cell->begin, cell->end - cell->begin);
-    }
-    cloud->count = kept;
-    cloud->cell_count = cells;
-}
-
 static void clear_work(work *w)
 {
     for (uint32_t c = 0; w->cells && c < w->cell_count; c++)
@@ -322,16 +267,36 @@ static void clear_work(work *w)
     for (uint32_t p = 0; w->parts && p < w->part_count; p++)
         free(w->parts[p].corners);
     free(w->parts);
-    for (uint32_t m = 0; w->lists && m < w->merged_count; m++)
+    for (uint32_t m = 0; w->lists && m < w->list_count; m++)
         stp_map_list_clear(&w->lists[m], w->cloud->spill);
     free(w->lists);
+    free(w->done);
     free(w->cell_first);
+    free(w->part_firsts);
+    free(w->list_firsts);
     free(w->begins);
     free(w->map_first);
+    if (w->cloud->blocks)
+        w->cloud->blocks->numbers = NULL;
     stp_spill_free(w->cloud->spill, w->numbers);
-    stp_spill_free(w->cloud->spill, w->order);
+    stp_spill_free(w->cloud->spill, w->places);
+    stp_spill_free(w->cloud->spill, w->taken);
     stp_spill_free(w->cloud->spill, w->mapped);
     stp_face_tree_clear(&w->faces);
+}
+
+/* Makes the arrays by point. */
+static stp_status begin(work *w, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud *cloud = w->cloud;
+    STP_TRY(stp_alloc(&w->cells, cloud->cell_count, sizeof *w->cells, "maps", err));
+    STP_TRY(stp_cloud_array(cloud, &w->numbers, sizeof *w->numbers, "maps", err));
+    STP_TRY(stp_cloud_array(cloud, &w->mapped, sizeof *w->mapped, "maps", err));
+    if (cloud->blocks)
+        cloud->blocks->numbers = w->numbers;
+done:
+    return status;
 }
 
 stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params *params,
@@ -341,27 +306,24 @@ stp_status stp_maps_make(stp_maps *out, stp_cloud *cloud, const stp_maps_params 
     const double cone = params->cone_deg;
     const double cut_deg = params->fill ? cone : fmin(CUT_SHARE * cone, CUT_MOST);
     work w = {.cloud = cloud,
+              .ranks = cloud->blocks ? cloud->blocks->ranks : NULL,
               .cell_count = cloud->cell_count,
               .params = params,
               .progress = progress,
               .cut_cosine = cos(cut_deg * M_PI / 180.0)};
-    STP_TRY(stp_alloc(&w.cells, cloud->cell_count, sizeof *w.cells, "maps", err));
-    STP_TRY(
-        stp_spill_alloc(cloud->spill, &w.numbers, cloud->count, sizeof *w.numbers, "maps", err));
-    STP_TRY(stp_spill_alloc(cloud->spill, &w.mapped, cloud->count, sizeof *w.mapped, "maps", err));
+    STP_TRY(begin(&w, err));
     STP_TRY(cut_cells(&w, pool, err));
     STP_TRY(number_parts(&w, err));
     STP_TRY(merge_parts(&w, err));
     if (params->mesh)
         STP_TRY(stp_face_tree_create(&w.faces, params->mesh, err));
     STP_TRY(sample_parts(&w, pool, err));
-    STP_TRY(settle_guests(&w, err));
     STP_TRY(gather(&w, out, err));
     if (params->fill)
         STP_TRY(fill_gaps(&w, out, pool, err));
     out->paper = params->paper;
     out->counts.as_points = cloud->count - out->counts.represented;
-    keep_others(cloud, w.mapped);
+    STP_TRY(stp_maps_keep_others(&w, pool, err));
 done:
     clear_work(&w);
     return status;
@@ -372,6 +334,7 @@ void stp_maps_clear(stp_maps *maps)
     for (uint32_t i = 0; i < maps->count; i++)
         stp_spill_free(maps->spill, maps->maps[i].samples);
     free(maps->maps);
+    free(maps->firsts);
     stp_map_fill_clear(&maps->fill);
     *maps = (stp_maps){0};
 }

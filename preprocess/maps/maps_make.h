@@ -14,9 +14,9 @@
  * the crown of a tree.
  *
  * The cloud keeps what stays points and loses those that maps stand for; its tree no longer fits,
- * and its box may be too wide. Memory: 9 bytes a point and some 20 a sample in the cloud's spill,
- * and 300 bytes a part. Threads: those of the pool; the same maps for any number, and for any
- * memory. */
+ * and its box may be too wide. Memory: 14 bytes a point and some 20 a sample in the cloud's spill,
+ * and 450 bytes a part. Threads: those of the pool; the same maps for any number of threads and
+ * ranks (maps_work.h), and for any memory. */
 #ifndef STP_PREPROCESS_MAPS_MAPS_MAKE_H
 #define STP_PREPROCESS_MAPS_MAPS_MAKE_H
 

@@ -60,6 +60,11 @@ static void cut_set(cutter *c, uint32_t begin, uint32_t end)
     cut_set(c, begin + first, end);
 }
 
+static bool has_missed(const stp_cloud *cloud)
+{
+    return cloud->missed && *cloud->missed;
+}
+
 static stp_status find_neighbours(cutter *c, uint32_t index, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -68,6 +73,8 @@ static stp_status find_neighbours(cutter *c, uint32_t index, stp_error *err)
     stp_cloud_point *points = NULL; /* gets spacings, which are known */
     uint64_t *places = NULL;
     STP_TRY(stp_locale_create(&locale, c->cloud, index, index + 1, NEIGHBOURS, 1.0, err));
+    if (has_missed(c->cloud))
+        goto done;
     STP_TRY(stp_alloc(&points, count, sizeof *points, "points", err));
     STP_TRY(stp_alloc(&places, count, sizeof *places, "points", err));
     for (uint32_t i = 0; i < count; i++)
@@ -221,13 +228,15 @@ stp_status stp_cell_parts_cut(stp_cell_parts *out, const stp_cloud *cloud, uint3
     STP_TRY(stp_alloc(&c.sets, count, sizeof *c.sets, "points", err));
     STP_TRY(stp_alloc(&c.lists, (size_t)count * NEIGHBOURS, sizeof *c.lists, "neighbours", err));
     STP_TRY(stp_forest_create(&c.pieces, count, NULL, err));
+    STP_TRY(find_neighbours(&c, index, err));
+    if (has_missed(cloud))
+        goto done;
     for (uint32_t i = 0; i < count; i++) {
         c.sets[i] = STP_PART_NONE;
         if (may_be_surface(cloud, begin + i))
             c.order[with_normal++] = begin + i;
     }
     cut_set(&c, 0, with_normal);
-    STP_TRY(find_neighbours(&c, index, err));
     join_pieces(&c);
     STP_TRY(number_pieces(&c, &made, numbers, err));
     STP_TRY(describe_parts(&c, &made, numbers, err));

@@ -28,7 +28,8 @@ typedef struct stp_cell_parts {
 
 /* Cuts cell `index` of a cloud whose spacings and normals are known. cosine: of the cone's angle.
  * numbers: by place in the cloud; gets for each point of the cell the number of its part in the
- * cell, or STP_PART_NONE. Errors: OUT_OF_MEMORY. Free with stp_cell_parts_clear. */
+ * cell, or STP_PART_NONE. If *cloud->missed becomes true, nothing is cut: try again when the points
+ * around the cell are here. Errors: OUT_OF_MEMORY. Free with stp_cell_parts_clear. */
 stp_status stp_cell_parts_cut(stp_cell_parts *out, const stp_cloud *cloud, uint32_t index,
                               double cosine, uint32_t *numbers, stp_error *err);
 void stp_cell_parts_clear(stp_cell_parts *parts);

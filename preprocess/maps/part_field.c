@@ -2,6 +2,7 @@
 #include "preprocess/maps/part_field.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/maps/map_make.h"
 #include "preprocess/maps/map_points.h"
 
@@ -25,34 +26,43 @@ typedef struct walk {
     uint32_t part, at;
 } walk;
 
-static bool walk_next(walk *w, uint32_t *place)
+static const stp_part_copy *copy_of(const stp_part_field *field, uint32_t part)
 {
-    while (w->part != STP_PART_NONE && w->at == w->field->begins[w->part + 1]) {
-        w->part = w->field->next[w->part];
-        w->at = w->part == STP_PART_NONE ? 0 : w->field->begins[w->part];
-    }
-    if (w->part == STP_PART_NONE)
-        return false;
-    *place = w->field->places[w->at++];
-    return true;
+    return field->copies && field->copies[part].points ? &field->copies[part] : NULL;
 }
 
-static walk walk_of(const stp_part_field *field, uint32_t part)
+stp_part_point stp_part_field_point(const stp_part_field *field, uint32_t place)
 {
-    return (walk){field, part, field->begins[part]};
+    const stp_cloud_point *p = &field->cloud->points[place];
+    return (stp_part_point){p->position, stp_cloud_normal(field->cloud, place), p->spacing};
+}
+
+static bool walk_next(walk *w, stp_part_point *out)
+{
+    for (const stp_part_field *f = w->field; w->part != STP_PART_NONE; w->part = f->next[w->part]) {
+        const stp_part_copy *copy = copy_of(f, w->part);
+        const uint32_t begin = f->begins[w->part];
+        if (w->at < (copy ? copy->count : f->begins[w->part + 1] - begin)) {
+            *out = copy ? copy->points[w->at] : stp_part_field_point(f, f->places[begin + w->at]);
+            w->at++;
+            return true;
+        }
+        w->at = 0;
+    }
+    return false;
 }
 
 /* Adds the points of a part to the grid's box and to the area over its plane. */
 static uint32_t measure(const grid *g, uint32_t part, stp_dbox *box, double *area)
 {
-    const stp_cloud *cloud = g->field->cloud;
-    walk w = walk_of(g->field, part);
-    uint32_t place, count = 0;
-    for (; walk_next(&w, &place); count++) {
-        const double spacing = (double)cloud->points[place].spacing;
-        const stp_dvec3 n = stp_dvec3_from_float(stp_cloud_normal(cloud, place));
+    walk w = {g->field, part, 0};
+    stp_part_point p;
+    uint32_t count = 0;
+    for (; walk_next(&w, &p); count++) {
+        const double spacing = (double)p.spacing;
+        const stp_dvec3 n = stp_dvec3_from_float(p.normal);
         *area += spacing * spacing * stp_max(stp_dvec3_dot(n, g->frame.axes[2]), 0.0);
-        stp_dbox_add(box, stp_map_frame_local(&g->frame, cloud->points[place].position));
+        stp_dbox_add(box, stp_map_frame_local(&g->frame, p.position));
     }
     return count;
 }
@@ -60,14 +70,13 @@ static uint32_t measure(const grid *g, uint32_t part, stp_dbox *box, double *are
 /* Puts the points of a part into their squares. */
 static void fill(const grid *g, uint32_t part)
 {
-    const stp_cloud *cloud = g->field->cloud;
     const stp_map_frame *frame = &g->frame;
-    walk w = walk_of(g->field, part);
-    uint32_t place;
-    while (walk_next(&w, &place)) {
-        const stp_dvec3 at = stp_dvec3_scale(
-            stp_map_frame_local(frame, cloud->points[place].position), 1.0 / frame->spacing);
-        const stp_dvec3 n = stp_dvec3_from_float(stp_cloud_normal(cloud, place));
+    walk w = {g->field, part, 0};
+    stp_part_point p;
+    while (walk_next(&w, &p)) {
+        const stp_dvec3 at =
+            stp_dvec3_scale(stp_map_frame_local(frame, p.position), 1.0 / frame->spacing);
+        const stp_dvec3 n = stp_dvec3_from_float(p.normal);
         const double column = stp_max(floor(at.x), 0.0), row = stp_max(floor(at.y), 0.0);
         const double right = column + 0.5 - at.x, down = row + 0.5 - at.y;
         const double up = stp_max(stp_dvec3_dot(n, frame->axes[2]), (double)STP_MAP_NORMAL_LEAST);
@@ -118,9 +127,15 @@ stp_status stp_part_field_fits(stp_part_field *field, uint32_t a, uint32_t b,
     stp_dbox box = stp_dbox_empty();
     double area = 0.0;
     *fits = false;
-    g.frame.origin = field->cloud->points[field->places[field->begins[a]]].position;
+    walk first = {field, a, 0};
+    stp_part_point p;
+    if (!walk_next(&first, &p))
+        return STP_OK;
+    g.frame.origin = p.position;
     stp_dvec3_axes(g.frame.axes, cone->axis);
     const uint32_t count = measure(&g, a, &box, &area) + measure(&g, b, &box, &area);
+    stp_cloud_stride(field->cloud->spill, field->seen_points, count);
+    field->seen_points += count;
     g.frame.origin = stp_map_frame_world(&g.frame, box.min);
     g.frame.spacing = sqrt(area / count);
     const double columns = floor((box.max.x - box.min.x) / g.frame.spacing) + 2.0;
@@ -146,26 +161,36 @@ void stp_part_field_join(stp_part_field *field, uint32_t a, uint32_t b)
     field->last[a] = field->last[b];
 }
 
+void stp_part_field_part(stp_part_field *field, uint32_t begin, uint32_t end)
+{
+    for (uint32_t p = begin; p < end; p++) {
+        field->next[p] = STP_PART_NONE;
+        field->last[p] = p;
+    }
+}
+
 stp_status stp_part_field_create(stp_part_field *out, const stp_cloud *cloud,
-                                 const uint32_t *numbers, uint32_t part_count, double cone_rad,
-                                 stp_error *err)
+                                 const uint32_t *numbers, uint32_t part_count,
+                                 const uint32_t *firsts, double cone_rad, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_part_field made = {.cloud = cloud, .cone_rad = cone_rad};
+    const stp_rank_part own = stp_cloud_own(cloud);
+    stp_part_field made = {
+        .cloud = cloud, .part_count = part_count, .firsts = firsts, .cone_rad = cone_rad};
     STP_TRY(stp_alloc(&made.begins, (size_t)part_count + 2, sizeof *made.begins, "maps", err));
     STP_TRY(stp_alloc(&made.next, part_count, sizeof *made.next, "maps", err));
     STP_TRY(stp_alloc(&made.last, part_count, sizeof *made.last, "maps", err));
-    STP_TRY(stp_spill_alloc(cloud->spill, &made.places, cloud->count, sizeof *made.places, "maps",
-                            err));
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+    if (firsts)
+        STP_TRY(stp_alloc(&made.copies, part_count, sizeof *made.copies, "maps", err));
+    STP_TRY(stp_spill_alloc(cloud->spill, &made.places, own.end - own.begin, sizeof *made.places,
+                            "maps", err));
+    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         if (numbers[i] != STP_PART_NONE)
             made.begins[numbers[i] + 2]++;
-    for (uint32_t p = 0; p < part_count; p++) {
+    for (uint32_t p = 0; p < part_count; p++)
         made.begins[p + 2] += made.begins[p + 1];
-        made.next[p] = STP_PART_NONE;
-        made.last[p] = p;
-    }
-    for (uint32_t i = 0; i < cloud->count; i++, stp_cloud_step(cloud->spill, i))
+    stp_part_field_part(&made, 0, part_count);
+    for (uint32_t i = (uint32_t)own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
         if (numbers[i] != STP_PART_NONE)
             made.places[made.begins[numbers[i] + 1]++] = i;
     *out = made;
@@ -183,5 +208,8 @@ void stp_part_field_clear(stp_part_field *field)
     free(field->next);
     free(field->last);
     free(field->squares);
+    for (uint32_t p = 0; field->copies && p < field->part_count; p++)
+        free(field->copies[p].points);
+    free(field->copies);
     *field = (stp_part_field){0};
 }

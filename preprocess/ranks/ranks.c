@@ -176,6 +176,70 @@ done:
     return status;
 }
 
+stp_status stp_ranks_deal(stp_ranks *ranks, stp_bytes *items, size_t size,
+                          stp_rank_of_item *rank_of, const void *context, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const unsigned count = stp_ranks_count(ranks);
+    stp_bytes sorted = {0}, in = {0};
+    size_t *sent = NULL, *at = NULL;
+    if (count == 1)
+        return STP_OK;
+    STP_TRY(stp_alloc(&sent, 2 * (size_t)count, sizeof *sent, "ranks", err));
+    STP_TRY(stp_alloc(&at, count, sizeof *at, "ranks", err));
+    STP_TRY(stp_bytes_append(&sorted, NULL, items->size, err));
+    for (size_t i = 0; i < items->size; i += size)
+        sent[rank_of(context, items->data + i)] += size;
+    for (unsigned rank = 1; rank < count; rank++)
+        at[rank] = at[rank - 1] + sent[rank - 1];
+    for (size_t i = 0; i < items->size; i += size) {
+        size_t *to = &at[rank_of(context, items->data + i)];
+        memcpy(sorted.data + *to, items->data + i, size);
+        *to += size;
+    }
+    STP_TRY(stp_ranks_exchange_bytes(ranks, sorted.data, sent, &in, sent + count, err));
+    free(items->data);
+    *items = in;
+    in = (stp_bytes){0};
+done:
+    free(sorted.data);
+    free(in.data);
+    free(sent);
+    free(at);
+    return status;
+}
+
+stp_status stp_ranks_ask(stp_ranks *ranks, const uint32_t *numbers, const size_t *counts,
+                         stp_rank_answer *answer, const void *context, stp_bytes *in,
+                         stp_error *err)
+{
+    stp_status status = STP_OK;
+    const unsigned count = ranks->count;
+    stp_bytes told = {0}, out = {0};
+    size_t *sizes = NULL;
+    STP_TRY(stp_alloc(&sizes, 4 * (size_t)count, sizeof *sizes, "ranks", err));
+    size_t *asked = sizes, *heard = asked + count, *sent = heard + count, *received = sent + count;
+    for (unsigned rank = 0; rank < count; rank++)
+        asked[rank] = counts[rank] * sizeof *numbers;
+    STP_TRY(stp_ranks_exchange_bytes(ranks, numbers, asked, &told, heard, err));
+    stp_cursor from = {told.data, told.size};
+    for (unsigned rank = 0; rank < count; rank++) {
+        const size_t before = out.size;
+        for (size_t i = 0; i < heard[rank] / sizeof *numbers; i++) {
+            uint32_t number = 0;
+            STP_TRY(stp_packet_take(&from, &number, sizeof number, err));
+            STP_TRY(answer(context, number, &out, err));
+        }
+        sent[rank] = out.size - before;
+    }
+    STP_TRY(stp_ranks_exchange_bytes(ranks, out.data, sent, in, received, err));
+done:
+    free(told.data);
+    free(out.data);
+    free(sizes);
+    return status;
+}
+
 stp_status stp_ranks_agree(stp_ranks *ranks, uint64_t number, const char *what, stp_error *err)
 {
     stp_status status = STP_OK;

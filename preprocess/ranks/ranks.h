@@ -2,8 +2,7 @@
  *
  * Each rank reads a part of the points, sorts a run of them (cloud_parts.h), and owns it from there
  * on (cloud_blocks.h). All ranks run the same stages and decide alike: each finds what concerns its
- * own points, and gives to all what concerns all. Some stages need all points on every rank: there
- * each does a part of the work and gives the results to all others. Rank 0 alone writes the model.
+ * own points, and gives to all what concerns all. Rank 0 alone writes the model.
  * The functions here do nothing if ranks is NULL: a process is alone unless mpirun started several
  * (meeting.h). All ranks call the
  * same functions in the same order. Threads: the main thread only. */
@@ -86,6 +85,19 @@ stp_status stp_ranks_gather(stp_ranks *ranks, const void *own, size_t bytes, voi
 stp_status stp_ranks_join(stp_ranks *ranks, stp_bytes *bytes, stp_error *err);
 /* Adds up numbers of all ranks, each number by itself. */
 stp_status stp_ranks_sum(stp_ranks *ranks, uint64_t *numbers, size_t count, stp_error *err);
+
+/* Gives each item, of `size` bytes, to the rank that rank_of names; what comes replaces the items:
+ * rank after rank, those of a rank in its order. Errors: likewise, and OUT_OF_MEMORY. */
+typedef unsigned stp_rank_of_item(const void *context, const void *item);
+stp_status stp_ranks_deal(stp_ranks *ranks, stp_bytes *items, size_t size,
+                          stp_rank_of_item *rank_of, const void *context, stp_error *err);
+/* Asks other ranks for things by number, rank after rank: counts[r] of rank r. `answer` packs one
+ * that this rank has. Replaces *in by the answers, in order. Errors: likewise. */
+typedef stp_status stp_rank_answer(const void *context, uint32_t number, stp_bytes *out,
+                                   stp_error *err);
+stp_status stp_ranks_ask(stp_ranks *ranks, const uint32_t *numbers, const size_t *counts,
+                         stp_rank_answer *answer, const void *context, stp_bytes *in,
+                         stp_error *err);
 
 /* Fails on every rank if they have other numbers than rank 0. what: is said of the first
  * that has: "other points than". Errors: INVALID_ARGUMENT, CANCELLED. */

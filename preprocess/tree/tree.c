@@ -322,6 +322,8 @@ static void ask_for(const tree *t, uint32_t index)
 {
     if (!t->below && t->leaves[index].kind == STP_LEAF_DEPTHS)
         stp_depth_leaf_ask(t->params->sources.depths, t->leaves[index].index);
+    if (!t->below && t->leaves[index].kind == STP_LEAF_MAPS)
+        stp_map_leaf_ask(t->params->sources.maps, t->leaves[index].index);
     if (t->below || t->leaves[index].kind != STP_LEAF_CELL)
         return;
     const stp_cell *cell = &t->cloud->cells[t->leaves[index].index];
@@ -362,6 +364,8 @@ static stp_status build_tier(tree *t, stp_error *err)
     for (uint32_t i = (uint32_t)t->own.begin; i < t->own.end; i++)
         ask_for(t, i);
     STP_TRY(stp_cloud_fetch(t->cloud, err));
+    if (!t->below && t->params->sources.maps)
+        STP_TRY(stp_map_leaves_fetch(t->params->sources.maps, err));
     STP_TRY(build_own(t, err));
     stp_cloud_let_go(t->cloud);
     STP_TRY(stp_ranks_share(ranks, t->reaches.boxes, t->tier_count, sizeof *t->reaches.boxes, err));

@@ -25,7 +25,7 @@ static void test_parts_keep_the_cone(void **state)
     assert_int_equal(stp_cell_parts_cut(&cut, &s.cloud, 0, cosine, numbers, &err), STP_OK);
     assert_true(cut.part_count > 20);
     assert_int_equal(
-        stp_part_field_create(&field, &s.cloud, numbers, cut.part_count, 50.0 * DEGREE, &err),
+        stp_part_field_create(&field, &s.cloud, numbers, cut.part_count, NULL, 50.0 * DEGREE, &err),
         STP_OK);
     assert_int_equal(stp_parts_merge(cut.parts, cut.part_count, cut.pairs, cut.pair_count, cosine,
                                      &field, &roots, &err),
@@ -91,8 +91,8 @@ static void test_field(void **state)
         bool fits = false;
         for (uint32_t i = 0; i < s.cloud.count; i++)
             numbers[i] = number_of(s.cloud.points[i].position, parts);
-        assert_int_equal(stp_part_field_create(&field, &s.cloud, numbers, 2, 60.0 * DEGREE, &err),
-                         STP_OK);
+        assert_int_equal(
+            stp_part_field_create(&field, &s.cloud, numbers, 2, NULL, 60.0 * DEGREE, &err), STP_OK);
         assert_int_equal(stp_part_field_fits(&field, 0, 1, &up, &fits, &err), STP_OK);
         assert_int_equal(fits, parts == SIDE_OF_SHEET);
         stp_part_field_clear(&field);

@@ -213,12 +213,15 @@ check_bytes "$all" "$FOLDER/statue.ply" --layers joined --codec zstd --precision
 check_bytes "$all 3" "$FOLDER/mixed" --layers joined --memory 150M
 expect_shared 125000 3
 check_bytes "$all 3" "$FOLDER/mixed/b.ply" --maps
-check_bytes "$all" "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --maps --gaps fill --memory 200M
+expect_shared 60000 3
+check_bytes "$all 3" "$FOLDER/stray.xyz" --maps --outliers mark --cone 75
+check_bytes "$all 3" "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --maps --gaps fill --memory 200M
+expect_shared 120000 3
 expect_held() { # why, or nothing if ranks share the points; words of prep
     run "${launch[@]}" -n 2 "$STIPPLE" prep "${@:2}" -o "$model" --threads 1 --force
     [ "$(sed -n 's/^each of the 2 ranks held all points: //p' "$FOLDER/err")" = "$1" ] || fail "$command: $(cat "$FOLDER/err")"
 }
-expect_held "maps are made of all" "$FOLDER/mixed/b.ply" --maps
+expect_held "" "$FOLDER/mixed/b.ply" --maps
 expect_held "" "$FOLDER/depths"
 expect_held "some part of the inputs could not be read by itself" "$FOLDER/broken"
 expect_held "" "$FOLDER/mixed/b.ply"
@@ -276,10 +279,11 @@ kill_one() { # milliseconds, which
     fi
 }
 # Kills some runs of an input at all times, and looks for whole models and what is left.
-check_kills() { # kills, input
-    one=("$STIPPLE" prep "$2" -o "$model" --threads 1 --quiet)
-    "$STIPPLE" prep "$2" -o "$FOLDER/whole.stipple" --threads 2 --quiet --force || fail "no model"
+check_kills() { # kills, words of prep
     local began took kills=$1
+    shift
+    one=("$STIPPLE" prep "$@" -o "$model" --threads 1 --quiet)
+    "$STIPPLE" prep "$@" -o "$FOLDER/whole.stipple" --threads 2 --quiet --force || fail "no model"
     began=$(date +%s%N)
     "${launch[@]}" -n 3 "${one[@]}" || fail "no run of three ranks"
     took=$((($(date +%s%N) - began) / 1000000))
@@ -300,6 +304,7 @@ check_kills() { # kills, input
 }
 if is_long; then
     check_kills 30 "$FOLDER/statue.ply"
+    check_kills 30 "$FOLDER/mixed/b.ply" --maps
     heights 0 0 1500 1500 >"$FOLDER/heights.asc"
     check_kills 10 "$FOLDER/heights.asc"
 else

@@ -433,9 +433,10 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
 static void print_whole(const stp_prep_stats *s)
 {
     if (s->each_has_all)
-        fprintf(stderr, "each of the %u ranks held all points: %s\n", s->rank_count,
-                s->makes_maps ? "maps are made of all"
-                              : "some part of the inputs could not be read by itself");
+        fprintf(stderr,
+                "each of the %u ranks held all points: some part of the inputs could not be read "
+                "by itself\n",
+                s->rank_count);
 }
 
 void prep_report_stages(const stp_prep_stats *s)
