@@ -139,8 +139,9 @@ static input make_input(double noise)
         stp_point *p = &in.cloud.points[i];
         in.numbers[i] = 7 * i;
         p->station = 1;
-        for (int a = 0; a < 3; a++)
-            (&p->position.x)[a] += noise * (stp_random_unit(3 + (uint64_t)a, i) - 0.5);
+        p->position.x += noise * (stp_random_unit(3, i) - 0.5);
+        p->position.y += noise * (stp_random_unit(4, i) - 0.5);
+        p->position.z += noise * (stp_random_unit(5, i) - 0.5);
         if (i % (POINTS / STRAYS) == 7)
             p->position.z += 5.0 + 20.0 * stp_random_unit(6, i);
         if (i % 1000 == 1)
