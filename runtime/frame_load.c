@@ -110,6 +110,14 @@ static int needed_now(const void *context, uint32_t block, int estimate, bool *l
                           &(stp_need_below){level_above, v}, lacks);
 }
 
+static void prefetch(const void *context, uint32_t block, bool next)
+{
+    const stp_block_cache *cache = ((const cut_view *)context)->renderer->cache;
+    const uint32_t slot = stp_block_cache_slot(cache, block);
+    if (slot != STP_SLOT_NONE)
+        stp_block_prefetch(stp_block_cache_get(cache, slot), next);
+}
+
 static bool was_drawn(const void *context, uint32_t block)
 {
     const stp_renderer *r = ((const cut_view *)context)->renderer;
@@ -125,7 +133,8 @@ static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut
         .frame = view->frame,
         .eye = view->eye,
         .source = {view, now ? available_now : available_soon, now ? needed_now : NULL,
-                   resident_now, d->params->stream && r->moves ? was_drawn : NULL},
+                   resident_now, d->params->stream && r->moves ? was_drawn : NULL,
+                   now ? prefetch : NULL},
         .hidden_models = d->params->hidden_models,
         .occlusion = view->occlusion,
         .pool = r->pool,

@@ -101,6 +101,9 @@ typedef struct stp_cut_source {
     const struct stp_resident *(*resident)(const void *context, uint32_t block);
     /* Whether the block was part of the last cut; NULL: ignored. */
     bool (*was_drawn)(const void *context, uint32_t block);
+    /* A block is asked for after the next one, or, `next`, is the next one: fetches the memory that
+     * the answer reads. May be NULL. */
+    void (*prefetch)(const void *context, uint32_t block, bool next);
 } stp_cut_source;
 
 /* Where no patches above tell what is needed (stp_cut_source.resident), a block that was drawn

@@ -257,6 +257,22 @@ static stp_cut_answer_kind ask_at_once(const stp_cut *cut, const stp_cut_params 
     return visible ? STP_ANSWER_LEFT : STP_ANSWER_HIDDEN;
 }
 
+/* Fetches what the next answers read, while this one is found: blocks lie apart in memory. left:
+ * the blocks of the child that follow. */
+static void prefetch(const stp_cut *cut, const stp_cut_params *params, stp_scene_run left,
+                     bool exact)
+{
+    bool next = true;
+    for (uint32_t b = left.begin; b < left.end; b++) {
+        if (exact && cut->references[b].asked != cut->serial)
+            continue;
+        params->source.prefetch(params->source.context, b, next);
+        if (!next)
+            return;
+        next = false;
+    }
+}
+
 void stp_cut_ask_child(stp_cut *cut, const stp_cut_params *params, stp_cut_child *child)
 {
     stp_scene_run run = stp_scene_blocks(params->scene, child->chunk);
@@ -264,6 +280,9 @@ void stp_cut_ask_child(stp_cut *cut, const stp_cut_params *params, stp_cut_child
     child->together = several && params->scene->undivided[child->chunk];
     bool exact = child->exact && !child->together;
     child->all = several ? ask_at_once(cut, params, child->chunk, exact) : STP_ANSWER_WANTED;
-    for (uint32_t b = run.begin; b < run.end && child->all == STP_ANSWER_WANTED; b++)
+    for (uint32_t b = run.begin; b < run.end && child->all == STP_ANSWER_WANTED; b++) {
+        if (params->source.prefetch != NULL && (!exact || cut->references[b].asked == cut->serial))
+            prefetch(cut, params, (stp_scene_run){b + 1, run.end}, exact);
         cut->answers[b] = ask_block(cut, params, child, b, exact, child->together);
+    }
 }

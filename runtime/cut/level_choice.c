@@ -77,6 +77,14 @@ static float variation_of(const stp_mirror_patch *patch, int level)
     return (float)patch->colour_error[level] / 255.0f;
 }
 
+static bool vertex_is_greatest(const stp_mirror_patch *patch)
+{
+    bool greatest = true;
+    for (int l = 0; l < STP_LEVEL_COUNT - 1; l++)
+        greatest = greatest && patch->radius[l] <= patch->radius[STP_LEVEL_COUNT - 1];
+    return greatest;
+}
+
 stp_patch_brief stp_patch_brief_of(const stp_scene *scene, uint32_t chunk,
                                    const stp_mirror_patch *patch, const stp_patch *stored)
 {
@@ -91,6 +99,8 @@ stp_patch_brief stp_patch_brief_of(const stp_scene *scene, uint32_t chunk,
         .first_below = first_below,
         .below_count = stored->counts[0],
         .shape = patch->flags & STP_PATCH_SHAPES,
+        .has_spots = patch->spots != 0,
+        .vertex_greatest = vertex_is_greatest(patch),
     };
 }
 

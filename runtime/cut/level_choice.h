@@ -109,8 +109,10 @@ typedef struct stp_patch_brief {
     uint32_t block;
     uint16_t first_below;
     uint8_t below_count;
-    uint8_t shape; /* STP_PATCH_STRIP, STP_PATCH_TRIANGLES or neither */
-    uint8_t empty; /* bit l: no sample of level l is drawn (runtime/stream/chosen.h) */
+    uint8_t shape;        /* STP_PATCH_STRIP, STP_PATCH_TRIANGLES or neither */
+    uint8_t empty;        /* bit l: no sample of level l is drawn (runtime/stream/chosen.h) */
+    bool has_spots;       /* stp_mirror_patch.spots */
+    bool vertex_greatest; /* no level has a greater radius than vertex_radius */
 } stp_patch_brief;
 
 /* chunk: that of the patch, by its number in the scene. */

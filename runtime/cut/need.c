@@ -3,6 +3,18 @@
 
 #include "runtime/cut/culling.h"
 
+/* Bytes of a line of a processor's cache. */
+#define LINE_BYTES 64
+
+void stp_block_prefetch(const stp_resident *resident, bool next)
+{
+    const char *memory = next ? (const char *)resident->mirror.briefs : (const char *)resident;
+    const size_t bytes = next ? resident->placement.patches.count * sizeof *resident->mirror.briefs
+                              : sizeof *resident;
+    for (size_t at = 0; at < bytes; at += LINE_BYTES)
+        __builtin_prefetch(memory + at);
+}
+
 /* The patches of a block from `first` on that are looked at side by side. */
 typedef struct group {
     stp_looks looks;
@@ -30,6 +42,18 @@ static bool look_at_next(group *g, const stp_gpu_frame *frame, const stp_residen
         stp_patches_look(&g->looks, frame, g->openings, &g->chunk,
                          &resident->mirror.briefs[g->first], g->count);
     return g->count > 0;
+}
+
+/* Fetches the records of the patches that may ask for something. */
+static void prefetch_patches(const group *g, const stp_resident *resident)
+{
+    for (uint32_t i = 0; i < g->count; i++) {
+        const stp_mirror_patch *patch = &resident->mirror.patches[g->first + i];
+        if (!g->looks.visible[i] || g->looks.vertex[i])
+            continue;
+        __builtin_prefetch(&patch->finest);
+        __builtin_prefetch(&patch->quarter_error[1]);
+    }
 }
 
 /* Whether an earlier picture hides patch i of the group. */
@@ -63,7 +87,8 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
     group g;
     *lacks = false;
     group_begin(&g, scene, frame, eye, resident);
-    while (look_at_next(&g, frame, resident))
+    while (look_at_next(&g, frame, resident)) {
+        prefetch_patches(&g, resident);
         for (uint32_t i = 0; i < g.count; i++) {
             const stp_mirror_patch *patch = &resident->mirror.patches[g.first + i];
             /* a patch vertex asks for nothing */
@@ -80,6 +105,7 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
             need = asked < need ? asked : need;
             *lacks |= asked < patch->finest;
         }
+    }
     return need;
 }
 
@@ -89,7 +115,8 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
 {
     group g;
     group_begin(&g, scene, frame, eye, resident);
-    while (look_at_next(&g, frame, resident))
+    while (look_at_next(&g, frame, resident)) {
+        prefetch_patches(&g, resident);
         for (uint32_t i = 0; i < g.count; i++) {
             const uint32_t block = resident->mirror.briefs[g.first + i].block;
             if (block == STP_BLOCK_NONE || !g.looks.visible[i])
@@ -102,4 +129,5 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
                   !hidden &&
                       !stp_finest_does(frame, &sight, &resident->mirror.patches[g.first + i], 0));
         }
+    }
 }

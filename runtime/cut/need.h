@@ -1,7 +1,7 @@
 /* The finest level that a view asks of a block, told by its patches. The table of blocks knows only
  * the worst of all patches, seen from the worst side; one patch at an outline would fetch level 0
  * of all. So a block is first read to level 2, with the headers of its patches, and then only as
- * far as one of them asks. Threads: any (pure function). */
+ * far as one of them asks. Threads: any (pure functions). */
 #ifndef STP_RUNTIME_CUT_NEED_H
 #define STP_RUNTIME_CUT_NEED_H
 
@@ -22,6 +22,10 @@ typedef struct stp_need_below {
     int (*level)(const void *context, uint32_t block);
     const void *context;
 } stp_need_below;
+
+/* Fetches the memory of a resident block that is looked at after the next one, or, `next`, of the
+ * briefs of the next one. Blocks lie apart in memory: waiting for it was most of a look's time. */
+void stp_block_prefetch(const stp_resident *resident, bool next);
 
 /* The finest level that a patch in sight of a resident block is drawn at. Patches that `occlusion`
  * hides are not in sight. In a linked chunk, patches that are too coarse even at level 0 are left

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/square/square.h"
 #include "runtime/cut/culling.h"
+#include "runtime/cut/need.h"
 
 #include <float.h>
 #include <math.h>
@@ -16,7 +17,7 @@ typedef struct look {
     const stp_sight_params *params;
     const stp_draw *draws;
     size_t *found[STP_SIGHT_COUNT]; /* by draw: how many items */
-    float *radius_px;               /* by draw: the greatest */
+    float *radius_px;               /* by draw: the greatest of some draws */
     size_t *hidden;                 /* by draw: how many patches */
 } look;
 
@@ -72,13 +73,13 @@ static void mark_patch(const stp_sight_params *params, unsigned worker, const se
                        bool vertex)
 {
     const stp_gpu_frame *frame = params->frame;
-    const stp_mirror_patch *patch = &seen->resident->mirror.patches[seen->at];
-    const float radius = seen->resident->mirror.briefs[seen->at].bound.radius;
+    const stp_patch_brief *brief = &seen->resident->mirror.briefs[seen->at];
     const float stretch = stp_frame_stretch(frame);
-    if (vertex || patch->spots == 0 || !is_finest(params, seen, ROUNDING_SLACK)) {
-        mark_tiles(params, worker, seen->eye, radius * stretch);
+    if (vertex || !brief->has_spots || !is_finest(params, seen, ROUNDING_SLACK)) {
+        mark_tiles(params, worker, seen->eye, brief->bound.radius * stretch);
         return;
     }
+    const stp_mirror_patch *patch = &seen->resident->mirror.patches[seen->at];
     const stp_spot *spots = seen->resident->mirror.spots + patch->spots - 1;
     const float reach = stretch * stp_spot_reach(patch->bound_radius, patch->radius[0]);
     for (unsigned i = 0; i < patch->count[0]; i++) {
@@ -270,17 +271,26 @@ static void list_patch(glance *g, uint32_t i)
         radius_px = square_radius_px(r, at, &sight);
     } else {
         add_patch(l, g->index, r, at);
-        radius_px = patch_radius_px(params->frame, &sight, &r->mirror.patches[at], g->draw->finest);
+        /* else no level reaches farther: the patch's record need not be read */
+        if (!brief->vertex_greatest || !(sight.scale >= 0.0f && radius_px <= g->greatest_px))
+            radius_px =
+                patch_radius_px(params->frame, &sight, &r->mirror.patches[at], g->draw->finest);
     }
     g->greatest_px = radius_px > g->greatest_px ? radius_px : g->greatest_px;
 }
 
-static void look_at_draw(const look *l, size_t index, unsigned worker)
+static const stp_resident *resident_of(const look *l, size_t index)
+{
+    const stp_block_cache *cache = l->params->cache;
+    return stp_block_cache_get(cache, stp_block_cache_slot(cache, l->draws[index].block));
+}
+
+/* greatest_px: of the draws before. */
+static void look_at_draw(const look *l, size_t index, unsigned worker, float greatest_px)
 {
     const stp_sight_params *params = l->params;
     const stp_draw *draw = &l->draws[index];
-    const stp_resident *r =
-        stp_block_cache_get(params->cache, stp_block_cache_slot(params->cache, draw->block));
+    const stp_resident *r = resident_of(l, index);
     const uint32_t count = r->placement.patches.count;
     stp_gpu_frame room;
     const stp_gpu_frame *openings = stp_culling_narrow(
@@ -293,7 +303,7 @@ static void look_at_draw(const look *l, size_t index, unsigned worker)
     g.state = l->sight->cut->blocks[draw->block].state;
     g.worker = worker;
     g.chunk = stp_gpu_chunk_from_draw(params->scene, draw, params->eye);
-    g.greatest_px = 0.0f;
+    g.greatest_px = greatest_px;
     g.hidden = 0;
     for (g.first = 0; g.first < count; g.first += STP_LOOKS_LIMIT) {
         const uint32_t some = count - g.first < STP_LOOKS_LIMIT ? count - g.first : STP_LOOKS_LIMIT;
@@ -312,8 +322,14 @@ static stp_status look_at_draws(void *context, size_t task, unsigned worker, stp
     const size_t end =
         DRAWS_AT_ONCE * (task + 1) < t->count ? DRAWS_AT_ONCE * (task + 1) : t->count;
     (void)err;
-    for (size_t at = DRAWS_AT_ONCE * task; at < end; at++)
-        look_at_draw(t->look, t->draws[at], worker);
+    const look *l = t->look;
+    float greatest_px = 0.0f;
+    for (size_t at = DRAWS_AT_ONCE * task; at < end; at++) {
+        for (size_t ahead = at + 1; ahead <= at + 2 && ahead < end; ahead++)
+            stp_block_prefetch(resident_of(l, t->draws[ahead]), ahead == at + 1);
+        look_at_draw(l, t->draws[at], worker, greatest_px);
+        greatest_px = l->radius_px[t->draws[at]];
+    }
     return STP_OK;
 }
 

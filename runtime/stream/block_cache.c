@@ -13,7 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define NO_SLOT UINT32_MAX
 /* After so many frames without use, the need of a block counts half. */
 #define AGE_FRAMES 120.0f
 
@@ -55,7 +54,7 @@ const stp_budget *stp_block_cache_budget(const stp_block_cache *cache)
 int stp_block_cache_finest(const stp_block_cache *cache, uint32_t block)
 {
     uint32_t slot = cache->slot_of[block];
-    return slot == NO_SLOT ? STP_NOT_RESIDENT : cache->slots[slot].finest;
+    return slot == STP_SLOT_NONE ? STP_NOT_RESIDENT : cache->slots[slot].finest;
 }
 
 bool stp_block_cache_damaged(const stp_block_cache *cache, uint32_t block)
@@ -66,7 +65,7 @@ bool stp_block_cache_damaged(const stp_block_cache *cache, uint32_t block)
 bool stp_block_cache_used(const stp_block_cache *cache, uint32_t block, uint64_t stamp)
 {
     uint32_t slot = cache->slot_of[block];
-    return slot != NO_SLOT && cache->slots[slot].last_used == stamp;
+    return slot != STP_SLOT_NONE && cache->slots[slot].last_used == stamp;
 }
 
 uint32_t stp_block_cache_slot(const stp_block_cache *cache, uint32_t block)
@@ -129,7 +128,7 @@ void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, st
 
 void stp_block_cache_touch(stp_block_cache *c, uint32_t block, uint64_t stamp)
 {
-    if (c->slot_of[block] != NO_SLOT)
+    if (c->slot_of[block] != STP_SLOT_NONE)
         c->slots[c->slot_of[block]].last_used = stamp;
 }
 
@@ -141,7 +140,7 @@ static void evict(stp_block_cache *c, uint32_t slot)
     stp_object_texture_release(&c->texture, &r->placement);
     c->gpu_used -= stp_placement_bytes(&r->placement);
     stp_mirror_clear(&r->mirror);
-    c->slot_of[r->block] = NO_SLOT;
+    c->slot_of[r->block] = STP_SLOT_NONE;
     *r = (stp_resident){.block = STP_BLOCK_NONE};
     c->free_slots[c->free_count++] = slot;
 }
@@ -171,8 +170,8 @@ static void list_victims(stp_block_cache *c, uint64_t stamp)
     c->victims_stamp = stamp;
 }
 
-/* The slot that is needed least among those last used before stamp, or NO_SLOT. A block needed
- * `limit` or more stays. */
+/* The slot that is needed least among those last used before stamp, or STP_SLOT_NONE. A block
+ * needed `limit` or more stays. */
 static uint32_t find_victim(stp_block_cache *c, uint64_t stamp, float limit)
 {
     if (c->victims_stamp != stamp)
@@ -182,7 +181,7 @@ static uint32_t find_victim(stp_block_cache *c, uint64_t stamp, float limit)
         if (c->slots[victim.slot].block == victim.block && may_go(c, victim.slot, stamp))
             return victim.slot;
     }
-    return NO_SLOT;
+    return STP_SLOT_NONE;
 }
 
 /* Evicts until there are a slot and a place; false if evicting all that may go is not enough. */
@@ -195,8 +194,8 @@ static bool make_room(stp_block_cache *c, uint64_t stamp, float limit, stp_load_
             place->slot = c->free_slots[--c->free_count];
             return true;
         }
-        uint32_t victim = *status == STP_OK ? find_victim(c, stamp, limit) : NO_SLOT;
-        if (victim == NO_SLOT)
+        uint32_t victim = *status == STP_OK ? find_victim(c, stamp, limit) : STP_SLOT_NONE;
+        if (victim == STP_SLOT_NONE)
             return false;
         evict(c, victim);
     }
@@ -220,7 +219,7 @@ static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, floa
     *room = *ring_full = false;
     const uint32_t slot = c->slot_of[load->want.block];
     STP_TRY(stp_patch_levels_choose(&p, count, &c->from, &load->want,
-                                    slot == NO_SLOT ? NULL : &c->slots[slot], err));
+                                    slot == STP_SLOT_NONE ? NULL : &c->slots[slot], err));
     p.placement.patches.count = c->scene->blocks[load->want.block].patch_count;
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
         samples += count[l];
@@ -229,7 +228,7 @@ static stp_status place(stp_block_cache *c, stp_load *load, uint64_t stamp, floa
         !stp_upload_ring_take(&c->ring, stp_placement_bytes(&p.placement), &p.piece, &status, err);
     if (*ring_full)
         goto done;
-    if (waits && slot != NO_SLOT && !stp_scene_is_root(c->scene, load->want.block))
+    if (waits && slot != STP_SLOT_NONE && !stp_scene_is_root(c->scene, load->want.block))
         evict(c, slot);
     *room = make_room(c, stamp, limit, &p, &status, err);
     if (*room) {
@@ -261,7 +260,7 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
                          at->patches.begin * (uint64_t)sizeof(stp_gpu_patch),
                          at->patches.count * (uint64_t)sizeof(stp_gpu_patch));
     stp_upload_ring_copied(&c->ring, p->piece);
-    if (c->slot_of[load->want.block] != NO_SLOT)
+    if (c->slot_of[load->want.block] != STP_SLOT_NONE)
         evict(c, c->slot_of[load->want.block]);
     stp_resident *r = &c->slots[p->slot];
     *r = (stp_resident){.block = load->want.block,

@@ -14,6 +14,7 @@
 #include "runtime/stream/stream.h"
 
 #define STP_NOT_RESIDENT STP_LEVEL_COUNT
+#define STP_SLOT_NONE UINT32_MAX
 /* Copies at most so much to the GPU in one frame, unless the caller waits. */
 #define STP_CACHE_FRAME_BYTES (UINT64_C(8) << 20)
 
@@ -54,7 +55,7 @@ int stp_block_cache_finest(const stp_block_cache *cache, uint32_t block);
 bool stp_block_cache_damaged(const stp_block_cache *cache, uint32_t block);
 /* Whether a block is resident and was used at `stamp`. */
 bool stp_block_cache_used(const stp_block_cache *cache, uint32_t block, uint64_t stamp);
-/* The slot of a resident block, and the contents of a slot. */
+/* The slot of a block, or STP_SLOT_NONE if it is not resident; and the contents of a slot. */
 uint32_t stp_block_cache_slot(const stp_block_cache *cache, uint32_t block);
 const stp_resident *stp_block_cache_get(const stp_block_cache *cache, uint32_t slot);
 

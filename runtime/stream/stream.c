@@ -282,11 +282,11 @@ static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk 
     const stp_scene_model *model = stp_scene_find(s->scene, of);
     stp_mirror_patches_fill(m->patches, chunk, &load->place.placement, stp_scene_shapes(s->scene));
     STP_TRY(stp_patch_levels_leave(&load->place, m->patches, chunk, err));
+    STP_TRY(stp_spots_list(&m->spots, m->patches, chunk, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         m->briefs[p] = stp_patch_brief_of(s->scene, of, &m->patches[p], &chunk->patches[p]);
         m->briefs[p].empty = model->model->chosen ? (uint8_t)stp_chosen_empty(chunk, p) : 0;
     }
-    STP_TRY(stp_spots_list(&m->spots, m->patches, chunk, err));
     if (chunk->finest_level == 0 && stp_chunk_is_squares(chunk)) {
         m->squares = chunk->squares;
         m->rasters = chunk->rasters;

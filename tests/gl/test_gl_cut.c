@@ -304,7 +304,7 @@ static void select_by(made_scene *s, patches_of *of)
     const stp_cut_params params = {.scene = &s->scene,
                                    .frame = &s->frame,
                                    .eye = s->eye,
-                                   .source = {s, available, NULL, of, NULL}};
+                                   .source = {s, available, NULL, of, NULL, NULL}};
     if (s->cut.serial % 4 == 0)
         check_threads(s, params, s->threads);
     check_ok(stp_cut_select(&s->cut, &params, err));

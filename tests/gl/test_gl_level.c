@@ -60,13 +60,16 @@ static void check_side_by_side(const stp_gpu_frame *frame, const stp_gpu_chunk *
         stp_patches_look(&looks, frame, frame, chunk, &resident->mirror.briefs[first], count);
         for (uint32_t i = 0; i < count; i++) {
             const stp_mirror_patch *patch = &resident->mirror.patches[first + i];
-            const stp_rule_bound bound =
-                stp_patch_bound(&resident->mirror.briefs[first + i], chunk);
+            const stp_patch_brief *brief = &resident->mirror.briefs[first + i];
+            const stp_rule_bound bound = stp_patch_bound(brief, chunk);
             const stp_rule_sight alone = stp_rule_look(frame, &bound);
             const stp_rule_sight beside = stp_looks_sight(&looks, frame, i);
             float eye[3];
             assert_memory_equal(&alone, &beside, sizeof alone);
             assert_int_equal(looks.visible[i], stp_rule_visible(frame, &bound, eye));
+            assert_int_equal(brief->has_spots, patch->spots != 0);
+            for (int l = 0; l < STP_LEVEL_COUNT; l++)
+                assert_true(!brief->vertex_greatest || patch->radius[l] <= brief->vertex_radius);
             assert_int_equal(looks.vertex[i],
                              stp_level_asked(frame, chunk, patch, 0) == STP_LEVEL_COUNT - 1);
             for (int k = 0; k < 3 && looks.visible[i]; k++)
