@@ -39,10 +39,8 @@ static bool is_left(const stp_patch_look *look, const stp_gpu_chunk *record,
 static int level_kept(const stp_patch_view *view, const stp_mirror_patch *patch)
 {
     const int finest = (int)view->record.finest;
-    if (!view->ahead)
-        return asked_in_sight(&view->frame, &view->record, patch, finest);
-    const int asked = stp_level_asked(&view->frame, &view->record, patch, finest);
-    return asked < STP_NEED_HEADERS ? asked : STP_NEED_HEADERS;
+    return view->ahead ? stp_level_asked(&view->frame, &view->record, patch, finest)
+                       : asked_in_sight(&view->frame, &view->record, patch, finest);
 }
 
 /* Lists the levels that a block's patches ask for, and takes what they leave out off sample_count.
@@ -90,8 +88,7 @@ stp_status stp_patch_levels_choose(stp_load_place *out, uint32_t sample_count[ST
     const bool ahead = look->ahead;
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
         sample_count[l] = l >= want->finest ? block->sample_count[l] : 0;
-    if (want->finest >= (ahead ? STP_NEED_HEADERS : STP_LEVEL_COUNT - 1) ||
-        (ahead && resident == NULL) || look->frame.quality[0] <= 0.0f)
+    if (want->finest >= STP_LEVEL_COUNT - 1 || look->frame.quality[0] <= 0.0f)
         return STP_OK;
     STP_TRY(stp_alloc(&out->view, 1, sizeof *out->view, "levels of patches", err));
     out->view->frame = look->frame;

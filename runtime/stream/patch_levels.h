@@ -17,12 +17,11 @@ typedef struct stp_patch_look {
 } stp_patch_look;
 
 /* Chooses the finest level of each patch of a wanted block, none finer than is wanted: the one that
- * the view asks for if the patch is in sight, and not left to a block below. ahead:
- * it is the one that the view will ask for when it is somewhat nearer, be the patch in sight or
- * not, and all patches have level STP_NEED_HEADERS. resident: the block as it is there. If it is
- * NULL, only the view is set, and only without `ahead`: the levels are chosen when the patches are
- * decoded. sample_count gets the most samples of each level. out->finest stays NULL if all patches
- * get what is wanted. Errors: OUT_OF_MEMORY. */
+ * the view asks for if the patch is in sight, and not left to a block below. ahead: it is the one
+ * that the view will ask for when it is somewhat nearer, be the patch in sight or not. resident:
+ * the block as it is there. If it is NULL, only the view is set: the levels are chosen when the
+ * patches are decoded. sample_count gets the most samples of each level. out->finest stays NULL if
+ * all patches get what is wanted. Errors: OUT_OF_MEMORY. */
 stp_status stp_patch_levels_choose(stp_load_place *out, uint32_t sample_count[STP_LEVEL_COUNT],
                                    const stp_patch_look *look, const stp_want *want,
                                    const stp_resident *resident, stp_error *err);

@@ -172,7 +172,9 @@ static void stop(flight *f, const stp_view *view, const stp_draw_params *params,
     draw(f->waiting, view, waiting, expected, &whole);
     size_t covered = count_covered(expected);
     /* the first frame may keep a chunk a little longer */
-    for (int frame = 0; frame < 2 || !(every ? stats.every_sample : stats.cut_complete); frame++) {
+    for (int frame = 0;
+         frame < 2 || stats.exposes || !(every ? stats.every_sample : stats.cut_complete);
+         frame++) {
         assert_true(frame < FRAMES_LIMIT);
         draw(f->streaming, view, params, found, &stats);
         check_memory(f);
