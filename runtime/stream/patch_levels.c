@@ -153,6 +153,23 @@ bool stp_patch_levels_lack(const stp_patch_look *look, stp_resident *resident, i
     return lack;
 }
 
+bool stp_patch_levels_shown(const stp_patch_look *look, const stp_resident *resident, uint8_t *out)
+{
+    stp_patch_look now = *look;
+    const stp_gpu_chunk chunk =
+        stp_scene_record(look->scene, resident->block, resident->finest, look->eye);
+    bool fewer = false;
+    now.ahead = false;
+    for (uint32_t p = 0; p < resident->placement.patches.count; p++) {
+        const stp_mirror_patch *patch = &resident->mirror.patches[p];
+        out[p] = (uint8_t)(is_left(&now, &chunk, resident, p)
+                               ? STP_LEVEL_COUNT - 1
+                               : asked_in_sight(&look->frame, &chunk, patch, patch->finest));
+        fewer = fewer || out[p] > patch->finest;
+    }
+    return fewer;
+}
+
 void stp_patch_levels_keep(stp_chunk *chunk, const uint8_t *finest)
 {
     for (int l = chunk->finest_level; l < STP_LEVEL_COUNT - 1; l++) {

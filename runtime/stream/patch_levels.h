@@ -34,6 +34,9 @@ void stp_patch_levels_clear(stp_load_place *place);
 /* Whether the view asks some patch for a level, not finer than `finest`, that is not resident.
  * Notes in resident->look that it does not. */
 bool stp_patch_levels_lack(const stp_patch_look *look, stp_resident *resident, int finest);
+/* Lists the finest levels that the view asks for of a block's patches, as if no other view
+ * followed, and none finer than what is resident. Returns whether any patch has a finer one. */
+bool stp_patch_levels_shown(const stp_patch_look *look, const stp_resident *resident, uint8_t *out);
 /* Leaves out the samples of each patch of a decoded block that are finer than its level in the
  * list. */
 void stp_patch_levels_keep(stp_chunk *chunk, const uint8_t *finest);
