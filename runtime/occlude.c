@@ -20,7 +20,9 @@
 /* If fewer blocks are missing, they are read without a guess what is hidden. */
 #define GUESS_LEAST 32
 #define GUESSES_LIMIT 4
-/* If less than this share of all patches and blocks is hidden, so many pictures go without. */
+/* If less than this share of all patches and blocks is hidden while the camera moves, so many
+ * pictures go without. At rest, what is hidden need not be resident: without occlusion, the next
+ * picture would draw it too coarse, and show some of it. */
 #define LEAST_SHARE 0.1
 #define IDLE_PICTURES 30
 
@@ -234,7 +236,7 @@ stp_status stp_occlude_end(stp_renderer *r, stp_drawing *d, stp_error *err)
     if (o->used != NULL) {
         d->stats.blocks_hidden = (uint32_t)r->cut.occluded_count;
         const uint64_t hidden = d->stats.patches_hidden + d->stats.blocks_hidden;
-        if (d->params->occlusion == STP_OCCLUSION_AUTO && !o->used->asks_only &&
+        if (d->params->occlusion == STP_OCCLUSION_AUTO && !o->used->asks_only && !r->still &&
             (double)hidden < LEAST_SHARE * (double)(hidden + o->shown))
             o->idle = IDLE_PICTURES;
     }

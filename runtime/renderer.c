@@ -301,6 +301,11 @@ stp_memory_use stp_renderer_memory(const stp_renderer *r)
     return (stp_memory_use){stp_block_cache_gpu_used(r->cache), b->gpu_bytes, b->cpu_bytes};
 }
 
+uint64_t stp_renderer_gpu_pinned(const stp_renderer *r)
+{
+    return r->cache != NULL ? stp_block_cache_gpu_pinned(r->cache, r->drawn_stamp) : 0;
+}
+
 uint64_t stp_renderer_bytes_read(const stp_renderer *r)
 {
     return r->cache != NULL ? stp_block_cache_bytes_read(r->cache) : 0;

@@ -505,6 +505,9 @@ const char *stp_renderer_damage(const stp_renderer *renderer);
 const char *stp_renderer_trouble(const stp_renderer *renderer);
 uint64_t stp_renderer_bytes_read(const stp_renderer *renderer);
 stp_memory_use stp_renderer_memory(const stp_renderer *renderer);
+/* Bytes of stp_memory_use.gpu_used that the last frame needs. The rest, other blocks and levels for
+ * nearer views, is given back where there is no room for something else. Looks at all patches. */
+uint64_t stp_renderer_gpu_pinned(const stp_renderer *renderer);
 /* Whether a streaming frame would now show something that the last frame lacked. */
 bool stp_renderer_has_news(const stp_renderer *renderer);
 

@@ -23,6 +23,7 @@ typedef struct stp_resident {
     int finest;     /* levels >= finest are resident */
     bool partial;   /* but not of each patch (stp_mirror_patch.finest) */
     uint32_t look;  /* partial: of the view that asks for no more */
+    uint32_t shown; /* of the view that was asked which levels it shows, to give back others */
     uint64_t last_used;
     stp_placement placement;
     stp_mirror mirror; /* for choosing on the CPU */
@@ -105,6 +106,7 @@ typedef struct stp_cache_load {
     size_t begun; /* wants[there..begun) are being decoded */
     bool damaged; /* some block was found damaged */
     bool full;    /* there is no room for wants[begun] */
+    size_t tried; /* so many wants begun, plus 1, when there was no room with none on its way */
     bool ring_full;
 } stp_cache_load;
 
@@ -123,6 +125,10 @@ void stp_block_cache_touch(stp_block_cache *cache, uint32_t block, uint64_t stam
 uint64_t stp_block_cache_bytes_read(const stp_block_cache *cache);
 /* Bytes of the Object Texture in use. */
 uint64_t stp_block_cache_gpu_used(const stp_block_cache *cache);
+/* How many of these bytes the picture drawn at `stamp` pins: of blocks used then, the levels that
+ * its view asks for, and roots. The rest is cache, and is given back as soon as there is no room
+ * for something else. */
+uint64_t stp_block_cache_gpu_pinned(stp_block_cache *cache, uint64_t stamp);
 /* A sentence about the first damage found, and how many more blocks are damaged; empty if none. */
 const char *stp_block_cache_damage(const stp_block_cache *cache);
 /* A sentence about why nothing arrives (the file cannot be read); empty if blocks arrive. */

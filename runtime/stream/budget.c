@@ -23,7 +23,8 @@ static const uint64_t ring_most_bytes[2] = {UINT64_C(32) << 20, UINT64_C(8) << 2
 #define TABLE_BYTES 160
 /* A block has squares or spots, not both. */
 #define PATCH_MIRROR_BYTES                                                                         \
-    (sizeof(stp_mirror_patch) + sizeof(stp_patch_brief) + STP_SPOTS_A_PATCH * sizeof(stp_spot))
+    (sizeof(stp_mirror_patch) + sizeof(stp_patch_brief) + sizeof(stp_gpu_patch) +                  \
+     STP_SPOTS_A_PATCH * sizeof(stp_spot))
 _Static_assert(sizeof(stp_square) <= STP_SPOTS_A_PATCH * sizeof(stp_spot), "squares take less");
 
 /* Sums and maxima over a scene's blocks. */
@@ -92,6 +93,31 @@ static uint32_t slots_of(const stp_scene *scene)
     return (uint32_t)smaller(scene->block_count + spare, STP_GPU_SLOTS_LIMIT);
 }
 
+/* If the whole scene has no room, so much of the GPU's is for patches, if they need it: a view has
+ * most patches, but few of their samples. */
+#define PATCHES_PART (1.0 / 3.0)
+/* And at most so much of what else the CPU's memory has room for. */
+#define PATCHES_MIRROR_PART 0.5
+
+/* Divides the room of both budgets: the shares of the scene's samples and of its patches. share: of
+ * both, if they were the same. least: of both. */
+static void divide(double shares[2], const demand *d, const double room[2], double share,
+                   double least)
+{
+    const double patches = (double)d->patches * (double)sizeof(stp_gpu_patch);
+    const double samples = (double)texture_bytes(d->samples, d->patches) - patches;
+    const double more =
+        fmin(SCENE_SHARE, fmin(PATCHES_PART * room[0] / patches,
+                               PATCHES_MIRROR_PART * room[1] /
+                                   ((double)d->patches * (double)PATCH_MIRROR_BYTES)));
+    const double rest = (room[0] - more * patches) / samples;
+    shares[0] = shares[1] = share;
+    if (more <= share || rest < least)
+        return;
+    shares[0] = fmin(rest, share);
+    shares[1] = more;
+}
+
 /* Makes room for the scene, or for as much of it as both budgets, and textures of so many texels,
  * hold. fixed: what else the budgets must hold. */
 static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const demand *d,
@@ -108,9 +134,10 @@ static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const dema
     const double most_texels = (double)stp_texels_most(d->samples, d->patches);
     const double fits[2] = {(double)texels / most_texels,
                             (double)most_patches / (double)d->patches};
-    double share = SCENE_SHARE + least;
+    double share = SCENE_SHARE + least, room[2], shares[2];
     for (int i = 0; i < 2; i++) {
-        double holds = given[i] > fixed[i] ? (double)(given[i] - fixed[i]) / whole[i] : 0.0;
+        room[i] = given[i] > fixed[i] ? (double)(given[i] - fixed[i]) : 0.0;
+        double holds = room[i] / whole[i];
         if (holds < least)
             return refuse(scene, names[i], given[i], fixed[i] + (uint64_t)(least * whole[i]), err);
         share = fmin(share, holds);
@@ -120,9 +147,11 @@ static stp_status plan_texture(stp_budget *b, const stp_scene *scene, const dema
                              "%s: two blocks have more samples than a texture of this OpenGL (%u): "
                              "draw it on another GPU",
                              stp_chunk_file_path(scene->models[0].model->file), texels);
+    divide(shares, d, room, share, least);
     b->slot_capacity = slots_of(scene);
-    b->texel_capacity = (uint32_t)fmin(fmin(share, fits[0]) * most_texels, UINT32_MAX - 1);
-    b->patch_capacity = (uint32_t)fmin(fmin(share, fits[1]) * (double)d->patches, UINT32_MAX - 1);
+    b->texel_capacity = (uint32_t)fmin(fmin(shares[0], fits[0]) * most_texels, UINT32_MAX - 1);
+    b->patch_capacity =
+        (uint32_t)fmin(fmin(shares[1], fits[1]) * (double)d->patches, UINT32_MAX - 1);
     b->gpu_bytes = fixed[0] + b->texel_capacity * (uint64_t)STP_TEXEL_BYTES +
                    b->patch_capacity * (uint64_t)sizeof(stp_gpu_patch);
     return STP_OK;

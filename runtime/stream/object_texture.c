@@ -216,16 +216,18 @@ uint64_t stp_placement_patches(const stp_placement *placement)
 }
 
 uint32_t stp_placement_write(const stp_placement *placement, uint8_t *memory,
-                             const stp_chunk *chunk, uint32_t slot, unsigned shapes)
+                             stp_gpu_patch *patches, const stp_chunk *chunk, uint32_t slot,
+                             unsigned shapes)
 {
     uint64_t *texels = (uint64_t *)(void *)memory;
-    stp_gpu_patch *patches = (stp_gpu_patch *)(void *)(memory + stp_placement_patches(placement));
     uint32_t at = 0;
     stp_gpu_patches_fill(patches, chunk, slot, shapes);
     for (uint32_t i = 0; i < chunk->patch_count; i++) {
         patches[i].first = placement->texels.begin + at;
         at += stp_texels_write(texels + at, chunk, i);
     }
+    memcpy(memory + stp_placement_patches(placement), patches,
+           chunk->patch_count * sizeof *patches);
     return at;
 }
 

@@ -65,10 +65,11 @@ void stp_mirror_patches_fill(stp_mirror_patch *out, const stp_chunk *chunk,
                              const stp_placement *placement, unsigned shapes);
 /* Where the patches are in memory that holds a place's samples, then its patches: bytes. */
 uint64_t stp_placement_patches(const stp_placement *placement);
-/* Writes a decoded block to such memory, as the GPU has it. Returns how many texels of the place
- * its samples need. */
+/* Writes a decoded block to such memory, as the GPU has it, and its patches to `patches`, too.
+ * Returns how many texels of the place its samples need. */
 uint32_t stp_placement_write(const stp_placement *placement, uint8_t *memory,
-                             const stp_chunk *chunk, uint32_t slot, unsigned shapes);
+                             stp_gpu_patch *patches, const stp_chunk *chunk, uint32_t slot,
+                             unsigned shapes);
 /* What the codes of the file stand for. */
 void stp_gpu_codes_fill(stp_gpu_code out[STP_GPU_CODES]);
 

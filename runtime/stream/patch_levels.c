@@ -39,10 +39,8 @@ static bool is_left(const stp_patch_look *look, const stp_gpu_chunk *record,
 static int level_kept(const stp_patch_view *view, const stp_mirror_patch *patch)
 {
     const int finest = (int)view->record.finest;
-    if (!view->ahead)
-        return asked_in_sight(&view->frame, &view->record, patch, finest);
-    const int asked = stp_level_asked(&view->frame, &view->record, patch, finest);
-    return asked < STP_NEED_HEADERS ? asked : STP_NEED_HEADERS;
+    return view->ahead ? stp_level_asked(&view->frame, &view->record, patch, finest)
+                       : asked_in_sight(&view->frame, &view->record, patch, finest);
 }
 
 /* Lists the levels that a block's patches ask for, and takes what they leave out off sample_count.
@@ -90,8 +88,7 @@ stp_status stp_patch_levels_choose(stp_load_place *out, uint32_t sample_count[ST
     const bool ahead = look->ahead;
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
         sample_count[l] = l >= want->finest ? block->sample_count[l] : 0;
-    if (want->finest >= (ahead ? STP_NEED_HEADERS : STP_LEVEL_COUNT - 1) ||
-        (ahead && resident == NULL) || look->frame.quality[0] <= 0.0f)
+    if (want->finest >= STP_LEVEL_COUNT - 1 || look->frame.quality[0] <= 0.0f)
         return STP_OK;
     STP_TRY(stp_alloc(&out->view, 1, sizeof *out->view, "levels of patches", err));
     out->view->frame = look->frame;
@@ -154,6 +151,23 @@ bool stp_patch_levels_lack(const stp_patch_look *look, stp_resident *resident, i
     if (!lack && asked == resident->finest)
         resident->look = look->number;
     return lack;
+}
+
+bool stp_patch_levels_shown(const stp_patch_look *look, const stp_resident *resident, uint8_t *out)
+{
+    stp_patch_look now = *look;
+    const stp_gpu_chunk chunk =
+        stp_scene_record(look->scene, resident->block, resident->finest, look->eye);
+    bool fewer = false;
+    now.ahead = false;
+    for (uint32_t p = 0; p < resident->placement.patches.count; p++) {
+        const stp_mirror_patch *patch = &resident->mirror.patches[p];
+        out[p] = (uint8_t)(is_left(&now, &chunk, resident, p)
+                               ? STP_LEVEL_COUNT - 1
+                               : asked_in_sight(&look->frame, &chunk, patch, patch->finest));
+        fewer = fewer || out[p] > patch->finest;
+    }
+    return fewer;
 }
 
 void stp_patch_levels_keep(stp_chunk *chunk, const uint8_t *finest)

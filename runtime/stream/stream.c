@@ -278,6 +278,7 @@ static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk 
     stp_mirror *m = &load->mirror;
     STP_TRY(stp_alloc(&m->patches, chunk->patch_count, sizeof *m->patches, "patches", err));
     STP_TRY(stp_alloc(&m->briefs, chunk->patch_count, sizeof *m->briefs, "patches", err));
+    STP_TRY(stp_alloc(&m->records, chunk->patch_count, sizeof *m->records, "patches", err));
     uint32_t block = load->want.block, of = s->scene->blocks[block].chunk;
     const stp_scene_model *model = stp_scene_find(s->scene, of);
     stp_mirror_patches_fill(m->patches, chunk, &load->place.placement, stp_scene_shapes(s->scene));
@@ -314,8 +315,9 @@ static stp_status decode(const stp_stream *s, stp_load *load, stp_chunk_scratch 
     if (m->model->shown)
         STP_TRY(stp_shown_fill(m->model->shown, &own, chunk, err));
     STP_TRY(mirror_patches(s, load, chunk, err));
-    load->place.texels = stp_placement_write(&load->place.placement, load->place.memory, chunk,
-                                             load->place.slot, stp_scene_shapes(s->scene));
+    load->place.texels =
+        stp_placement_write(&load->place.placement, load->place.memory, load->mirror.records, chunk,
+                            load->place.slot, stp_scene_shapes(s->scene));
 done:
     stp_chunk_recycle(&chunk, scratch);
     return status;
@@ -428,6 +430,7 @@ void stp_mirror_clear(stp_mirror *mirror)
     free(mirror->squares);
     free(mirror->rasters);
     free(mirror->spots);
+    free(mirror->records);
     *mirror = (stp_mirror){0};
 }
 
@@ -582,9 +585,8 @@ size_t stp_stream_pending(stp_stream *s)
 bool stp_stream_has_news(stp_stream *s)
 {
     pthread_mutex_lock(&s->mutex);
-    bool news =
-        s->count_of[STP_LOAD_FETCHED] + s->count_of[STP_LOAD_DONE] + s->count_of[STP_LOAD_FAILED] >
-        0;
+    bool news = s->count_of[STP_LOAD_FETCHED] + s->count_of[STP_LOAD_DONE] > 0 ||
+                s->count_of[STP_LOAD_FAILED] > 0;
     pthread_mutex_unlock(&s->mutex);
     return news;
 }

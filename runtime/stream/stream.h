@@ -74,6 +74,7 @@ typedef struct stp_mirror {
     stp_square *squares; /* if level 0 is of squares of a grid; else NULL */
     stp_raster *rasters; /* of the squares */
     stp_spot *spots;     /* of wide patches; may be NULL */
+    stp_gpu_patch *records;
 } stp_mirror;
 
 void stp_mirror_clear(stp_mirror *mirror);

@@ -150,8 +150,7 @@ bool stp_texels_apart(const stp_chunk *chunk, uint32_t patch)
            0;
 }
 
-/* Texels before the samples that are packed. */
-static uint32_t head_of(bool apart, int finest)
+uint32_t stp_texels_head(bool apart, int finest)
 {
     return 2 + (uint32_t)apart + (finest == 3 ? 0 : finest == 2 ? LEVELS : ERRORS_1 + 1);
 }
@@ -192,7 +191,7 @@ uint32_t stp_texels_write(uint64_t *out, const stp_chunk *chunk, uint32_t patch)
     for (int l = 2; l >= finest; l--)
         for (uint32_t i = chunk->level_begin[l][patch]; i < chunk->level_begin[l][patch + 1]; i++)
             differences(&chunk->samples[l][i], vertex, p->radius[l], rows[count++]);
-    bit_writer b = {.out = out + head_of(apart, finest)};
+    bit_writer b = {.out = out + stp_texels_head(apart, finest)};
     if (count == 0)
         return (uint32_t)(b.out - out);
     const widths w = measure(rows, count);
@@ -263,7 +262,7 @@ bool stp_texels_read(const uint64_t *texels, const stp_gpu_patch *patch, uint32_
     if (number > STP_TEXELS_PACKED_LIMIT || w.total > 8 * sizeof *out || level < finest)
         return false;
     for (int f = 0; f < FIELDS; f++)
-        d[f] = take(texels + head_of(apart, finest), &at, &w, f);
+        d[f] = take(texels + stp_texels_head(apart, finest), &at, &w, f);
     add(out, d, radius[level]);
     return true;
 }

@@ -57,6 +57,8 @@ static inline uint32_t stp_level_number(uint32_t count, int level)
 int stp_texels_finest(const stp_chunk *chunk, uint32_t patch);
 /* Whether the centre of a patch's bound is not where its vertex is. */
 bool stp_texels_apart(const stp_chunk *chunk, uint32_t patch);
+/* How many texels of a patch come before the samples that are packed. */
+uint32_t stp_texels_head(bool apart, int finest);
 /* Writes the texels of a patch, with the samples that the chunk has. Returns their number. */
 uint32_t stp_texels_write(uint64_t *out, const stp_chunk *chunk, uint32_t patch);
 /* Reads a sample of a patch, by its number (stp_level_number). texels: of the patch,

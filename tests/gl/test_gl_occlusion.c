@@ -62,7 +62,6 @@ static uint64_t rest(const gl_fixture *f, const stp_view *view, stp_draw_params 
     stp_draw_stats stats = {.more = true};
     uint64_t hidden = 0;
     params.stream = true;
-    params.occlusion = STP_OCCLUSION_ON; /* AUTO rests for a while where little is hidden */
     for (int i = 0; i < 5000 && (stats.more || !stats.cut_complete); i++) {
         check_ok(stp_renderer_draw(f->renderer, view, &params, &stats, err));
         hidden += stats.patches_hidden;
@@ -128,7 +127,8 @@ static void at_rest(void **state)
     for (int i = 0; i < EYES; i++) {
         const stp_view view = eye_view(&f, i);
         stp_draw_params params = {.lod = i % 2 ? STP_LOD_GEOMETRY : STP_LOD_COMPUTE,
-                                  .smooth_edges = true};
+                                  .smooth_edges = true,
+                                  .occlusion = STP_OCCLUSION_ON};
         hidden += rest(&f, &view, params);
         params.occlusion = STP_OCCLUSION_OFF;
         gl_fixture_draw(&f, &view, &params, NULL, without);
@@ -137,6 +137,30 @@ static void at_rest(void **state)
     }
     assert_true(hidden > 0);
     gl_fixture_close(&f);
+}
+
+/* Where little is hidden, pictures go without occlusion for a while, but not those of a view at
+ * rest: what is hidden is not there, and would be drawn too coarse. */
+static void stays_at_rest(void **state)
+{
+    gl_fixture f = {0};
+    uint64_t hidden = 0;
+    (void)state;
+    for (int i = 0; i < 6; i++) {
+        const stp_draw_params params = {.stream = true, .threshold_px = 0.5};
+        gl_fixture_open(&f, "statue.stipple", NULL);
+        const stp_view view = views_get(i, &f.model->ball, NULL, 0, WIDTH, HEIGHT);
+        rest(&f, &view, params);
+        for (int frame = 0; frame < 3; frame++) {
+            stp_draw_stats stats;
+            gl_fixture_draw(&f, &view, &params, &stats, without);
+            assert_true(stats.cut_complete && !stats.more);
+            assert_memory_equal(with, without, sizeof with);
+            hidden += stats.patches_hidden;
+        }
+        gl_fixture_close(&f);
+    }
+    assert_true(hidden > 0);
 }
 
 /* A picture that takes several passes, since memory is short. */
@@ -294,9 +318,10 @@ static void bounds(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bounds),        cmocka_unit_test(inside_a_building),
-        cmocka_unit_test(at_rest),       cmocka_unit_test(in_passes),
-        cmocka_unit_test(through_doors), cmocka_unit_test(around_a_statue),
+        cmocka_unit_test(bounds),          cmocka_unit_test(inside_a_building),
+        cmocka_unit_test(at_rest),         cmocka_unit_test(stays_at_rest),
+        cmocka_unit_test(in_passes),       cmocka_unit_test(through_doors),
+        cmocka_unit_test(around_a_statue),
     };
     stp_gl_context *context = gl_fixture_context();
     model_fixture_build(

@@ -8,10 +8,9 @@
 
 enum { SIZE = 256, PIXELS = SIZE * SIZE, STEPS = 12 };
 
-/* Comes nearer, by so much that some patches need finer levels at each step, and turns. */
-static stp_view view_at(const stp_model *model, int step)
+/* From so many radians around, so many times as near. */
+static stp_view view_from(const stp_model *model, double t, double near)
 {
-    const double t = 0.15 * step, near = pow(0.85, step);
     stp_camera camera = stp_camera_around(&model->ball, (stp_dvec3){sin(t), 0.3, cos(t)},
                                           (stp_dvec3){0.0, 1.0, 0.0}, 45.0, SIZE, SIZE);
     stp_view view;
@@ -21,6 +20,12 @@ static stp_view view_at(const stp_model *model, int step)
     camera.eye = stp_dvec3_add(camera.look, stp_dvec3_scale(away, near));
     check_ok(stp_view_create(&view, &camera, &model->ball, SIZE, SIZE, err));
     return view;
+}
+
+/* Comes nearer, by so much that some patches need finer levels at each step, and turns. */
+static stp_view view_at(const stp_model *model, int step)
+{
+    return view_from(model, 0.15 * step, pow(0.85, step));
 }
 
 /* What is resident of the blocks drawn. */
@@ -175,6 +180,56 @@ static void little_is_loaded_again_if_views_follow(void **state)
     (void)state;
 }
 
+/* Turns around the model with so much GPU memory; *used and *pinned are of the last picture. Each
+ * picture must be that of a renderer with room. Returns in how many passes they were drawn at most.
+ */
+static uint32_t turn(uint64_t gpu_bytes, stp_cut_measure *cut, uint64_t *used, uint64_t *pinned)
+{
+    static const stp_draw_params params = {.threshold_px = 1.0};
+    static uint8_t found[4 * PIXELS], expected[4 * PIXELS];
+    gl_fixture f, roomy;
+    uint32_t passes = 0;
+    gl_fixture_open(&f, "model.stipple", NULL);
+    gl_fixture_open(&roomy, "model.stipple", NULL);
+    stp_renderer_destroy(&f.renderer);
+    check_ok(stp_renderer_create(&f.renderer,
+                                 &(stp_renderer_params){.model = f.model,
+                                                        .gpu_memory_bytes = gpu_bytes,
+                                                        .views_follow = true},
+                                 err));
+    for (int step = 0; step < STEPS; step++) {
+        stp_draw_stats stats;
+        const stp_view view = view_from(f.model, 0.3 * step, 1.0);
+        gl_fixture_draw(&f, &view, &params, &stats, found);
+        gl_fixture_draw(&roomy, &view, &params, NULL, expected);
+        assert_memory_equal(found, expected, sizeof found);
+        passes = stats.passes > passes ? stats.passes : passes;
+    }
+    stp_renderer_measure(f.renderer, cut);
+    *used = stp_renderer_memory(f.renderer).gpu_used;
+    *pinned = stp_renderer_gpu_pinned(f.renderer);
+    gl_fixture_close(&f);
+    gl_fixture_close(&roomy);
+    return passes;
+}
+
+/* Levels for nearer views are cache: where memory is short, blocks give them back, and pictures
+ * that do without them still take one pass. */
+static void levels_are_given_back(void **state)
+{
+    stp_cut_measure roomy, tight;
+    uint64_t used[2], pinned[2];
+    (void)state;
+    assert_int_equal(turn(UINT64_C(1) << 30, &roomy, &used[0], &pinned[0]), 1);
+    assert_int_equal(turn(UINT64_C(2640) << 10, &tight, &used[1], &pinned[1]), 1);
+    print_message("%.1f bytes a sample, with room %.1f; %.1f are pinned\n",
+                  (double)used[1] / (double)tight.points, (double)used[0] / (double)roomy.points,
+                  (double)pinned[1] / (double)tight.points);
+    assert_int_equal(tight.points, roomy.points);
+    assert_true(10 * used[1] < 9 * used[0]);
+    assert_true(pinned[1] <= used[1] && 10 * pinned[1] > 9 * pinned[0]);
+}
+
 /* Comes nearer without waiting: what is missing is drawn from coarser levels, the same by each
  * road. */
 static void roads_draw_what_is_there(void **state)
@@ -236,6 +291,7 @@ int main(void)
         cmocka_unit_test(pictures_are_those_of_whole_blocks),
         cmocka_unit_test(first_picture_has_what_it_shows),
         cmocka_unit_test(little_is_loaded_again_if_views_follow),
+        cmocka_unit_test(levels_are_given_back),
         cmocka_unit_test(roads_draw_what_is_there),
         cmocka_unit_test(keeps_samples),
     };

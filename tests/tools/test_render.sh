@@ -193,7 +193,7 @@ test_stats() {
     render "$model" --size 200x200 --repeat 3 --stats "$FOLDER/stats.json"
     expect_code 0
     for key in frame_ms project_ms pull_push_ms shade_ms points_drawn patches_drawn patches_hidden blocks_hidden chunks_drawn \
-        chunks_missing cut_complete max_error_px bytes_read gpu_bytes_used \
+        chunks_missing cut_complete max_error_px bytes_read gpu_bytes_used gpu_bytes_pinned \
         gpu_bytes_allotted gl_renderer min median p99 max; do
         grep -q "\"$key\":" "$FOLDER/stats.json" || fail "$command: no \"$key\" in the stats"
     done

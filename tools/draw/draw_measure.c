@@ -76,6 +76,7 @@ struct cJSON *draw_measure_json(draw_measure *m, const stp_renderer *renderer,
     cJSON_AddNumberToObject(json, "bytes_read", (double)stp_renderer_bytes_read(renderer));
     stp_memory_use memory = stp_renderer_memory(renderer);
     cJSON_AddNumberToObject(json, "gpu_bytes_used", (double)memory.gpu_used);
+    cJSON_AddNumberToObject(json, "gpu_bytes_pinned", (double)stp_renderer_gpu_pinned(renderer));
     cJSON_AddNumberToObject(json, "gpu_bytes_allotted", (double)memory.gpu_allotted);
     source_options_stats(json, model->file);
     cJSON_AddStringToObject(json, "gl_renderer", (const char *)glGetString(GL_RENDERER));
