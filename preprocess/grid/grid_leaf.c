@@ -500,6 +500,7 @@ stp_status stp_height_grid_leaf(const stp_height_grid *grid, uint32_t index,
                                   .together_ends = t.together,
                                   .run_grids = t.grids,
                                   .holes = grid->holes,
+                                  .regular = true,
                                   .count = t.count,
                                   .run_count = t.squares,
                                   .together_count = t.together_count};

@@ -327,6 +327,16 @@ static double radius_on_map(double radius, double full, double least)
     return full * exp2(step / FULL_PARTS);
 }
 
+/* How wide a merged disc need be, given its area and how far off the finer centres are. Those of a
+ * grid's cell lie half as far off as its corners, up to which discs must reach. */
+static double wanted_radius(const builder *b, double area, double reach)
+{
+    const double side = sqrt(area), most = STP_MERGED_LAMBDA * side;
+    return b->ground->regular
+               ? stp_max(STP_REGULAR_LAMBDA * side, stp_min(most, STP_CORNER_SHARE * reach))
+               : most;
+}
+
 /* A radius that covers the centres of the finer samples and the disc's own share of the surface. It
  * is at least a step of its lattice, so that it has a code in the chunk above, too. */
 static double merged_radius(const builder *b, const stp_disc *merged, int level, unsigned begin,
@@ -334,14 +344,14 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
 {
     const stp_disc *finer = b->discs[level - 1];
     const bool alone = end - begin == 1; /* the sample itself, unmerged */
-    double radius = alone ? finer[begin].radius : STP_MERGED_LAMBDA * sqrt(area), reach = 0.0;
+    double reach = 0.0;
     for (unsigned i = begin; i < end && !alone; i++)
         reach = stp_max(reach, stp_dvec3_length(stp_dvec3_sub(finer[i].centre, merged->centre)));
-    radius = stp_max(radius, reach);
+    double radius = alone ? finer[begin].radius : stp_max(reach, wanted_radius(b, area, reach));
     if (b->ground->grid && b->ground->grid->spacing > 0.0 && !alone && radius > 0.0)
         radius = radius_on_map(radius, full_radius(b, merged, level), reach);
     const bool noisy = !b->ground->even || (b->ground->grid && b->ground->grid->spreads);
-    if (noisy && !alone)
+    if ((noisy || b->ground->regular) && !alone)
         radius = stp_radius_on_grid(radius, reach);
     return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
 }

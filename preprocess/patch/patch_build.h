@@ -18,6 +18,10 @@ static inline double stp_nearest_whole(double x)
 
 /* A merged disc's radius is at least this many of its own spacings. */
 #define STP_MERGED_LAMBDA 1.4
+/* In grids of heights, whose cells have no gaps: at least so many, and at least this many times as
+ * far as the finer centres. */
+#define STP_REGULAR_LAMBDA 1.1
+#define STP_CORNER_SHARE 2.1
 /* Limits in lattice steps: a patch is no wider than 16 bits can say, with room for rounding; its
  * origin is no farther from the chunk's than 32 bits can say. */
 #define STP_POSITION_STEPS 65533.0
@@ -70,6 +74,7 @@ typedef struct stp_patch_ground {
     unsigned
         normal_bits; /* of the grid of level-0 normals; level l has l more, up to 12; squares 9 */
     bool even;       /* squares: merged by plain means, whatever their radii; then 9 bits */
+    bool regular;    /* all discs are of a grid of heights: merged ones are no wider than cells */
     const stp_patch_grid *grid; /* NULL: none */
     const stp_holes *holes;     /* that merged discs may not cover; NULL: they may */
 } stp_patch_ground;

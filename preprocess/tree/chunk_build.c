@@ -34,7 +34,7 @@ typedef struct assembly {
     unsigned normal_bits;
     const stp_resolution *resolution; /* for points; else NULL */
     stp_displacement displacement;
-    bool leaf, linked, even;
+    bool leaf, linked, even, regular;
     const stp_holes *holes; /* borrowed; NULL: none */
 } assembly;
 
@@ -191,6 +191,7 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
                                      .vertex_least = a->vertex_least,
                                      .normal_bits = a->normal_bits,
                                      .even = a->even,
+                                     .regular = a->regular,
                                      .grid = grid,
                                      .holes = a->holes};
     if (stp_patch_build(items, order, count, &ground, &patch, &samples, &vertex)) {
@@ -493,6 +494,7 @@ stp_status stp_chunk_build_leaf(stp_built_chunk *out, const stp_item_group *poin
                   .normal_bits = params->normal_bits,
                   .resolution = &params->resolution,
                   .even = points->together_ends != NULL,
+                  .regular = points->regular,
                   .holes = points->holes};
     return build_groups(out, &a, points, 1, err);
 }
@@ -503,6 +505,7 @@ stp_status stp_chunk_build_inner(stp_built_chunk *out, const stp_item_group *gro
     assembly a = {.linked = groups[0].run_ends != NULL || groups[0].kept != NULL,
                   .vertex_least = INT_MIN,
                   .normal_bits = STP_NORMAL_BITS,
+                  .regular = groups[0].regular,
                   .holes = groups[0].holes};
     return build_groups(out, &a, groups, group_count, err);
 }

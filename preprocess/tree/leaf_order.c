@@ -81,3 +81,13 @@ done:
     free(l.codes);
     return status;
 }
+
+bool stp_leaves_are_whole_grid(const stp_leaf_sources *from, const stp_leaf_place *leaves,
+                               uint32_t count)
+{
+    uint32_t tiles = 0;
+    for (uint32_t i = 0; i < count; i++)
+        tiles += leaves[i].kind == STP_LEAF_TILE;
+    return from->grid && tiles == count &&
+           from->grid->count == (uint64_t)from->grid->raster.columns * from->grid->raster.rows;
+}

@@ -40,6 +40,9 @@ typedef struct stp_leaf_place {
  * free(). Errors: OUT_OF_MEMORY. */
 stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *from,
                           stp_leaf_place **out, uint32_t *count, stp_error *err);
+/* Whether the leaves are those of one grid of heights that lacks no sample. */
+bool stp_leaves_are_whole_grid(const stp_leaf_sources *from, const stp_leaf_place *leaves,
+                               uint32_t count);
 /* The box of all that leaves come from. */
 stp_dbox stp_leaf_sources_box(const stp_cloud *cloud, const stp_leaf_sources *from);
 

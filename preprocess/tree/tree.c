@@ -53,6 +53,7 @@ typedef struct tree {
     const stp_progress *progress;
     stp_leaf_place *leaves; /* in order */
     uint32_t leaf_count;
+    bool whole_grid; /* the leaves are those of one that lacks no sample */
     uint64_t progress_total;
     atomic_size_t progress_done; /* leaves built and leaves finished */
 
@@ -126,6 +127,7 @@ static stp_status build_inner(const tree *t, span children, built *out, stp_erro
         const node *child = &t->below[i];
         groups[i - children.begin] = (stp_item_group){.items = child->vertices,
                                                       .holes = holes,
+                                                      .regular = t->whole_grid,
                                                       .count = child->vertex_count,
                                                       .run_ends = child->run_ends,
                                                       .run_count = child->run_count};
@@ -564,6 +566,7 @@ stp_status stp_tree_write(stp_chunk_writer **writer, stp_cloud *cloud,
     t->items = stp_tree_item_params(params, &box);
     STP_TRY(stp_cells_cut(cloud, &t->items, pool, err));
     STP_TRY(stp_leaf_order(cloud, &params->sources, &t->leaves, &t->leaf_count, err));
+    t->whole_grid = stp_leaves_are_whole_grid(&params->sources, t->leaves, t->leaf_count);
     t->own = stp_ranks_own(params->ranks, t->leaf_count);
     t->progress_total = 2 * (uint64_t)(t->own.end - t->own.begin);
     if (stp_ranks_count(params->ranks) > 1)
