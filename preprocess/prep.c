@@ -9,6 +9,7 @@
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/cloud_parts.h"
 #include "preprocess/cloud/scan_lines.h"
+#include "preprocess/grid/depth_holes.h"
 #include "preprocess/maps/maps_make.h"
 #include "preprocess/orient/pixel_sheets.h"
 #include "preprocess/prep_job.h"
@@ -299,8 +300,11 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
                                          .vertex_least = INT_MIN / 2};
     if (job->stats->makes_maps)
         return STP_OK;
-    const stp_status status = stp_depth_images_create(depths, &job->cloud, job->source,
-                                                      job->stats->normals_seen > 0, &items, err);
+    stp_status status = stp_depth_images_create(depths, &job->cloud, job->source,
+                                                job->stats->normals_seen > 0, &items, err);
+    if (status == STP_OK && job->stats->holes_grow)
+        status = depths->leaf_count > 0 ? stp_depth_images_keep_open(depths, err)
+                                        : stp_prep_no_grid(err);
     if (depths->leaf_count > 0) {
         job->stats->images = depths->image_count;
         job->stats->pixels_loose = depths->loose_count;

@@ -117,8 +117,7 @@ typedef struct stp_prep_params {
                              input gave are not rounded, the others as their noise allows */
     stp_orient_mode orient;
     stp_dvec3 orient_position;
-    bool
-        holes_grow; /* of a grid of heights: nothing is drawn where samples are missing (holes.h) */
+    bool holes_grow; /* of grids and images: nothing is drawn where samples are missing (holes.h) */
     stp_codec codec; /* without blocks */
     int format;      /* major version of the file: 2 (or 0) is in blocks, 1 is not */
     stp_outlier_mode outliers;

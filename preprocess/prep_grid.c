@@ -29,20 +29,21 @@ static stp_status find_parts(const stp_prep_source *source, stp_grid_part **out,
     return STP_OK;
 }
 
+stp_status stp_prep_no_grid(stp_error *err)
+{
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "--holes grow: the input does not stay one grid of heights, nor images of "
+                         "pixels on rays, so nobody knows where samples are missing: leave it out");
+}
+
 stp_status stp_prep_grid_check(const stp_prep_job *job, stp_error *err)
 {
     if (!job->params->holes_grow)
         return STP_OK;
-    if (!job->stats->keeps_grid)
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "--holes grow: the input does not stay one grid of heights, so nobody "
-                             "knows where samples are missing: leave it out");
-    if (job->source->raster_nodes)
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "--holes grow: the grid's columns and rows do not go along x and y "
-                             "(it is turned, or comes from another coordinate system): leave it "
-                             "out, or store the grid as it is");
-    return STP_OK;
+    bool grids = job->stats->keeps_grid;
+    for (size_t i = 0; i < job->source->file_count; i++)
+        grids |= job->source->files[i].grid.columns > 0;
+    return grids && !job->stats->makes_maps ? STP_OK : stp_prep_no_grid(err);
 }
 
 stp_status stp_prep_grid_begin(stp_prep_job *job, stp_error *err)

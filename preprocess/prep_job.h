@@ -101,7 +101,10 @@ void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
  * of the source, EMPTY, CORRUPT (more points than the source counts), CANCELLED, OUT_OF_MEMORY, IO.
  */
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err);
-/* Whether holes can grow, if they are to. Errors: INVALID_ARGUMENT. */
+/* Says that holes cannot grow: INVALID_ARGUMENT. */
+stp_status stp_prep_no_grid(stp_error *err);
+/* Whether holes may be able to grow, if they are to: images may still become points. Errors:
+ * INVALID_ARGUMENT. */
 stp_status stp_prep_grid_check(const stp_prep_job *job, stp_error *err);
 /* Makes the grid empty, and room for the records of it that this rank reads. Errors: OUT_OF_MEMORY,
  * IO. */
