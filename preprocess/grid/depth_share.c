@@ -98,7 +98,7 @@ stp_status stp_depth_images_share(stp_depth_images *images, stp_leaf_extent **ex
     stp_status status = STP_OK;
     stp_pixel_images *pixels = &images->pixels;
     stp_depth_pieces *pieces = &images->pieces;
-    size_t squares = images->square_count, measured = images->square_count;
+    size_t squares = images->square_count, measured = squares;
     STP_TRY(number_pieces(images, ranks, err));
     for (size_t i = 0; i < pixels->count; i++) {
         const unsigned rank = stp_pixel_image_rank(pixels, &pixels->list[i], ranks);
