@@ -423,6 +423,7 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     stats->each_has_all = stp_ranks_count(job->params->ranks) > 1 && !job->grid.own;
     STP_TRY(
         stp_height_grid_finish(&job->grid, job->source->coordinate_step, job->params->ranks, err));
+    STP_TRY(stp_prep_grid_look(job, err));
     if (stats->holes_grow)
         STP_TRY(stp_height_grid_keep_open(&job->grid, job->params->ranks, err));
     choose_height_precision(job, job->grid.noise, cell / GRID_CELL_PARTS);

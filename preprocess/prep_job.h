@@ -110,6 +110,8 @@ stp_status stp_prep_grid_check(const stp_prep_job *job, stp_error *err);
  * IO. */
 stp_status stp_prep_grid_begin(stp_prep_job *job, stp_error *err);
 void stp_prep_grid_clear(stp_prep_job *job);
+/* Notes odd heights and where to look first. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
+stp_status stp_prep_grid_look(stp_prep_job *job, stp_error *err);
 /* Whether several files make one grid, and this process reads them all. */
 bool stp_prep_grid_has_parts(const stp_prep_job *job);
 /* Puts a record into the grid, or where this rank's records are. *reject becomes TWICE if the grid

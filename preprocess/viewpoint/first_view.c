@@ -37,7 +37,7 @@
 #define SIDE_RIGHT 0.35
 #define SIDE_ABOVE 0.2
 
-/* Unit rays from the eye to some of a station's points or, if station is 0, of those in the box.
+/* Unit rays from the eye to some of a station's points or, if box is not NULL, of those in it.
  * Free with free(). */
 static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *cloud,
                           uint16_t station, const stp_dbox *box, stp_dvec3 eye, stp_error *err)
@@ -50,9 +50,8 @@ static stp_status rays_of(stp_dvec3 **out, uint32_t *count, const stp_cloud *clo
     *count = 0;
     for (uint32_t i = 0; i < listed; i++) {
         const stp_dvec3 d = stp_dvec3_sub(points[i].position, eye);
-        const bool listed_too = station > 0
-                                    ? points[i].station == station
-                                    : stp_dbox_distance_squared(box, points[i].position) == 0.0;
+        const bool listed_too = box ? stp_dbox_distance_squared(box, points[i].position) == 0.0
+                                    : points[i].station == station;
         if (listed_too && stp_dvec3_length(d) > 0.0)
             (*out)[(*count)++] = stp_dvec3_normalize(d);
     }
@@ -388,4 +387,18 @@ stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *clou
 done:
     stp_space_clear(&space);
     return status;
+}
+
+void stp_first_view_of_heights(stp_first_camera *out, const stp_dbox *all, double low, double high,
+                               double share, const stp_prep_source *source)
+{
+    const stp_dvec3 none = {0.0, 0.0, 0.0};
+    stp_main_part part = {
+        .box = *all, .points = share * (double)source->point_count, .share = share};
+    part.box.min.z = low;
+    part.box.max.z = high;
+    if (!(stp_dbox_side(all) < EXTENT_MOST) || !stp_main_part_stands_out(&part, all))
+        return;
+    *out = view_of_main(&part.box, none, source);
+    out->why = share < STP_MAIN_NEARLY_ALL ? STP_FIRST_PART : STP_FIRST_MAIN;
 }

@@ -29,7 +29,9 @@ static const double thresholds[THRESHOLDS] = {0.5, 1.0, 2.0, 4.0, 8.0};
 #define FARTHEST 1.5
 /* Where holes grow, pull moves small discs beside large ones inwards: more pixels lie farther. */
 #define FAR_SHARE_GROWING 1e-3
-#define FARTHEST_GROWING 2.0
+#define FARTHEST_GROWING 2.5
+/* What is then drawn over missing samples, from 26 directions, up to FARTHEST limits. */
+#define FILLED_SHARE_GROWING 2e-5
 /* Near the picture's edge the nearest place may lie beyond it. */
 #define EDGE_PX 16
 
@@ -144,7 +146,8 @@ static bool is_kept(const char *name, int nearer, bool box, tally sums[THRESHOLD
             lost->pixels, lost->greatest_px, filled->far, filled->pixels, filled->greatest_px);
         kept &= lost->pixels > 10000 && lost->greatest <= (grow ? FARTHEST_GROWING : FARTHEST) &&
                 (double)lost->far <= (grow ? FAR_SHARE_GROWING : FAR_SHARE) * (double)lost->pixels;
-        kept &= filled->pixels > 10000 && filled->far == 0;
+        kept &= filled->pixels > 10000 && filled->greatest <= (grow ? FARTHEST : 1.0) &&
+                (double)filled->far <= (grow ? FILLED_SHARE_GROWING : 0.0) * (double)filled->pixels;
     }
     return kept;
 }
