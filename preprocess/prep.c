@@ -9,6 +9,7 @@
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/cloud_parts.h"
 #include "preprocess/cloud/scan_lines.h"
+#include "preprocess/grid/depth_holes.h"
 #include "preprocess/maps/maps_make.h"
 #include "preprocess/orient/pixel_sheets.h"
 #include "preprocess/prep_job.h"
@@ -298,8 +299,11 @@ static stp_status keep_images(stp_prep_job *job, stp_error *err)
                                          .vertex_least = INT_MIN / 2};
     if (job->stats->makes_maps)
         return STP_OK;
-    const stp_status status = stp_depth_images_create(depths, &job->cloud, job->source,
-                                                      job->stats->normals_seen > 0, &items, err);
+    stp_status status = stp_depth_images_create(depths, &job->cloud, job->source,
+                                                job->stats->normals_seen > 0, &items, err);
+    if (status == STP_OK && job->stats->holes_grow)
+        status = depths->leaf_count > 0 ? stp_depth_images_keep_open(depths, err)
+                                        : stp_prep_no_grid(err);
     if (depths->leaf_count > 0) {
         job->stats->images = depths->image_count;
         job->stats->pixels_loose = depths->loose_count;
@@ -425,6 +429,7 @@ static stp_status treat_grid(stp_prep_job *job, stp_error *err)
     stats->each_has_all = stp_ranks_count(job->params->ranks) > 1 && !job->grid.own;
     STP_TRY(
         stp_height_grid_finish(&job->grid, job->source->coordinate_step, job->params->ranks, err));
+    STP_TRY(stp_prep_grid_look(job, err));
     if (stats->holes_grow)
         STP_TRY(stp_height_grid_keep_open(&job->grid, job->params->ranks, err));
     choose_height_precision(job, job->grid.noise, cell / GRID_CELL_PARTS);

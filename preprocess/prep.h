@@ -117,8 +117,7 @@ typedef struct stp_prep_params {
                              input gave are not rounded, the others as their noise allows */
     stp_orient_mode orient;
     stp_dvec3 orient_position;
-    bool
-        holes_grow; /* of a grid of heights: nothing is drawn where samples are missing (holes.h) */
+    bool holes_grow; /* of grids and images: nothing is drawn where samples are missing (holes.h) */
     stp_codec codec; /* without blocks */
     int format;      /* major version of the file: 2 (or 0) is in blocks, 1 is not */
     stp_outlier_mode outliers;
@@ -168,9 +167,10 @@ typedef struct stp_prep_stats {
     uint64_t pixels_loose;  /* points of no image, or off its rays, beside them */
     bool keeps_grid;        /* the scan is a grid of heights and stays one (height_grid.h) */
     bool holes_grow;        /* was requested */
-    bool join_layers;       /* was requested */
-    bool makes_maps;        /* was requested */
-    bool fills_gaps;        /* between maps: likewise */
+    double odd_heights[2], odd_shares[2]; /* of a grid: grid_range.h */
+    bool join_layers;                     /* was requested */
+    bool makes_maps;                      /* was requested */
+    bool fills_gaps;                      /* between maps: likewise */
     stp_joined_layers joined;
     stp_maps_counts maps;  /* points_out counts the points that they represent, too */
     uint64_t normals_seen; /* normals from windows of images, because of noise along the rays */

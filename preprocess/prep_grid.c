@@ -3,6 +3,8 @@
 #include "preprocess/prep_job.h"
 
 #include "base/memory.h"
+#include "preprocess/grid/grid_range.h"
+#include "preprocess/viewpoint/first_view.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -29,20 +31,21 @@ static stp_status find_parts(const stp_prep_source *source, stp_grid_part **out,
     return STP_OK;
 }
 
+stp_status stp_prep_no_grid(stp_error *err)
+{
+    return stp_error_set(err, STP_INVALID_ARGUMENT,
+                         "--holes grow: the input does not stay one grid of heights, nor images of "
+                         "pixels on rays, so nobody knows where samples are missing: leave it out");
+}
+
 stp_status stp_prep_grid_check(const stp_prep_job *job, stp_error *err)
 {
     if (!job->params->holes_grow)
         return STP_OK;
-    if (!job->stats->keeps_grid)
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "--holes grow: the input does not stay one grid of heights, so nobody "
-                             "knows where samples are missing: leave it out");
-    if (job->source->raster_nodes)
-        return stp_error_set(err, STP_INVALID_ARGUMENT,
-                             "--holes grow: the grid's columns and rows do not go along x and y "
-                             "(it is turned, or comes from another coordinate system): leave it "
-                             "out, or store the grid as it is");
-    return STP_OK;
+    bool grids = job->stats->keeps_grid;
+    for (size_t i = 0; i < job->source->file_count; i++)
+        grids |= job->source->files[i].grid.columns > 0 || job->source->files[i].image_count > 0;
+    return grids && !job->stats->makes_maps ? STP_OK : stp_prep_no_grid(err);
 }
 
 stp_status stp_prep_grid_begin(stp_prep_job *job, stp_error *err)
@@ -73,6 +76,22 @@ void stp_prep_grid_clear(stp_prep_job *job)
     stp_height_grid_clear(&job->grid);
     stp_grid_part_clear(&job->part);
     stp_grid_records_clear(&job->grid_records);
+}
+
+stp_status stp_prep_grid_look(stp_prep_job *job, stp_error *err)
+{
+    stp_prep_stats *stats = job->stats;
+    stp_grid_range range;
+    const stp_status status = stp_grid_range_measure(&range, &job->grid, job->params->ranks, err);
+    if (status != STP_OK)
+        return status;
+    stp_first_view_of_heights(&stats->first, &job->grid.box, range.low, range.high, range.share,
+                              job->source);
+    for (int i = 0; i < 2; i++) {
+        stats->odd_heights[i] = range.odd[i];
+        stats->odd_shares[i] = range.odd_share[i];
+    }
+    return STP_OK;
 }
 
 bool stp_prep_grid_has_parts(const stp_prep_job *job)

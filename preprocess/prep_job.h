@@ -101,12 +101,17 @@ void stp_prep_count(stp_prep_stats *stats, const stp_cloud_point *point);
  * of the source, EMPTY, CORRUPT (more points than the source counts), CANCELLED, OUT_OF_MEMORY, IO.
  */
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err);
-/* Whether holes can grow, if they are to. Errors: INVALID_ARGUMENT. */
+/* Says that holes cannot grow: INVALID_ARGUMENT. */
+stp_status stp_prep_no_grid(stp_error *err);
+/* Whether holes may be able to grow, if they are to: images may still become points. Errors:
+ * INVALID_ARGUMENT. */
 stp_status stp_prep_grid_check(const stp_prep_job *job, stp_error *err);
 /* Makes the grid empty, and room for the records of it that this rank reads. Errors: OUT_OF_MEMORY,
  * IO. */
 stp_status stp_prep_grid_begin(stp_prep_job *job, stp_error *err);
 void stp_prep_grid_clear(stp_prep_job *job);
+/* Notes odd heights and where to look first. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
+stp_status stp_prep_grid_look(stp_prep_job *job, stp_error *err);
 /* Whether several files make one grid, and this process reads them all. */
 bool stp_prep_grid_has_parts(const stp_prep_job *job);
 /* Puts a record into the grid, or where this rank's records are. *reject becomes TWICE if the grid

@@ -344,6 +344,10 @@ void stp_depth_leaf_ask(const stp_depth_images *images, uint32_t leaf)
 
 void stp_depth_images_clear(stp_depth_images *images)
 {
+    for (size_t i = 0; images->holes && i <= images->pixels.count; i++)
+        stp_holes_clear(&images->holes[i]);
+    free(images->holes);
+    free(images->open);
     if (images->cloud)
         stp_pixel_images_clear(&images->pixels, images->cloud);
     free(images->cameras);

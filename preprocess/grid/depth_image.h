@@ -42,6 +42,8 @@ typedef struct stp_depth_images {
     uint32_t image_count; /* of those that have pixels */
     uint64_t loose_count;
     unsigned least_bits; /* where normals are rough, they may be rounded to this grid */
+    stp_holes *holes;    /* of image i at i + 1 (depth_holes.h); NULL: discs may cover them */
+    struct stp_depth_open *open; /* what they know of their images */
 } stp_depth_images;
 
 /* Cuts the images of a cloud, whose normals are known, into leaves. No leaves: many points belong

@@ -4,6 +4,7 @@
 #include "formats/chunk/block_cut.h"
 #include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/normal_grid.h"
+#include "preprocess/grid/depth_holes.h"
 #include "preprocess/grid/depth_normals.h"
 #include "preprocess/patch/partition.h"
 #include "preprocess/surface/normal_error.h"
@@ -385,10 +386,14 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
         for (uint32_t i = begin; i < m.together[r]; i++)
             fit_radii(&m, i);
     }
+    for (uint32_t i = 0, begin = 0; i < m.square_count; begin = m.ends[i++])
+        stp_depth_keep_open(images, m.squares[m.order[i]].image, m.items + begin,
+                            m.ends[i] - begin);
     const stp_item_group group = {.items = m.items,
                                   .run_ends = m.ends,
                                   .together_ends = m.together,
                                   .run_grids = m.grids,
+                                  .holes = images->holes,
                                   .count = m.count,
                                   .run_count = m.square_count,
                                   .together_count = m.together_count};

@@ -311,6 +311,7 @@ static stp_status cut(stp_depth_pieces *out, uint32_t *of, seen_image *s, const 
         for (uint64_t c = 0; *found && c < in->columns; c += side) {
             const rectangle part = part_of(in, (uint32_t)c, (uint32_t)r, side);
             stp_depth_rays rays = {.first = {part.column, part.row}, .side = side};
+            set_rays(of, s, &part, STP_DEPTH_NO_RAYS);
             if (!choose_axis(s, &part, &rays) || (loosens && !fit_without_worst(s, &part, &rays)))
                 continue;
             *found = loosens || fit_piece(s, &part, &rays, most);

@@ -23,6 +23,9 @@ typedef struct stp_depth_rays {
     double tilt[2][3];
 } stp_depth_rays;
 
+/* The rays of a square that has no points. */
+#define STP_DEPTH_NO_RAYS UINT32_MAX
+
 /* Rays of images, piece by piece. */
 typedef struct stp_depth_pieces {
     stp_depth_rays *rays;

@@ -52,7 +52,8 @@ static stp_status number_pieces(stp_depth_images *images, stp_ranks *ranks, stp_
     uint32_t before[2];
     STP_TRY(count_before(images, ranks, before, err));
     for (size_t i = 0; i < images->pieces.square_count; i++)
-        images->pieces.of_square[i] += before[0];
+        if (images->pieces.of_square[i] != STP_DEPTH_NO_RAYS)
+            images->pieces.of_square[i] += before[0];
     for (uint32_t i = 0; i < images->square_count; i++)
         images->squares[i].rays += before[0];
     for (size_t i = 0; i < images->pixels.count; i++)

@@ -45,7 +45,7 @@ typedef struct tile {
     uint32_t columns, rows; /* as far as the grid goes */
     stp_raster_frame frame; /* of the square at hand */
     double diagonal;        /* of its cells, the greater one */
-    double reach;           /* where holes grow: no hole is nearer to the square at hand */
+    double reach;           /* where holes grow: no disc of the square is limited to less */
     double spacing, wanted; /* of the sample before, and its lattice; 0: there is none */
     int exponent;
     double *z;      /* SIDE_WITH_REACH squared; NaN: none */
@@ -248,7 +248,7 @@ STP_INLINE double spacing_of(const tile *t, const double *middle, bool whole, do
 STP_INLINE double open_spacing(const tile *t, stp_dvec3 place, double spacing)
 {
     const double radius = spacing * t->params->lambda;
-    if (!t->grid->holes || radius + t->grid->holes->margin <= t->reach)
+    if (!t->grid->holes || radius <= t->reach)
         return spacing;
     return stp_holes_radius(t->grid->holes, place, radius) / t->params->lambda;
 }
@@ -339,14 +339,14 @@ STP_INLINE void add_sample(tile *t, uint32_t column, uint32_t row, const windows
     out->exponent = (int16_t)t->exponent;
 }
 
-/* How far holes are from all samples of a square, at least. */
+/* The greatest radius that discs of a square may have, wherever in it. Those of cells are no wider
+ * than so many diagonals. */
 static double reach_of(const tile *t, uint32_t column, uint32_t row)
 {
-    const double half = 0.5 * (STP_SQUARE_SIDE - 1);
-    const stp_scan_raster *r = &t->grid->raster;
-    const double x = r->x + (t->column + column + half) * r->dx;
-    const double y = r->y - (t->row + row + half) * r->dy;
-    return stp_holes_distance(t->grid->holes, x, y, INFINITY) - half * t->diagonal;
+    const double half = 0.5 * (STP_SQUARE_SIDE - 1), most = 2.0 * STP_SQUARE_SIDE;
+    const stp_dvec3 middle =
+        stp_raster_frame_place(&t->frame, t->column + column + half, t->row + row + half);
+    return stp_holes_radius(t->grid->holes, middle, most * t->diagonal) - half * t->diagonal;
 }
 
 /* Samples stand in Morton order, so that those that a level merges are next to each other. */

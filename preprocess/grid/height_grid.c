@@ -138,7 +138,18 @@ stp_status stp_height_grid_finish(stp_height_grid *grid, double step, stp_ranks 
 /* The tiles of other ranks have no heights here: their bits are added. */
 static stp_status join_holes(stp_holes *holes, stp_ranks *ranks, stp_error *err)
 {
-    return stp_ranks_sum(ranks, holes->words[0], (size_t)holes->columns[0] * holes->rows[0], err);
+    stp_status status = STP_OK;
+    uint64_t *bits = NULL;
+    const size_t count = (size_t)holes->columns[0] * holes->rows[0];
+    STP_TRY(stp_alloc(&bits, count, sizeof *bits, "holes", err));
+    for (size_t i = 0; i < count; i++)
+        bits[i] = holes->words[0][i].bits;
+    STP_TRY(stp_ranks_sum(ranks, bits, count, err));
+    for (size_t i = 0; i < count; i++)
+        holes->words[0][i].bits = bits[i];
+done:
+    free(bits);
+    return status;
 }
 
 /* Whether this rank tells that a sample is missing. Tiles without samples are nobody's own: the
@@ -151,12 +162,28 @@ static bool is_known_missing(const stp_height_grid *grid, uint64_t place, bool f
     return isnan(grid->z[place]);
 }
 
+/* stp_holes_place. */
+static stp_dvec3 place_of(const void *context, int64_t column, int64_t row)
+{
+    const stp_height_grid *grid = context;
+    const stp_scan_raster *r = &grid->raster;
+    const uint32_t c = (uint32_t)fmax(0.0, fmin((double)column, r->columns - 1.0));
+    const uint32_t d = (uint32_t)fmax(0.0, fmin((double)row, r->rows - 1.0));
+    const stp_raster_frame frame = stp_raster_frame_at(r, grid->nodes, c, d);
+    return stp_raster_frame_place(&frame, (double)column, (double)row);
+}
+
 stp_status stp_height_grid_keep_open(stp_height_grid *grid, stp_ranks *ranks, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint32_t columns = grid->raster.columns;
+    const stp_holes_grid of = {.columns = columns,
+                               .rows = grid->raster.rows,
+                               .cell = stp_raster_cell(&grid->raster, grid->nodes),
+                               .place = place_of,
+                               .context = grid};
     STP_TRY(stp_alloc(&grid->holes, 1, sizeof *grid->holes, "holes", err));
-    STP_TRY(stp_holes_create(grid->holes, &grid->raster, err));
+    STP_TRY(stp_holes_create(grid->holes, &of, err));
     for (uint64_t i = 0; i < (uint64_t)columns * grid->raster.rows; i++)
         if (is_known_missing(grid, i, stp_ranks_is_first(ranks)))
             stp_holes_add(grid->holes, (uint32_t)(i % columns), (uint32_t)(i / columns));

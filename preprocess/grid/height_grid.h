@@ -62,8 +62,8 @@ void stp_height_grid_unset(stp_height_grid *grid, uint64_t place);
 stp_status stp_height_grid_finish(stp_height_grid *grid, double step, stp_ranks *ranks,
                                   stp_error *err);
 /* Lets no disc cover a place without a sample that discs of level 0 could leave open (--holes
- * grow). The grid is finished, and straight. If tiles are shared, all ranks call it. Errors:
- * OUT_OF_MEMORY, IO. */
+ * grow). The grid is finished, and stays where it is. If tiles are shared, all ranks call it.
+ * Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_height_grid_keep_open(stp_height_grid *grid, stp_ranks *ranks, stp_error *err);
 void stp_height_grid_clear(stp_height_grid *grid);
 

@@ -250,7 +250,7 @@ static bool is_thicket(const sets *s, const uint32_t *order, uint32_t count)
     qsort(sheets, count, sizeof *sheets, compare_sheets);
     for (uint32_t i = 1; i < count; i++)
         distinct += sheets[i] != sheets[i - 1];
-    return are_crumbs(distinct, count);
+    return !(sheets[count - 1] & STP_SHEET_APART) && are_crumbs(distinct, count);
 }
 
 /* Moves the places of the first piece to the front. Returns their number; 0 if there is only one

@@ -10,6 +10,9 @@
 
 #include <stdint.h>
 
+/* Sheets of this number and more share no patch, even where each has only crumbs of the surface. */
+#define STP_SHEET_APART (UINT32_C(1) << 31)
+
 typedef struct stp_place {
     float key[6];  /* position relative to any point nearby, then normal */
     float spacing; /* distance to its neighbours on the surface, in units of the positions */

@@ -5,6 +5,7 @@
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/sublattice.h"
 #include "preprocess/patch/left_out.h"
+#include "preprocess/patch/partition.h"
 
 #include <string.h>
 
@@ -369,9 +370,10 @@ static double radius_below(const builder *b, double radius)
 static void limit_to_samples(builder *b, int level, unsigned begin, unsigned end, int lattice,
                              stp_disc *disc)
 {
-    const double step = ldexp(1.0, lattice);
-    if (!b->ground->holes || !stp_holes_limit(b->ground->holes, b->ground->origin,
-                                              &b->discs[level - 1][begin], end - begin, step, disc))
+    const stp_holes *holes = b->ground->holes;
+    const uint32_t sheet = b->items[b->order[0]].sheet & ~STP_SHEET_APART;
+    if (!holes || !stp_holes_limit(&holes[sheet], b->ground->origin, &b->discs[level - 1][begin],
+                                   end - begin, ldexp(1.0, lattice), disc))
         return;
     b->beside_holes = true;
     disc->radius = radius_below(b, disc->radius);
@@ -505,6 +507,7 @@ static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
                                                        b->discs[0], b->spreads, b->count),
                          .area = b->areas[STP_LEVEL_COUNT - 1][0],
                          .exponent = lattice,
+                         .sheet = b->ground->holes ? b->items[b->order[0]].sheet : 0,
                          .intensity = sample->intensity,
                          .class_id = sample->class_id,
                          .flags = sample->flags,

@@ -76,7 +76,8 @@ typedef struct stp_patch_ground {
     bool even;       /* squares: merged by plain means, whatever their radii; then 9 bits */
     bool regular;    /* all discs are of a grid of heights: merged ones are no wider than cells */
     const stp_patch_grid *grid; /* NULL: none */
-    const stp_holes *holes;     /* that merged discs may not cover; NULL: they may */
+    const stp_holes *holes;     /* by sheet, less STP_SHEET_APART: what merged discs may not cover;
+                                   NULL: nothing */
 } stp_patch_ground;
 
 /* Builds the patch of items[order[0..count)), count 1..64, in stp_partition's order. On success

@@ -48,7 +48,7 @@ typedef struct stp_item_group {
      * build finds what lies together. */
     const uint32_t *together_ends;
     const stp_patch_grid *run_grids; /* by run, of squares; NULL: none */
-    const stp_holes *holes; /* that no disc may cover, the same for all groups; NULL: none */
+    const stp_holes *holes; /* by sheet (patch_build.h), the same for all groups; NULL: none */
     bool regular; /* items are of a grid of heights, or stand for such; the same for all groups */
     uint32_t count, run_count, together_count; /* of items; of runs; of runs that lie together */
 } stp_item_group;

@@ -30,6 +30,12 @@ typedef struct stp_leaf_sources {
                                        its cells are left */
 } stp_leaf_sources;
 
+/* What discs may not cover, by sheet (patch_build.h); NULL: nothing. */
+static inline const stp_holes *stp_leaf_sources_holes(const stp_leaf_sources *from)
+{
+    return from->grid ? from->grid->holes : from->depths ? from->depths->holes : NULL;
+}
+
 typedef struct stp_leaf_place {
     stp_leaf_kind kind;
     uint32_t index;

@@ -121,8 +121,7 @@ done:
 static stp_status build_inner(const tree *t, span children, built *out, stp_error *err)
 {
     stp_item_group groups[STP_CHUNK_CHILDREN_LIMIT];
-    const stp_height_grid *grid = t->params->sources.grid;
-    const stp_holes *holes = grid ? grid->holes : NULL;
+    const stp_holes *holes = stp_leaf_sources_holes(&t->params->sources);
     for (uint32_t i = children.begin; i < children.end; i++) {
         const node *child = &t->below[i];
         groups[i - children.begin] = (stp_item_group){.items = child->vertices,

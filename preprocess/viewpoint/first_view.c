@@ -388,3 +388,17 @@ done:
     stp_space_clear(&space);
     return status;
 }
+
+void stp_first_view_of_heights(stp_first_camera *out, const stp_dbox *all, double low, double high,
+                               double share, const stp_prep_source *source)
+{
+    const stp_dvec3 none = {0.0, 0.0, 0.0};
+    stp_main_part part = {
+        .box = *all, .points = share * (double)source->point_count, .share = share};
+    part.box.min.z = low;
+    part.box.max.z = high;
+    if (!(stp_dbox_side(all) < EXTENT_MOST) || !stp_main_part_stands_out(&part, all))
+        return;
+    *out = view_of_main(&part.box, none, source);
+    out->why = share < STP_MAIN_NEARLY_ALL ? STP_FIRST_PART : STP_FIRST_MAIN;
+}

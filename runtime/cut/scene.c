@@ -213,10 +213,13 @@ bool stp_scene_is_grid(const stp_scene *scene)
 
 bool stp_scene_holes_grow(const stp_scene *scene)
 {
-    bool grow = false;
-    for (size_t i = 0; i < scene->model_count; i++)
-        grow |= scene->models[i].model->holes_grow;
-    return grow && stp_scene_is_grid(scene);
+    bool grow = false, grids = true;
+    for (size_t i = 0; i < scene->model_count; i++) {
+        const stp_model *model = scene->models[i].model;
+        grow |= model->holes_grow;
+        grids &= model->is_grid || model->holes_grow;
+    }
+    return grow && grids;
 }
 
 stp_gpu_chunk stp_scene_record(const stp_scene *scene, uint32_t block, int finest, stp_dvec3 eye)

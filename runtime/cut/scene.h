@@ -57,7 +57,8 @@ bool stp_scene_is_chosen(const stp_scene *scene);
 bool stp_scene_has_openings(const stp_scene *scene);
 /* Whether all models are grids of heights. */
 bool stp_scene_is_grid(const stp_scene *scene);
-/* Whether holes of one of them may only grow. */
+/* Whether all models have discs that meet as they are, since they are grids of heights or holes of
+ * theirs may only grow, and there is one of these. */
 bool stp_scene_holes_grow(const stp_scene *scene);
 /* The model that a chunk belongs to. */
 const stp_scene_model *stp_scene_find(const stp_scene *scene, uint32_t chunk);

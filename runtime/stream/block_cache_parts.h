@@ -11,7 +11,6 @@
 #include "runtime/stream/upload_ring.h"
 #include "runtime/stream/victims.h"
 
-
 struct stp_block_cache {
     const stp_scene *scene;
     stp_budget budget;

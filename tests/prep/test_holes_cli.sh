@@ -61,8 +61,22 @@ awk 'NR == 1 { print "ncols 40"; next } NR == 2 { print "nrows 40"; next } NR < 
 sed -i 's/^xllcorner.*/xllcorner 10/; s/^yllcorner.*/yllcorner 50/; s/^cellsize.*/cellsize 0.001/' "$FOLDER/small.asc"
 echo 'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]' \
     >"$FOLDER/small.prj"
-run "$STIPPLE" prep "$FOLDER/small.asc" --holes grow -o "$FOLDER/no.stipple"
+model degrees "$FOLDER/small.asc" --holes grow
+run "$STIPPLE" verify "$FOLDER/degrees.stipple"
+expect_code 0
+run "$STIPPLE" info "$FOLDER/degrees.stipple"
+expect_text out "holes          only grow"
+
+# An image of a depth camera.
+awk 'BEGIN { printf "P2\n96 64\n65535\n"
+    for (j = 0; j < 64; j++)
+        for (i = 0; i < 96; i++)
+            print (i - 50)^2 + (j - 30)^2 < 90 ? 0 : 1000 + i + 2 * j }' >"$FOLDER/depth.pgm"
+model image "$FOLDER/depth.pgm" --pinhole 90,90,47.5,31.5 --holes grow
+run "$STIPPLE" info "$FOLDER/image.stipple"
+expect_text out "holes          only grow"
+run "$STIPPLE" prep "$FOLDER/depth.pgm" --pinhole 90,90,47.5,31.5 --maps --holes grow -o "$FOLDER/no.stipple"
 expect_code 1
-expect_text err "--holes grow: the grid's columns and rows do not go along x and y"
+expect_text err "--holes grow: the input does not stay one grid of heights, nor images"
 [ -e "$FOLDER/no.stipple" ] && fail "a file was left"
 end_test

@@ -1,6 +1,7 @@
 /* Tests --holes grow by what the file holds, disc by disc: no disc of any level and tier covers a
  * place without a sample, and the errors of each level hold how far samples lie from what is left
- * of it. Also that the bytes are the same for any number of threads, and what is refused. */
+ * of it; of level and bent grids, and of images. Also that the bytes are the same for any number of
+ * threads, and what is refused. */
 #include "tests/fixtures/hole_fixture.h"
 
 #include <math.h>
@@ -12,25 +13,94 @@
 
 static hole_mask *missing;
 
-static bool is_missing(int column, int row)
+/* A grid of heights whose cells are squares, one that bends, and images: from a camera that looks
+ * along z, from one that is turned, and from two. */
+typedef enum kind { LEVEL, BENT, IMAGE, TURNED, TWO } kind;
+static kind shape;
+
+/* Pixels are about as wide as the grid's cells. */
+enum { FOCUS = 600 };
+#define TURN 0.4
+static const stp_dvec3 stations[2] = {{10.0, -20.0, 5.0}, {90.0, 40.0, -10.0}};
+
+static bool is_image(void)
 {
-    return column < 0 || row < 0 || column >= HOLE_SIDE || row >= HOLE_SIDE || missing(column, row);
+    return shape >= IMAGE;
 }
 
-/* Whether a place without a sample lies within a distance in the plane. */
-static bool covers_hole(stp_dvec3 p, double radius)
+/* Samples are missing elsewhere in the second image. */
+static bool is_missing(uint32_t image, int column, int row)
 {
-    for (int row = (int)ceil(-p.y - radius); row <= -p.y + radius; row++)
-        for (int column = (int)ceil(p.x - radius); column <= p.x + radius; column++)
-            if (hypot(column - p.x, row + p.y) < radius && is_missing(column, row))
+    const int c = image == 0 ? column : HOLE_SIDE - 1 - row, r = image == 0 ? row : column;
+    return column < 0 || row < 0 || column >= HOLE_SIDE || row >= HOLE_SIDE || missing(c, r);
+}
+
+/* The direction of a pixel, at depth 1 along the camera's axis. */
+static stp_dvec3 ray_of(int column, int row)
+{
+    const stp_dvec3 v = {(column - 255.5) / FOCUS, (row - 240.25) / FOCUS, 1.0},
+                    y = {0.0, 1.0, 0.0};
+    return shape == TURNED ? stp_dvec3_rotate(v, y, TURN) : v;
+}
+
+/* A sample; missing ones lie anywhere. Images have a jump. */
+static stp_dvec3 place_of(uint32_t image, int column, int row)
+{
+    const double height = hole_height(column, row);
+    const double depth = (column + row / 2 < 350 ? 500.0 : 700.0) + 3.0 * height + 0.2 * row;
+    if (is_image())
+        return stp_dvec3_add(stations[image], stp_dvec3_scale(ray_of(column, row), depth));
+    if (shape == BENT)
+        return (stp_dvec3){1000.0 + column + 2.0 * sin(row / 200.0) + 0.1 * row,
+                           500.0 - 1.2 * row + 1.5 * sin(column / 180.0), height};
+    return (stp_dvec3){column, -row, height};
+}
+
+/* How far a place lies from a missing sample, in the plane, or from its ray. */
+static double distance_from(uint32_t image, int column, int row, stp_dvec3 p)
+{
+    if (is_image()) {
+        const stp_dvec3 ray = stp_dvec3_normalize(ray_of(column, row));
+        return stp_dvec3_length(stp_dvec3_cross(ray, stp_dvec3_sub(p, stations[image])));
+    }
+    const stp_dvec3 at = place_of(image, column, row);
+    return hypot(p.x - at.x, p.y - at.y);
+}
+
+/* About the column and row of a place, and how many cells a length there has at most. */
+static double find_cell(uint32_t image, stp_dvec3 p, double length, double at[2])
+{
+    if (is_image()) {
+        const stp_dvec3 y = {0.0, 1.0, 0.0};
+        stp_dvec3 v = stp_dvec3_sub(p, stations[image]);
+        if (shape == TURNED)
+            v = stp_dvec3_rotate(v, y, -TURN);
+        at[0] = 255.5 + FOCUS * v.x / v.z;
+        at[1] = 240.25 + FOCUS * v.y / v.z;
+        return 1.5 * FOCUS * length / v.z + 1.0;
+    }
+    at[1] = shape == BENT ? (500.0 - p.y) / 1.2 : -p.y;
+    at[0] = shape == BENT ? p.x - 1000.0 - 0.1 * at[1] : p.x;
+    return shape == BENT ? length + 5.0 : length;
+}
+
+/* Whether a disc of this radius lies over a place without a sample. */
+static bool covers_hole(uint32_t image, stp_dvec3 p, double radius)
+{
+    double at[2];
+    const double reach = find_cell(image, p, radius, at);
+    for (int row = (int)ceil(at[1] - reach); row <= at[1] + reach; row++)
+        for (int column = (int)ceil(at[0] - reach); column <= at[0] + reach; column++)
+            if (is_missing(image, column, row) && distance_from(image, column, row, p) < radius)
                 return true;
     return false;
 }
 
-/* The finest samples under each patch of a chunk: [begins[p], begins[p + 1]) of places. */
+/* The finest samples under each patch of a chunk: [begins[p], begins[p + 1]) of places, all of an
+ * image. */
 typedef struct finest {
     stp_dvec3 *places;
-    uint32_t *begins;
+    uint32_t *begins, *images;
 } finest;
 
 typedef struct model {
@@ -39,20 +109,22 @@ typedef struct model {
     uint32_t discs, limited;
 } model;
 
-/* Appends what lies under level-0 sample i of patch p. */
+/* Appends what lies under level-0 sample i of patch p. *image: whose it is. */
 static uint32_t gather(const model *m, const stp_chunk_entry *entry, const stp_chunk *chunk,
-                       uint32_t p, uint32_t i, stp_dvec3 *out)
+                       uint32_t p, uint32_t i, stp_dvec3 *out, uint32_t *image)
 {
     const stp_patch *patch = &chunk->patches[p];
     if (entry->child_count == 0) {
         const stp_sample *s = &chunk->samples[0][chunk->level_begin[0][p] + i];
         *out = stp_dvec3_add(entry->origin, stp_sample_position(s, patch));
+        *image = prep_number_of(s) / HOLE_COUNT;
         return 1;
     }
     const finest *below = &m->under[entry->first_child + patch->child];
     const uint32_t from = below->begins[patch->first_below + i];
     const uint32_t count = below->begins[patch->first_below + i + 1] - from;
     memcpy(out, below->places + from, count * sizeof *out);
+    *image = below->images[patch->first_below + i];
     return count;
 }
 
@@ -93,7 +165,8 @@ static void judge_left(const stp_chunk_entry *entry, const stp_chunk *chunk, uin
     }
 }
 
-static void judge_discs(model *m, const stp_chunk_entry *entry, const stp_chunk *chunk, uint32_t p)
+static void judge_discs(model *m, const stp_chunk_entry *entry, const stp_chunk *chunk, uint32_t p,
+                        uint32_t image)
 {
     for (int level = 0; level < STP_LEVEL_COUNT; level++)
         for (uint32_t i = chunk->level_begin[level][p]; i < chunk->level_begin[level][p + 1]; i++) {
@@ -103,9 +176,9 @@ static void judge_discs(model *m, const stp_chunk_entry *entry, const stp_chunk 
             const double radius = stp_sample_radius(s, &chunk->patches[p]);
             m->discs++;
             m->limited += level > 0 && radius < 0.5 * ldexp(1.0, level);
-            if (covers_hole(c, radius))
-                fail_msg("depth %u, patch %u, level %d: a disc of %g at (%g, %g) covers a hole",
-                         entry->depth, p, level, radius, c.x, c.y);
+            if (covers_hole(image, c, radius))
+                fail_msg("depth %u, patch %u, level %d: a disc of %g at (%g, %g, %g) covers a hole",
+                         entry->depth, p, level, radius, c.x, c.y, c.z);
         }
 }
 
@@ -115,18 +188,22 @@ static void judge_chunk(model *m, uint32_t id)
     stp_chunk *chunk = prep_chunk(m->file, id, &entry);
     finest *own = &m->under[id];
     uint32_t total = 0;
-    own->places = calloc(HOLE_COUNT, sizeof *own->places);
+    own->places = calloc((size_t)2 * HOLE_COUNT, sizeof *own->places);
     own->begins = calloc(chunk->patch_count + 1, sizeof *own->begins);
-    assert_true(own->places != NULL && own->begins != NULL);
+    own->images = calloc(chunk->patch_count, sizeof *own->images);
+    assert_true(own->places != NULL && own->begins != NULL && own->images != NULL);
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const stp_patch *patch = &chunk->patches[p];
         uint32_t begins[STP_PATCH_SAMPLES + 1] = {total};
         for (uint32_t i = 0; i < patch->counts[0]; i++) {
-            total += gather(m, &entry, chunk, p, i, own->places + total);
+            uint32_t image = 0;
+            total += gather(m, &entry, chunk, p, i, own->places + total, &image);
             begins[i + 1] = total;
+            assert_true(i == 0 || image == own->images[p]);
+            own->images[p] = image;
         }
         own->begins[p + 1] = total;
-        judge_discs(m, &entry, chunk, p);
+        judge_discs(m, &entry, chunk, p, own->images[p]);
         for (int level = 0; level < STP_LEVEL_COUNT; level++)
             for (unsigned q = 0; q < (level % 3 == 0 ? 1 : patch->counts[2]); q++)
                 judge_left(&entry, chunk, p, level, q, own->places, begins);
@@ -134,15 +211,46 @@ static void judge_chunk(model *m, uint32_t id)
     stp_chunk_destroy(&chunk);
 }
 
-static void judge(hole_mask *mask, uint32_t least_limited)
+static prep_cloud make_cloud(stp_dvec3 *nodes)
+{
+    const uint32_t images = shape == TWO ? 2 : 1;
+    prep_cloud out = prep_cloud_make((size_t)images * HOLE_COUNT);
+    for (uint32_t i = 0; i < out.count; i++) {
+        const int column = i % HOLE_SIDE, row = (int)(i % HOLE_COUNT / HOLE_SIDE);
+        stp_point *p = &out.points[i];
+        p->position = place_of(i / HOLE_COUNT, column, row);
+        p->reject = is_missing(i / HOLE_COUNT, column, row) ? STP_REJECT_INVALID : STP_REJECT_NONE;
+        p->station = is_image() ? (uint16_t)(i / HOLE_COUNT + 1) : 0;
+        p->normal.z = is_image() ? 0.0f : 1.0f;
+    }
+    if (is_image()) {
+        out.image_count = images;
+        out.image = (stp_scan_grid){.columns = HOLE_SIDE, .rows = HOLE_SIDE};
+        out.stations = stations;
+        return out;
+    }
+    out.raster = (stp_scan_raster){HOLE_SIDE, HOLE_SIDE, 0.0, 0.0, 1.0, 1.0, {0.0, 0.0}, 0};
+    const uint32_t across = stp_raster_node_count(HOLE_SIDE);
+    for (uint32_t i = 0; nodes && i < across * across; i++) {
+        nodes[i] = place_of(0, (int)stp_raster_node_column(i % across, HOLE_SIDE),
+                            (int)stp_raster_node_column(i / across, HOLE_SIDE));
+        nodes[i].z = 0.0;
+    }
+    out.raster_nodes = shape == BENT ? nodes : NULL;
+    return out;
+}
+
+static void judge(hole_mask *mask, kind of, uint32_t least_limited)
 {
     stp_error error, *err = &error;
     stp_prep_stats stats;
+    stp_dvec3 nodes[(HOLE_SIDE / STP_RASTER_NODE + 2) * (HOLE_SIDE / STP_RASTER_NODE + 2)];
     const stp_prep_params params = {.holes_grow = true};
-    prep_cloud cloud = hole_cloud(mask);
+    missing = mask;
+    shape = of;
+    prep_cloud cloud = make_cloud(nodes);
     size_t sizes[2];
     uint8_t *bytes[2];
-    missing = mask;
     for (unsigned k = 0; k < 2; k++) {
         assert_int_equal(prep_cloud_run(&cloud, OUT, 1 + 2 * k, &params, &stats, err), STP_OK);
         bytes[k] = prep_file_bytes(OUT, &sizes[k]);
@@ -156,12 +264,13 @@ static void judge(hole_mask *mask, uint32_t least_limited)
     assert_non_null(m.under);
     for (uint32_t id = info->chunk_count; id-- > 0;) /* children before parents */
         judge_chunk(&m, id);
-    print_message("%u discs, %u of merged samples much smaller than their cells\n", m.discs,
-                  m.limited);
+    print_message("kind %d: %u discs, %u of merged samples much smaller than their cells\n",
+                  (int)of, m.discs, m.limited);
     assert_true(m.limited >= least_limited);
     for (uint32_t id = 0; id < info->chunk_count; id++) {
         free(m.under[id].places);
         free(m.under[id].begins);
+        free(m.under[id].images);
     }
     free(m.under);
     stp_chunk_file_close(&m.file);
@@ -173,19 +282,23 @@ static void judge(hole_mask *mask, uint32_t least_limited)
 static void scattered(void **state)
 {
     (void)state;
-    judge(hole_scattered, 1000);
+    judge(hole_scattered, LEVEL, 1000);
+    judge(hole_scattered, BENT, 1000);
+    judge(hole_scattered, TURNED, 1000);
 }
 
 static void stripes(void **state)
 {
     (void)state;
-    judge(hole_stripes, 100);
+    judge(hole_stripes, LEVEL, 100);
+    judge(hole_stripes, IMAGE, 100);
 }
 
 static void discs(void **state)
 {
     (void)state;
-    judge(hole_discs, 100);
+    judge(hole_discs, LEVEL, 100);
+    judge(hole_discs, TWO, 100);
 }
 
 static bool none(int column, int row)
@@ -198,10 +311,11 @@ static bool none(int column, int row)
 static void whole(void **state)
 {
     (void)state;
-    judge(none, 0);
+    judge(none, LEVEL, 0);
+    judge(none, TURNED, 0);
 }
 
-/* Points, and grids that are bent, have no columns and rows that tell where samples are missing. */
+/* Points, and images that become points, do not tell where samples are missing. */
 static void others_are_refused(void **state)
 {
     (void)state;
@@ -209,6 +323,14 @@ static void others_are_refused(void **state)
     stp_prep_stats stats;
     const stp_prep_params params = {.holes_grow = true};
     prep_cloud cloud = prep_cloud_wavy(1000, (stp_dvec3){0.0, 0.0, 0.0}, 1.0);
+    assert_int_equal(prep_cloud_run(&cloud, OUT, 1, &params, &stats, err), STP_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "--holes grow"));
+    free(cloud.points);
+    missing = none;
+    shape = IMAGE;
+    cloud = make_cloud(NULL);
+    for (size_t i = 0; i < cloud.count; i++)
+        cloud.points[i].position.x += 20.0 * stp_random_unit(3, i);
     assert_int_equal(prep_cloud_run(&cloud, OUT, 1, &params, &stats, err), STP_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "--holes grow"));
     free(cloud.points);

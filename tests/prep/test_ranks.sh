@@ -179,6 +179,7 @@ for file in images.e57 images.ptx; do # of several scans each
     "$STIPPLE" prep "$FOLDER/$file" -o "$FOLDER/points.stipple" --quiet --force || fail "$file: no model"
     ! cmp -s "$FOLDER/points.stipple" "$FOLDER/one.stipple" || fail "$file: images became points"
 done
+check_bytes 3 "$FOLDER/images.e57" --grid --holes grow
 printf '90 0 0\n-70 3 1\n' >"$FOLDER/far.xyz"
 check_bytes "$all 3" "$FOLDER/images.e57" "$FOLDER/far.xyz" --grid --layers joined --outliers drop --memory 150M
 check_bytes "$all 3" "$FOLDER/strip.pts" --neighbours 6

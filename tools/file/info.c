@@ -156,14 +156,14 @@ static void print_normal_bits(const cJSON *metadata)
         printf("normals        of 2 x %.0f bits where they are computed\n", bits->valuedouble);
 }
 
-/* Prints what becomes of a grid's holes. */
+/* Prints what becomes of the holes of a grid or image. */
 static void print_holes(const cJSON *metadata)
 {
     const cJSON *holes = cJSON_GetObjectItemCaseSensitive(metadata, "holes");
-    if (cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(metadata, "grid")))
-        printf("holes          %s\n", cJSON_IsString(holes) && !strcmp(holes->valuestring, "grow")
-                                          ? "only grow: nothing is drawn over a missing sample"
-                                          : "keep their width within the threshold");
+    const bool grow = cJSON_IsString(holes) && !strcmp(holes->valuestring, "grow");
+    if (grow || cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(metadata, "grid")))
+        printf("holes          %s\n", grow ? "only grow: nothing is drawn over a missing sample"
+                                           : "keep their width within the threshold");
 }
 
 /* Prints "by 0.002 at most, 0.0001 on average": how far prep moved points. */

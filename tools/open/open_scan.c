@@ -152,7 +152,7 @@ done:
     prep_run_end();
     prep_report_unreadable(&in);
     if (status == STP_OK)
-        prep_report_tall(&stats, &in);
+        prep_report_doubts(&stats, &in);
     stp_pool_destroy(&pool);
     prep_inputs_clear(&in);
     return status;

@@ -420,7 +420,7 @@ void prep_report_points(const stp_prep_stats *s, const prep_inputs *inputs)
                 "%" PRIu64 " points lie off the rays of their images, or in none: they are points "
                 "beside them\n",
                 s->pixels_loose);
-    prep_report_tall(s, inputs);
+    prep_report_doubts(s, inputs);
     prep_maps_print(s);
     if (inputs->numbers.left_out[0] != '\0')
         fprintf(stderr, "not kept of the points: %s (--attributes all keeps them)\n",
@@ -465,11 +465,30 @@ void prep_report_print(const stp_prep_stats *s, const prep_inputs *inputs)
 /* Heights in many times the units of columns are depths, more often than not. */
 #define TALL 4.0
 
-void prep_report_tall(const stp_prep_stats *s, const prep_inputs *inputs)
+/* Says which heights look like holes that nobody told of. */
+static void print_odd_heights(const stp_prep_stats *s, const char *path)
+{
+    const char *separator = "";
+    if (!(s->odd_shares[0] + s->odd_shares[1] > 0.0))
+        return;
+    fprintf(stderr, "%s: ", path);
+    for (int i = 0; i < 2; i++) {
+        if (!(s->odd_shares[i] > 0.0))
+            continue;
+        fprintf(stderr, "%s%.2g %% of its heights are exactly %.9g", separator,
+                100.0 * s->odd_shares[i], s->odd_heights[i]);
+        separator = ", ";
+    }
+    fprintf(stderr, ", far from all others: if that means no sample, give prep --invalid and the "
+                    "file's number; if this is a depth camera's image, --pinhole fx,fy,cx,cy\n");
+}
+
+void prep_report_doubts(const stp_prep_stats *s, const prep_inputs *inputs)
 {
     const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
     const double width = fmax(size.x, size.y);
-    if (s->keeps_grid && size.z > TALL * width)
+    print_odd_heights(s, inputs->paths[0]);
+    if (s->keeps_grid && s->first.why == STP_FIRST_WHOLE && size.z > TALL * width)
         fprintf(stderr,
                 "%s: its heights differ by %.3g times its width: if they are depths of a camera, "
                 "give prep --pinhole fx,fy,cx,cy (--disparity F,B for disparities), else "

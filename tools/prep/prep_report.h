@@ -17,7 +17,7 @@ void prep_report_print(const stp_prep_stats *stats, const prep_inputs *inputs);
 void prep_report_points(const stp_prep_stats *stats, const prep_inputs *inputs);
 void prep_report_stages(const stp_prep_stats *stats);
 /* Prints on stderr what to do about a grid that is far higher than wide. */
-void prep_report_tall(const stp_prep_stats *stats, const prep_inputs *inputs);
+void prep_report_doubts(const stp_prep_stats *stats, const prep_inputs *inputs);
 /* Prints on stderr a line with the reason for each input that is left out. */
 void prep_report_unreadable(const prep_inputs *inputs);
 /* The same as JSON with stable keys; the caller frees it. NULL if memory is exhausted. */

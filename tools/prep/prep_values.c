@@ -78,7 +78,7 @@ void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
         {"--mask", 0, CLI_STRING, &grid->mask, "M.png",
          "where a grid has no samples: an image of the same size, black there", NULL},
         {"--holes", 0, CLI_CHOICE, &grid->holes, "keep|grow",
-         "of heights: holes stay as wide as they are within the threshold, or only grow (keep)",
+         "of grids: holes stay as wide as they are within the threshold, or only grow (keep)",
          NULL},
         {"--invalid", 0, CLI_STRING, &grid->invalid, "V",
          "number of a grid that means: no sample here (what the file says)", NULL},
