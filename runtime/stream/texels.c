@@ -12,7 +12,17 @@ static const struct {
 } fields[FIELDS] = {{0, 5, true},  {5, 5, true},   {10, 5, true},  {15, 4, true},
                     {19, 4, true}, {23, 4, false}, {32, 4, false}, {36, 4, true},
                     {40, 4, true}, {44, 4, true},  {48, 4, false}, {52, 4, true}};
-enum { NORMAL_SHIFT_AT = 27, PLACE_SHIFT_AT = 56 };
+enum {
+    NORMAL_SHIFT_AT = 27,
+    RADIUS_SHIFT_AT = 31,
+    PLACE_SHIFT_AT = 56,
+    U_QUARTERS_AT = 60,
+    Z_QUARTERS_AT = 62
+};
+/* Radii are shifted by so many bits, or not at all. */
+#define RADIUS_SHIFT 2u
+/* Zero lies in the middle of a signed field's range, unless the field says otherwise. */
+#define MIDDLE 2u
 /* Texels behind those that every patch has. */
 enum { WIDTHS, ERRORS_2, LEVELS, ERRORS_1 };
 
@@ -51,9 +61,10 @@ static unsigned bits_of(uint32_t number)
     return number == 0 ? 0 : 32 - (unsigned)__builtin_clz(number);
 }
 
-/* The bits of a patch's fields, and by how many bits their steps are shifted. */
+/* The bits of a patch's fields, by how many bits their steps are shifted, and where zero lies in
+ * their ranges, in quarters. */
 typedef struct widths {
-    unsigned of[FIELDS], shift[FIELDS], total;
+    unsigned of[FIELDS], shift[FIELDS], quarters[FIELDS], total;
 } widths;
 
 /* How many bits are zero in all of these numbers. */
@@ -62,21 +73,48 @@ static unsigned shift_of(int32_t a, int32_t b)
     return (a | b) != 0 ? (unsigned)__builtin_ctz((uint32_t)(a | b)) : 0;
 }
 
+/* What is added to a field, so that it is not negative. */
+static uint32_t bias_of(const widths *w, int f)
+{
+    return w->quarters[f] << w->of[f] >> 2;
+}
+
+/* Takes a bit from a field if there is room for all from least to most with zero elsewhere. */
+static void narrow(int f, int32_t least, int32_t most, widths *w)
+{
+    widths one_less = *w;
+    one_less.of[f]--;
+    for (unsigned quarters = 0; quarters < 4 && w->of[f] > 1; quarters++) {
+        one_less.quarters[f] = quarters;
+        const int32_t bias = (int32_t)bias_of(&one_less, f);
+        if (least + bias >= 0 && most + bias < 1 << one_less.of[f]) {
+            *w = one_less;
+            return;
+        }
+    }
+}
+
 /* rows: differences() of count samples. */
 static widths measure(int32_t (*rows)[FIELDS], unsigned count)
 {
-    int32_t any[FIELDS] = {0}, most[FIELDS] = {0};
+    int32_t any[FIELDS] = {0}, least[FIELDS] = {0}, most[FIELDS] = {0};
     widths w = {.total = 0};
     for (unsigned i = 0; i < count; i++)
         for (int f = 0; f < FIELDS; f++) {
             any[f] |= rows[i][f];
-            most[f] |= rows[i][f] < 0 ? ~rows[i][f] : rows[i][f];
+            least[f] = rows[i][f] < least[f] ? rows[i][f] : least[f];
+            most[f] = rows[i][f] > most[f] ? rows[i][f] : most[f];
         }
     w.shift[X] = w.shift[Y] = shift_of(any[X], any[Y]);
     w.shift[U] = w.shift[V] = shift_of(any[U], any[V]);
+    w.shift[RADIUS] = shift_of(any[RADIUS], 1 << RADIUS_SHIFT) & RADIUS_SHIFT;
     for (int f = 0; f < FIELDS; f++) {
         const unsigned sign = fields[f].is_signed && any[f] != 0;
-        w.of[f] = bits_of((uint32_t)most[f] >> w.shift[f]) + sign;
+        w.quarters[f] = fields[f].is_signed ? MIDDLE : 0;
+        w.of[f] =
+            bits_of((uint32_t)(least[f] < 0 ? ~least[f] | most[f] : most[f]) >> w.shift[f]) + sign;
+        if (f == U || f == Z)
+            narrow(f, least[f] >> w.shift[f], most[f] >> w.shift[f], &w);
         w.total += w.of[f];
     }
     return w;
@@ -84,8 +122,11 @@ static widths measure(int32_t (*rows)[FIELDS], unsigned count)
 
 static uint64_t widths_pack(const widths *w)
 {
-    uint64_t texel = (uint64_t)w->shift[U] << NORMAL_SHIFT_AT | (uint64_t)w->shift[X]
-                                                                    << PLACE_SHIFT_AT;
+    uint64_t texel = (uint64_t)w->shift[U] << NORMAL_SHIFT_AT |
+                     (uint64_t)(w->shift[RADIUS] > 0) << RADIUS_SHIFT_AT |
+                     (uint64_t)w->shift[X] << PLACE_SHIFT_AT |
+                     (uint64_t)w->quarters[U] << U_QUARTERS_AT |
+                     (uint64_t)w->quarters[Z] << Z_QUARTERS_AT;
     for (int f = 0; f < FIELDS; f++)
         texel |= (uint64_t)w->of[f] << fields[f].at;
     return texel;
@@ -95,11 +136,15 @@ static widths widths_unpack(uint64_t texel)
 {
     widths w = {.total = 0};
     w.shift[U] = w.shift[V] = texel >> NORMAL_SHIFT_AT & 15u;
+    w.shift[RADIUS] = texel >> RADIUS_SHIFT_AT & 1u ? RADIUS_SHIFT : 0;
     w.shift[X] = w.shift[Y] = texel >> PLACE_SHIFT_AT & 15u;
     for (int f = 0; f < FIELDS; f++) {
         w.of[f] = (unsigned)(texel >> fields[f].at) & ((1u << fields[f].bits) - 1);
+        w.quarters[f] = fields[f].is_signed ? MIDDLE : 0;
         w.total += w.of[f];
     }
+    w.quarters[U] = texel >> U_QUARTERS_AT & 3u;
+    w.quarters[Z] = (unsigned)(texel >> Z_QUARTERS_AT);
     return w;
 }
 
@@ -128,8 +173,7 @@ static void put_fields(bit_writer *b, const int32_t row[FIELDS], const widths *w
     unsigned width = 0;
     for (int f = first; f < end; f++) {
         const int32_t d = row[f] >> w->shift[f];
-        const uint32_t bias = fields[f].is_signed ? 1u << w->of[f] >> 1 : 0;
-        bits |= (uint64_t)((uint32_t)d + bias) << width;
+        bits |= (uint64_t)((uint32_t)d + bias_of(w, f)) << width;
         width += w->of[f];
     }
     put(b, bits, width);
@@ -218,9 +262,8 @@ static uint32_t take(const uint64_t *packed, uint32_t *at, const widths *w, int 
     const unsigned width = w->of[f], low = *at & 63u;
     const uint64_t *from = &packed[*at >> 6];
     const uint64_t bits = from[0] >> low | from[1] << 1 << (63 - low);
-    const uint32_t bias = fields[f].is_signed ? 1u << width >> 1 : 0;
     *at += width;
-    return (((uint32_t)bits & ((1u << width) - 1)) - bias) << w->shift[f];
+    return (((uint32_t)bits & ((1u << width) - 1)) - bias_of(w, f)) << w->shift[f];
 }
 
 /* Adds differences to the vertex. radius: of the sample's level. */

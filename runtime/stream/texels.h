@@ -15,16 +15,17 @@
  * sample tells how far it is from that of the vertex, in as many bits as the patch needs; a radius,
  * how far it is below the greatest of its level. Nothing is lost.
  *
- * The first word of the widths: bits of x, y, z, five bits each; of both parts of the normal and of
- * the flags, four bits each; by how many bits the steps of normals are shifted, four bits. The
- * second word: bits of radius, red, green, blue, class and intensity, and by how many bits the
- * steps of x and y are shifted, four bits each. The fields of a sample have this order, the lowest
- * bits first. Columns and rows of surveys are whole numbers of steps apart, hence the shift.
+ * The first word of the widths: bits of x, y, z, five bits each; of both parts u, v of the normal
+ * and of the flags, four bits each; by how many bits the steps of normals are shifted, four bits;
+ * one bit: radii are shifted by two. The second word: bits of radius, red, green, blue, class and
+ * intensity, and by how many bits the steps of x and y are shifted, four bits each; two bits each,
+ * q of u and of z. The fields of a sample have this order, the lowest bits first. Columns and rows
+ * of surveys are whole numbers of steps apart, radii quarters of an octave, hence the shifts.
  *
- * Let d be value - vertex's, and n its bits. Positions, normals, colours and intensity are stored
- * as d + 2^(n - 1), and d wraps around at the greatest value; class as vertex's ^ value, flags
- * likewise, turned by two bits so that the fit comes first. shaders/project/patch.glsl reads all
- * this. Threads: any (pure functions). */
+ * Let d be value - vertex's, shifted, and n its bits. Positions, normals, colours and intensity are
+ * stored as d + floor(q 2^n / 4), where q is 2 of all but u and z, and d wraps around at the
+ * greatest value; class as vertex's ^ value, flags likewise, turned by two bits so that the fit
+ * comes first. shaders/project/patch.glsl reads all this. Threads: any (pure functions). */
 #ifndef STP_RUNTIME_STREAM_TEXELS_H
 #define STP_RUNTIME_STREAM_TEXELS_H
 

@@ -159,12 +159,14 @@ stp_packing stp_packing_make(uint first, uvec4 vertex, uvec2 widths, uint radius
     p.widths = widths;
     p.place = place;
     p.place_mask = (uvec3(1u) << place) - 1u;
-    p.place_shift = uvec3(widths.yy >> 24, 0u);
-    p.place_base = uvec3(vertex.x, vertex.x >> 16, vertex.y) - (uvec3(1u) << place >> 1u << p.place_shift);
+    p.place_shift = uvec3(widths.yy >> 24 & 15u, 0u);
+    p.place_base = uvec3(vertex.x, vertex.x >> 16, vertex.y) -
+                   (uvec3(2u, 2u, widths.y >> 30) << place >> 2u << p.place_shift);
     p.place_bits = place.x + place.y + place.z;
     p.normal = normal;
     p.normal_mask = (uvec3(1u) << normal) - 1u;
-    p.normal_base = uvec2(vertex.z, vertex.z >> 12) - (uvec2(1u) << normal.xy >> 1u << (widths.x >> 27));
+    p.normal_base = uvec2(vertex.z, vertex.z >> 12) -
+                    (uvec2(widths.y >> 28 & 3u, 2u) << normal.xy >> 2u << (widths.x >> 27 & 15u));
     p.radius = radius;
     p.finer = finer;
     uvec3 look = uvec3(widths.y) >> uvec3(0u, 8u, 16u) & 15u, after = uvec3(widths.y) >> uvec3(4u, 12u, 20u) & 15u;
@@ -209,7 +211,7 @@ uint stp_bits_difference(uint word, uint bits)
 // computed.
 uvec4 stp_sample_words(stp_packing p, uint number)
 {
-    uint at = (max(number, 1u) - 1u) * p.bits, shift = p.widths.x >> 27;
+    uint at = (max(number, 1u) - 1u) * p.bits, shift = p.widths.x >> 27 & 15u;
     int texel = int(p.first + (at >> 6));
     uvec2 a = texelFetch(object_texture, texel).xy, b = texelFetch(object_texture, texel + 1).xy;
     uvec2 c = texelFetch(object_texture, texel + 2).xy;
@@ -225,7 +227,7 @@ uvec4 stp_sample_words(stp_packing p, uint number)
     uvec4 look = uvec4(p.widths.y) >> uvec4(0u, 4u, 8u, 12u) & 15u;
     uvec2 kind = uvec2(p.widths.y) >> uvec2(16u, 20u) & 15u;
     int level = number >= p.finer.x ? 0 : number >= p.finer.y ? 8 : 16;
-    uint radius = (p.radius >> level) - stp_bits_low(w.x, look.x) & 255u;
+    uint radius = (p.radius >> level) - (stp_bits_low(w.x, look.x) << (p.widths.x >> 31) * 2u) & 255u;
     uint red = p.vertex.w + stp_bits_difference(w.x >> look.x, look.y) & 255u;
     uint green = (p.vertex.w >> 8) + stp_bits_difference(w.x >> look.x + look.y, look.z) & 255u;
     uint blue = (p.vertex.w >> 16) + stp_bits_difference(w.x >> look.x + look.y + look.z, look.w) & 255u;

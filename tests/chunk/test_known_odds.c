@@ -1,5 +1,5 @@
-/* Tests known odds: the lists of numbers are sound, parts of points have them, rows are told by
- * their parents, and a part that can have no short states does without. */
+/* Tests known odds: the lists of numbers are sound, parts have them, and rows are
+ * told by their parents. */
 #include "formats/chunk/codec/odds/known_odds.h"
 
 #include "base/memory.h"
@@ -22,13 +22,22 @@ static void curves_are_odds(const uint8_t *columns, unsigned count)
 static void all_curves_are_odds(void **state)
 {
     (void)state;
-    curves_are_odds(stp_known_patches(), STP_LINKED_PATCH_COLUMN_COUNT);
-    curves_are_odds(stp_known_vertices(), STP_SAMPLE_COLUMN_COUNT);
-    for (int level = 0; level < STP_LEVEL_COUNT - 1; level++)
-        for (int last = 0; last < 2; last++)
-            curves_are_odds(stp_known_level(level, last), STP_SAMPLE_COLUMN_COUNT);
-    assert_ptr_equal(stp_known_level(2, false),
-                     stp_known_vertices() + STP_SAMPLE_COLUMN_COUNT * STP_KNOWN_COUNT);
+    for (int squares = 0; squares < 2; squares++) {
+        curves_are_odds(stp_known_patches(squares), STP_LINKED_PATCH_COLUMN_COUNT);
+        curves_are_odds(stp_known_vertices(squares), STP_SAMPLE_COLUMN_COUNT);
+        for (int level = 0; level < STP_LEVEL_COUNT - 1; level++)
+            for (int last = 0; last < 2; last++)
+                curves_are_odds(stp_known_level(squares, level, last), STP_SAMPLE_COLUMN_COUNT);
+        assert_ptr_equal(stp_known_level(squares, 2, false),
+                         stp_known_vertices(squares) + STP_SAMPLE_COLUMN_COUNT * STP_KNOWN_COUNT);
+    }
+    /* Tables of squares alone follow each other in the list: 11, 2, 3 and 3 columns. */
+    assert_ptr_equal(stp_known_squares(),
+                     stp_known_level(true, 0, true) + STP_SAMPLE_COLUMN_COUNT * STP_KNOWN_COUNT);
+    assert_ptr_equal(stp_known_ladder(), stp_known_squares() + 11 * STP_KNOWN_COUNT);
+    assert_ptr_equal(stp_known_colours(false), stp_known_ladder() + 2 * STP_KNOWN_COUNT);
+    assert_ptr_equal(stp_known_colours(true), stp_known_colours(false) + 3 * STP_KNOWN_COUNT);
+    curves_are_odds(stp_known_squares(), 11 + 2 + 3 + 3);
 }
 
 static void parts_have_them(void **state)
@@ -39,8 +48,8 @@ static void parts_have_them(void **state)
     for (int s = 0; s < STP_SEGMENT_COUNT; s++) {
         stp_bytes bytes = {0};
         assert_int_equal(stp_segment_encode(chunk, s, STP_CODEC_DRACO, &bytes, NULL), STP_OK);
-        assert_true(stp_symbols_are_short(bytes.data, bytes.size, true));
-        assert_false(stp_symbols_are_short(bytes.data, bytes.size, false));
+        assert_true(stp_symbols_are_sized(bytes.data, bytes.size, true));
+        assert_false(stp_symbols_are_sized(bytes.data, bytes.size, false));
         free(bytes.data);
     }
     stp_chunk_destroy(&chunk);
@@ -89,33 +98,12 @@ static void rows_are_told_by_parents(void **state)
     stp_chunk_destroy(&chunk);
 }
 
-/* Items of one lane behind items of both: states are not short, so the odds cannot be known. */
-static void uneven_parts_do_without(void **state)
-{
-    (void)state;
-    for (unsigned alone = 0; alone < 30; alone += 29) {
-        stp_tight_writer w = {0};
-        stp_bytes bytes = {0};
-        bool written;
-        stp_tight_begin(true, &w);
-        assert_int_equal(stp_symbols_reserve(&w.symbols, 200, NULL), STP_OK);
-        for (uint32_t i = 0; i < 100 + alone; i++)
-            stp_symbol_put_bits(&w.symbols, i < 100 && i % 2, 77 * i + 1, 16);
-        assert_int_equal(stp_tight_write(&w, &bytes, &written, NULL), STP_OK);
-        assert_int_equal(written, alone == 0);
-        assert_int_equal(bytes.size > 0, alone == 0);
-        free(bytes.data);
-        stp_tight_clear(&w);
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_curves_are_odds),
         cmocka_unit_test(parts_have_them),
         cmocka_unit_test(rows_are_told_by_parents),
-        cmocka_unit_test(uneven_parts_do_without),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

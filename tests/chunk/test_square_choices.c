@@ -32,20 +32,28 @@ static void test_parents(void **state)
     clear(&bytes);
 }
 
-/* No part of squares has odds that are known. */
+/* The odds of parts of squares are known, those of colours by rows and of ladders, too. A part that
+ * says otherwise is none. */
 static void test_known_odds(void **state)
 {
     (void)state;
-    stp_chunk *chunk = make_chunk(&(recipe){.wild = false}), *decoded = make_room(chunk, 1);
-    coded bytes = encode(chunk);
-    uint8_t *begin = begin_of(&bytes, 1);
-    uint8_t *states = begin + 1 + !!(*begin & CHOICE_MORE);
-    assert_int_equal(states[3] >> 6, 1);
-    states[3] &= 63u;
-    assert_int_equal(decode(&bytes, decoded), STP_CORRUPT);
-    stp_chunk_destroy(&decoded);
-    stp_chunk_destroy(&chunk);
-    clear(&bytes);
+    const recipe recipes[] = {{.wild = false}, {.spread = true, .stepped = true}};
+    for (unsigned i = 0; i < 2; i++)
+        for (int segment = 1; segment < STP_SEGMENT_COUNT; segment++) {
+            stp_chunk *chunk = make_chunk(&recipes[i]), *decoded = make_room(chunk, 0);
+            coded bytes = encode(chunk);
+            uint8_t *begin = begin_of(&bytes, segment);
+            uint8_t *states =
+                begin + 1 + !!(*begin & CHOICE_MORE) + (*begin & CHOICE_LADDER ? 2 : 0);
+            assert_int_equal(decode(&bytes, decoded), STP_OK);
+            assert_same(chunk, decoded);
+            assert_int_equal(states[3] >> 6, 0);
+            states[3] |= 64u;
+            assert_int_equal(decode(&bytes, decoded), STP_CORRUPT);
+            stp_chunk_destroy(&decoded);
+            stp_chunk_destroy(&chunk);
+            clear(&bytes);
+        }
 }
 
 /* Heights of a camera that come in steps take less than half of what others take; other squares,

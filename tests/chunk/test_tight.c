@@ -8,6 +8,9 @@
 
 #include <math.h>
 
+/* In the fourth byte: states are not short. */
+#define LONG_MARK 6
+
 static stp_bytes encoded(stp_chunk *chunk, int segment)
 {
     stp_bytes bytes = {0};
@@ -86,13 +89,13 @@ static void lanes_may_be_uneven(void **state)
         stp_tight_writer w = {0};
         stp_tight_reader r;
         stp_bytes bytes = {0};
-        bool written;
         assert_int_equal(stp_symbols_reserve(&w.symbols, 200, NULL), STP_OK);
         for (uint32_t i = 0; i < 100 + alone; i++)
             stp_symbol_put_bits(&w.symbols, i < 100 && i % 2, 77 * i + 1, 16);
-        assert_int_equal(stp_tight_write(&w, &bytes, &written, NULL), STP_OK);
+        assert_int_equal(stp_symbols_write_known(&w.symbols, &bytes, NULL), STP_OK);
         assert_true(stp_is_tight(bytes.data, bytes.size));
-        assert_int_equal(stp_symbols_are_short(bytes.data, bytes.size, false), alone < 3);
+        assert_true(stp_symbols_are_sized(bytes.data, bytes.size, true));
+        assert_int_equal((bytes.data[3] & 7) == LONG_MARK, alone >= 3);
         assert_in_range(bytes.size, 2 * (100 + alone), 2 * (100 + alone) + (alone < 3 ? 8 : 16));
         assert_int_equal(stp_tight_read(&r, bytes.data, bytes.size, NULL), STP_OK);
         for (uint32_t i = 0; i < 100 + alone; i++)
@@ -101,6 +104,22 @@ static void lanes_may_be_uneven(void **state)
         assert_int_equal(stp_tight_end(&r, NULL), STP_OK);
         free(bytes.data);
         stp_tight_clear(&w);
+    }
+}
+
+/* How many bytes states have: only what a writer may say is one. */
+static void sizes_are_checked(void **state)
+{
+    (void)state;
+    for (unsigned sizes = 0; sizes < 256; sizes++) {
+        const uint8_t head[4] = {0, 0, 0, (uint8_t)sizes};
+        const unsigned more = sizes & 7u, others = sizes >> 3 & 7u;
+        const bool is_short = more >= 1 && more <= 5;
+        const bool is_long = more == LONG_MARK && others >= 1 && others <= 5;
+        assert_int_equal(stp_symbols_are_sized(head, 4, true),
+                         sizes >> 6 == 0 && (is_short || is_long));
+        assert_int_equal(stp_symbols_are_sized(head, 4, false), sizes >> 6 == 1 && is_short);
+        assert_false(stp_symbols_are_sized(head, 3, true));
     }
 }
 
@@ -154,7 +173,6 @@ static stp_status head_status(unsigned shift, double step, unsigned how, stp_err
     stp_tight_writer w = {0};
     stp_tight_reader r;
     stp_bytes bytes = {0};
-    bool written;
     int16_t cells[STP_SAMPLE_COLUMN_COUNT] = {0}, beside[STP_SAMPLE_COLUMN_COUNT] = {0};
     stp_table table = {.values = cells,
                        .stride = 1,
@@ -163,19 +181,22 @@ static stp_status head_status(unsigned shift, double step, unsigned how, stp_err
                        .may_shift = true,
                        .may_scale = true,
                        .beside = beside,
-                       .tight_first = stp_tight_elder};
+                       .tight_first = stp_tight_elder,
+                       .known = stp_known_level(false, 0, false)};
     const stp_scale scale = {.step = step};
     uint8_t scale_bytes[STP_SCALE_BYTES];
     stp_scale_write(&scale, scale_bytes);
-    stp_tight_begin(false, &w);
     assert_int_equal(stp_symbols_reserve(&w.symbols, 50, NULL), STP_OK);
     stp_symbol_put_bits(&w.symbols, 0, shift, 4);
     stp_symbol_put_bits(&w.symbols, 0, 1, 1);
     for (size_t i = 0; i < STP_SCALE_BYTES; i += 2)
         stp_symbol_put_bits(&w.symbols, 0, stp_get_u16(scale_bytes + i), 16);
-    for (unsigned c = 0; c < STP_SAMPLE_COLUMN_COUNT; c++)
-        stp_symbol_put(&w.symbols, 0, &w.how, 5, c == 0 ? how : 1, 0, 0);
-    assert_int_equal(stp_tight_write(&w, &bytes, &written, NULL), STP_OK);
+    for (unsigned c = 0; c < STP_SAMPLE_COLUMN_COUNT; c++) {
+        stp_odds odds;
+        stp_known_begin(table.known[STP_KNOWN_COUNT * c + STP_KNOWN_HOW + (c > 0)], &odds);
+        stp_symbol_put(&w.symbols, 0, &odds, 5, c == 0 ? how : 1, 0, 0);
+    }
+    assert_int_equal(stp_symbols_write_known(&w.symbols, &bytes, NULL), STP_OK);
     assert_int_equal(stp_tight_read(&r, bytes.data, bytes.size, NULL), STP_OK);
     stp_status status = stp_tight_get(&r, &table, err);
     if (status == STP_OK)
@@ -223,10 +244,10 @@ static void bit_needs_middles(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_blocks_come_back),   cmocka_unit_test(others_are_not_tight),
-        cmocka_unit_test(constants_cost_nothing), cmocka_unit_test(lanes_may_be_uneven),
-        cmocka_unit_test(damage_is_refused),      cmocka_unit_test(wrong_heads_are_refused),
-        cmocka_unit_test(bit_needs_middles),
+        cmocka_unit_test(any_blocks_come_back),    cmocka_unit_test(others_are_not_tight),
+        cmocka_unit_test(constants_cost_nothing),  cmocka_unit_test(lanes_may_be_uneven),
+        cmocka_unit_test(sizes_are_checked),       cmocka_unit_test(damage_is_refused),
+        cmocka_unit_test(wrong_heads_are_refused), cmocka_unit_test(bit_needs_middles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,7 +8,7 @@ from corners import Equal, has_corners, read_corners
 from known_odds import Known
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
                    grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
-from odds import TIGHT_LADDER, TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Row, Symbols, is_short, read_columns, tight_columns
+from odds import TIGHT_LADDER, TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Row, Symbols, is_sized, read_columns, tight_columns
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
@@ -189,7 +189,7 @@ class TightTables:
                 self.scale = Scale(Cursor(data, self.name))
             if self.coarse and symbols.bits(0, 1):
                 self.read_sublattices()
-        known = Known(columns, level, last) if symbols.known else None
+        known = Known(columns, level, last, self.squares) if symbols.known else None
         for c in range(columns):
             odds = known.how(c, c == 0 or coded[-1:] == [c - 1]) if known else symbols.how
             how = symbols.symbol(0, odds, 5, 0)[0]
@@ -226,7 +226,7 @@ class LooseTables:
 
 
 def tables_of(cursor, joined):
-    tight = joined and (is_short(cursor) or len(cursor.data) >= 8 and cursor.data[3] & 128)
+    tight = joined and (is_sized(cursor) or len(cursor.data) >= 8 and cursor.data[3] & 128)
     return TightTables(cursor) if tight else LooseTables(cursor, joined)
 
 

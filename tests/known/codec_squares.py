@@ -4,8 +4,9 @@ import bisect
 import math
 import struct
 
+from known_odds import Known
 from model import Sample, integer_normal, require, unit_normal
-from odds import Numbers
+from odds import KnownNumbers, Numbers, Row
 
 ROOT2 = 1.4142135623730951
 SIDE, ORDER = 8, range(64)
@@ -285,8 +286,14 @@ class Rows:
         self.weights = [[[w / 16 for w in (FOLLOWING if follow and v else k)] for v in range(3)] for k in WEIGHTS]
         self.off, self.size, self.values, self.parent = [], [], [], []
         self.left, self.counts, self.known, self.rows = [], [], [0] * len(parents), [0, 0]
-        self.numbers = [[Numbers(v & 1, 9 if t == v == 0 else 8, None) for v in range(3)] for t in range(2)]
+        self.numbers = [[self.numbers_of(v, t) for v in range(3)] for t in range(2)]
         self.expect([[s.colour[k] for s in parents] for k in range(3)])
+
+    def numbers_of(self, channel, last):
+        lane, first = channel & 1, 9 if channel == last == 0 else 8
+        if not self.symbols.known:
+            return Numbers(lane, first, None)
+        return KnownNumbers(lane, first, None, Known(3, 0, last, True).cells(channel), False)
 
     def expect(self, values):
         places, parent = self.block.levels[0].places, 0
@@ -318,7 +325,7 @@ class Rows:
         self.known[parent] += 1
         last = k + 1 == count
         kind = k if count == 4 else 4 if last else 5
-        shift = 5 + (self.rows[last] >= 64) + (self.rows[last] >= 256)
+        shift = 5 + (self.rows[last] >= 64) + (self.symbols.known or self.rows[last] >= 256)
         share = single(1.0 / (count - k))
         all_shares = sum(n[2] for n, i in zip(NEAR, near) if i >= 0)
         for v in range(3):
@@ -332,7 +339,7 @@ class Rows:
                 total = sum(n[2] * self.size[i][v] for n, i in zip(NEAR, near) if i >= 0)
                 mean = (mean + (total * (65536 // all_shares) >> 8)) // 2
             number.beside = beside
-            cell = number.read(self.symbols, None, shift, mean, 8)
+            cell = number.read(self.symbols, Row(), shift, mean, 8)
             value.append(int(single(min(max(hoped, 0.0), 255.0) + 0.5)) + cell & 255)
             error = single(value[v] - hoped)
             step = single(single(error * (5 / 64)) / single(4.0 + sum_of(inputs, inputs)))

@@ -12,18 +12,28 @@ def runs(name, length):
     return [numbers[i:i + length] for i in range(0, len(numbers), length)]
 
 
-CURVES, COLUMNS = runs("known_curves.inc", 32), runs("known_columns.inc", COUNT)
+CURVES, COLUMNS, OF_SQUARES = (runs(*n) for n in (("known_curves.inc", 32), ("known_columns.inc", COUNT),
+                                                  ("known_squares.inc", COUNT)))
+# In the list of squares, behind the tables that points have, too: by columns of a table, and colours by rows.
+OTHERS = {10: 0, 11: 0, 2: 11}
+COLOURS = 13
 
 
 class Known:
-    """The columns of a table."""
+    """The columns of a table; columns: 3 of colours by rows."""
 
-    def __init__(self, columns, level, last):
-        samples = 0 if level is None else 1 + 2 * (2 - level) + last
-        self.first = PATCH_COLUMNS + SAMPLE_COLUMNS * samples if columns == SAMPLE_COLUMNS else 0
+    def __init__(self, columns, level, last, squares=False):
+        samples, behind = 0 if level is None else 1 + 2 * (2 - level) + last, PATCH_COLUMNS + 7 * SAMPLE_COLUMNS
+        self.columns, self.first = OF_SQUARES if squares else COLUMNS, 0
+        if columns == SAMPLE_COLUMNS:
+            self.first = PATCH_COLUMNS + SAMPLE_COLUMNS * samples
+        elif columns in OTHERS:
+            self.first = behind + OTHERS[columns]
+        elif columns == 3:
+            self.first = behind + COLOURS + 3 * last
 
     def odds(self, column, place):
-        return list(CURVES[COLUMNS[self.first + column][place]])
+        return list(CURVES[self.columns[self.first + column][place]])
 
     def how(self, column, before_varies):
         return self.odds(column, HOW + (not before_varies))

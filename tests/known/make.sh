@@ -272,4 +272,13 @@ for codec in raw draco zstd; do
         -o "painted/2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" painted/2_0_raw.stipple >painted/2_0.samples
+# From here on odds of squares are known, too: of a grid, and of an image with colours by rows and a ladder.
+for codec in raw draco zstd; do
+    "$program" prep grid.asc -o "known/level_2_0_$codec.stipple" --codec $codec --quiet
+    "$program" prep steps.pgm --colour paint.ppm --pinhole 60,60,35.5,19.5 --height-scale 0.001 \
+        -o "known/depth_2_0_$codec.stipple" --codec $codec --quiet
+done
+for name in level depth; do
+    python3 "$known/read.py" "known/${name}_2_0_raw.stipple" >"known/${name}_2_0.samples"
+done
 rm paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

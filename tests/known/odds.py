@@ -30,14 +30,18 @@ TIGHT_SQUARES = (((7, 0, 0, 7, 7, 9, 8, 8, 8, 3, 3, 11), (7, 0, 0, 7, 7, 8, 8, 8
 FALLING, RISING = (9, *range(15, 23), *range(25, 33), 35, 36), (2, 4, 6, 38, 41)
 
 
+# In the byte of sizes: states that are not short.
+LONG = 6
 # Of B, among elder children, the odds that are known differ by how many siblings follow.
 POSITION_B = 10
 
 
-def is_short(cursor, marks=(0, 1)):
+def is_sized(cursor, marks=(0, 1)):
     """Whether states of as many bytes as they need follow; mark 0: of known odds."""
     head = cursor.data[cursor.at:cursor.at + 4]
-    return len(head) == 4 and head[3] >> 6 in marks and 1 <= head[3] & 7 <= 5
+    if len(head) < 4 or head[3] >> 6 not in marks:
+        return False
+    return 1 <= head[3] & 7 <= 5 or head[3] & 7 == LONG and head[3] >> 6 == 0 and 1 <= head[3] >> 3 <= 5
 
 
 class Symbols:
@@ -45,11 +49,13 @@ class Symbols:
 
     def __init__(self, cursor, tight=False):
         self.cursor, self.last = cursor, 1 << 31
-        self.known = tight and is_short(cursor, (0,))
-        if tight and is_short(cursor):
-            first, sizes, self.last = cursor.take(3), cursor.number(1), 1 << 15
-            first += cursor.take(sizes & 7)
-            self.states = [int.from_bytes(s, "little") for s in (first, cursor.take((sizes >> 3 & 7) + 1))]
+        self.known = tight and is_sized(cursor, (0,))
+        if tight and is_sized(cursor):
+            first, sizes = cursor.take(3), cursor.number(1)
+            more, second = (sizes & 7, (sizes >> 3 & 7) + 1) if sizes & 7 != LONG else (sizes >> 3, 3 + (sizes >> 3))
+            self.last = 1 << 31 if sizes & 7 == LONG else 1 << 15
+            first += cursor.take(more)
+            self.states = [int.from_bytes(s, "little") for s in (first, cursor.take(second))]
         elif tight:
             self.states = [(cursor.number(4) & (1 << 31) - 1) << 32 | cursor.number(4), cursor.number(8)]
         else:

@@ -167,19 +167,27 @@ static void samples_take_the_bits_that_they_need(void **state)
         const uint16_t least = (uint16_t) - (1 << (bits - 1)), most = (uint16_t)~least;
         assert_int_equal(texels_of(&(stp_sample){.position = {0, 0, least}}),
                          texels_of_bits((unsigned)bits));
+        /* zero lies at an end of the range of z */
         if (bits > 1)
             assert_int_equal(texels_of(&(stp_sample){.position = {0, 0, most}}),
-                             texels_of_bits((unsigned)bits));
+                             texels_of_bits((unsigned)bits - 1));
     }
     /* steps along x and y are shifted together, those of normals, too; flags and classes are
      * compared bit by bit */
     assert_int_equal(texels_of(&(stp_sample){.position = {256, 0, 0}}), texels_of_bits(2));
     assert_int_equal(texels_of(&(stp_sample){.position = {128, 64, 0}}), texels_of_bits(5));
-    assert_int_equal(texels_of(&(stp_sample){.normal = {0, 4, 0}}), texels_of_bits(2));
-    assert_int_equal(texels_of(&(stp_sample){.normal = {192, 0, 0}}), texels_of_bits(3));
+    assert_int_equal(texels_of(&(stp_sample){.normal = {0, 0, 4}}), texels_of_bits(2));
+    assert_int_equal(texels_of(&(stp_sample){.normal = {0, 0, 12}}), texels_of_bits(3));
+    /* that of u, too */
+    assert_int_equal(texels_of(&(stp_sample){.normal = {0, 4, 0}}), texels_of_bits(1));
+    assert_int_equal(texels_of(&(stp_sample){.normal = {192, 0, 0}}), texels_of_bits(2));
     assert_int_equal(texels_of(&(stp_sample){.flags = STP_SAMPLE_FIT_MASK}), texels_of_bits(2));
     assert_int_equal(texels_of(&(stp_sample){.class_id = 6}), texels_of_bits(3));
     assert_int_equal(texels_of(&(stp_sample){.radius = 255}), texels_of_bits(1));
+    /* radii are shifted by two, or not at all */
+    assert_int_equal(texels_of(&(stp_sample){.radius = 252}), texels_of_bits(1));
+    assert_int_equal(texels_of(&(stp_sample){.radius = 248}), texels_of_bits(2));
+    assert_int_equal(texels_of(&(stp_sample){.radius = 254}), texels_of_bits(2));
     assert_int_equal(texels_of(&(stp_sample){.rgb = {0, 255, 0}}), texels_of_bits(1));
 }
 

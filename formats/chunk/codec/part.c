@@ -106,8 +106,8 @@ static stp_status patches_encode(const stp_chunk *chunk, const block_squares *sq
 {
     stp_table table = {0}, own = {0};
     stp_status status = STP_OK;
-    STP_TRY(
-        stp_part_table_create(chunk, &table, stp_patch_columns(chunk), chunk->patch_count, err));
+    STP_TRY(stp_part_table_create(chunk, squares->found, &table, stp_patch_columns(chunk),
+                                  chunk->patch_count, err));
     table.middles = table.tight = table.is_patches && are_surface(chunk);
     table.squares = squares->found;
     table.tilted = squares->found && stp_squares_are_tilted(chunk, squares->of);
@@ -124,11 +124,13 @@ done:
     return status;
 }
 
-static stp_status vertices_encode(const stp_chunk *chunk, table_sink *to, stp_error *err)
+static stp_status vertices_encode(const stp_chunk *chunk, bool squares, table_sink *to,
+                                  stp_error *err)
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(stp_part_table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
+    STP_TRY(stp_part_table_create(chunk, squares, &table, STP_SAMPLE_COLUMN_COUNT,
+                                  chunk->patch_count, err));
     table.normal_shift = stp_level_normal_shift(chunk, VERTEX_LEVEL);
     stp_predict_vertices_encode(chunk, &table);
     table.tight = to->is_tight;
@@ -192,7 +194,7 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
     tables.last.scale = tables.elder.scale;
     if (to->is_tight)
         stp_level_coarsen(chunk, level, &tables);
-    if (to->tight.known)
+    if (to->is_tight)
         STP_TRY(stp_level_row_kinds(chunk, level, &tables, err));
     if (squares->found)
         STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to, &rows, err));
@@ -202,8 +204,7 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
     STP_TRY(table_write(to, &tables.elder, err));
     STP_TRY(table_write(to, &tables.last, err));
     if (rows)
-        STP_TRY(stp_square_colours_encode(chunk, &squares->map, &to->tight.first,
-                                          &to->tight.symbols, err));
+        STP_TRY(stp_square_colours_encode(chunk, &squares->map, &to->tight.symbols, err));
 done:
     stp_level_tables_destroy(&tables);
     return status;
@@ -228,23 +229,20 @@ static stp_status squares_begin(const stp_chunk *chunk, const block_squares *squ
     return stp_bytes_append(out, head, sizeof head, err);
 }
 
-/* Appends the tables of a part; nothing, and *written is false, if odds cannot be known. */
 static stp_status tables_encode(const stp_chunk *chunk, int segment, block_squares *squares,
-                                bool known, stp_bytes *out, bool *written, stp_error *err)
+                                stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     table_sink to = {.out = out, .is_tight = may_be_tight(chunk, segment, squares)};
-    *written = true;
-    stp_tight_begin(known && to.is_tight, &to.tight);
     if (segment == 0) {
         if (to.is_tight && squares->found)
             STP_TRY(squares_begin(chunk, squares, out, err));
         STP_TRY(patches_encode(chunk, squares, &to, err));
-        STP_TRY(vertices_encode(chunk, &to, err));
+        STP_TRY(vertices_encode(chunk, squares->found, &to, err));
     }
     STP_TRY(level_encode(chunk, stp_segment_finest(segment), squares, &to, err));
     if (to.is_tight)
-        STP_TRY(stp_tight_write(&to.tight, out, written, err));
+        STP_TRY(stp_symbols_write_known(&to.tight.symbols, out, err));
 done:
     stp_tight_clear(&to.tight);
     return status;
@@ -252,15 +250,10 @@ done:
 
 static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
 {
-    stp_status status = STP_OK;
     block_squares squares = {0};
-    bool written = false;
-    STP_TRY(squares_find(chunk, segment, &squares, err));
-    if (!squares.found)
-        STP_TRY(tables_encode(chunk, segment, &squares, true, out, &written, err));
-    if (!written)
-        STP_TRY(tables_encode(chunk, segment, &squares, false, out, &written, err));
-done:
+    stp_status status = squares_find(chunk, segment, &squares, err);
+    if (status == STP_OK)
+        status = tables_encode(chunk, segment, &squares, out, err);
     squares_clear(&squares);
     return status;
 }
@@ -334,8 +327,8 @@ static stp_status patches_decode(table_source *from, uint32_t child_count, stp_c
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(
-        stp_part_table_create(chunk, &table, stp_patch_columns(chunk), chunk->patch_count, err));
+    STP_TRY(stp_part_table_create(chunk, from->first != NULL, &table, stp_patch_columns(chunk),
+                                  chunk->patch_count, err));
     STP_TRY(table_read(from, &table, err));
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(stp_patches_take(chunk, child_count, err));
@@ -352,7 +345,8 @@ static stp_status vertices_decode(table_source *from, stp_chunk *chunk, stp_erro
 {
     stp_table table = {0};
     stp_status status = STP_OK;
-    STP_TRY(stp_part_table_create(chunk, &table, STP_SAMPLE_COLUMN_COUNT, chunk->patch_count, err));
+    STP_TRY(stp_part_table_create(chunk, from->first != NULL, &table, STP_SAMPLE_COLUMN_COUNT,
+                                  chunk->patch_count, err));
     STP_TRY(table_read(from, &table, err));
     stp_predict_vertices_decode(chunk, &table);
 done:
@@ -364,8 +358,7 @@ static stp_status colours_read(table_source *from, const stp_square_map *map, st
                                stp_error *err)
 {
     const uint8_t *begin = from->tight.symbols.next;
-    const stp_status status =
-        stp_square_colours_decode(chunk, map, &from->tight.first, &from->tight.symbols, err);
+    const stp_status status = stp_square_colours_decode(chunk, map, &from->tight, err);
     if (from->shares)
         from->shares->bytes[STP_SHARE_COLOURS] += (size_t)(from->tight.symbols.next - begin);
     return status;
@@ -486,8 +479,6 @@ static stp_status tables_begin(table_source *from, int segment, stp_chunk *chunk
     if (!from->is_tight)
         return STP_OK;
     STP_TRY(stp_tight_read(&from->tight, c->bytes, c->left, err));
-    if (from->tight.known && (from->first || stp_chunk_is_squares(chunk)))
-        return stp_error_set(err, STP_CORRUPT, "squares whose odds are known");
     if (from->shares)
         from->shares->bytes[STP_SHARE_FRAME] += (size_t)(from->tight.symbols.next - c->bytes);
     c->left = 0;

@@ -61,8 +61,8 @@ static const uint8_t patch_first[STP_LINKED_PATCH_COLUMN_COUNT] = {
     13, 12, 11, 11, 11, 11, 10, 10, 10, 10, 14, 11, 8,  9,  11, 19, 19, 19, 8,  12, 16, 16, 16,
 };
 
-stp_status stp_part_table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
-                                 uint32_t row_count, stp_error *err)
+stp_status stp_part_table_create(const stp_chunk *chunk, bool squares, stp_table *table,
+                                 unsigned column_count, uint32_t row_count, stp_error *err)
 {
     const stp_status status = stp_table_create(table, column_count, row_count, err);
     table->smallest = chunk->is_block;
@@ -74,7 +74,7 @@ stp_status stp_part_table_create(const stp_chunk *chunk, stp_table *table, unsig
     table->first = patch_first;
     table->tight_first = table->is_patches ? stp_tight_patches : stp_tight_vertices;
     table->side = table->is_patches ? stp_tight_sides : NULL;
-    table->known = table->is_patches ? stp_known_patches() : stp_known_vertices();
+    table->known = table->is_patches ? stp_known_patches(squares) : stp_known_vertices(squares);
     if (chunk->is_block)
         table->joined =
             column_count == STP_SAMPLE_COLUMN_COUNT ? JOINED_SAMPLE_COLUMNS : JOINED_PATCH_COLUMNS;
@@ -90,13 +90,14 @@ stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squar
     elder -= tables->corners.recalled[0];
     last -= tables->corners.recalled[1];
     stp_status status =
-        stp_part_table_create(chunk, &tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
+        stp_part_table_create(chunk, squares, &tables->elder, STP_SAMPLE_COLUMN_COUNT, elder, err);
     if (status == STP_OK)
-        status = stp_part_table_create(chunk, &tables->last, STP_SAMPLE_COLUMN_COUNT, last, err);
+        status = stp_part_table_create(chunk, squares, &tables->last, STP_SAMPLE_COLUMN_COUNT, last,
+                                       err);
     tables->elder.tight_first = squares ? stp_tight_squares[level > 0][0] : stp_tight_elder;
     tables->last.tight_first = squares ? stp_tight_squares[level > 0][1] : stp_tight_last;
-    tables->elder.known = stp_known_level(level, false);
-    tables->last.known = stp_known_level(level, true);
+    tables->elder.known = stp_known_level(squares, level, false);
+    tables->last.known = stp_known_level(squares, level, true);
     tables->elder.may_scale = tables->last.may_scale = chunk->is_block && level == 0;
     tables->elder.may_coarsen = tables->last.may_coarsen = chunk->is_block && !squares;
     if (status == STP_OK && level == 0 && tables->elder.may_coarsen)

@@ -10,14 +10,15 @@
 
 /* Columns of a table of patches. */
 unsigned stp_patch_columns(const stp_chunk *chunk);
-/* A table of patches or of samples; free table->values. Errors: OUT_OF_MEMORY. */
-stp_status stp_part_table_create(const stp_chunk *chunk, stp_table *table, unsigned column_count,
-                                 uint32_t row_count, stp_error *err);
-/* The tables of level 0 to 2, whose corners are known; to be destroyed even if it fails. squares:
- * the block is one of squares. Errors: OUT_OF_MEMORY. */
+/* A table of patches or of samples; squares: the block is one of squares. Free table->values.
+ * Errors: OUT_OF_MEMORY. */
+stp_status stp_part_table_create(const stp_chunk *chunk, bool squares, stp_table *table,
+                                 unsigned column_count, uint32_t row_count, stp_error *err);
+/* The tables of level 0 to 2, whose corners are known; to be destroyed even if it fails. Errors:
+ * OUT_OF_MEMORY. */
 stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squares,
                                    stp_level_tables *tables, stp_error *err);
-/* Finds the kinds of rows of a level of points. The next coarser level must be there. Errors:
+/* Finds the kinds of rows of a level. The next coarser level must be there. Errors:
  * OUT_OF_MEMORY. */
 stp_status stp_level_row_kinds(const stp_chunk *chunk, int level, stp_level_tables *tables,
                                stp_error *err);

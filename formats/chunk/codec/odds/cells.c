@@ -318,11 +318,11 @@ done:
     return status;
 }
 
-stp_status stp_cells_put(const stp_table *table, uint64_t constant, stp_first_odds *first,
-                         stp_symbol_writer *w, stp_error *err)
+stp_status stp_cells_put(const stp_table *table, uint64_t constant, stp_symbol_writer *w,
+                         stp_error *err)
 {
     columns all = {0};
-    stp_status status = columns_create(table, constant, first, &all, err);
+    stp_status status = columns_create(table, constant, NULL, &all, err);
     if (status == STP_OK)
         status = put_rows(&all, table->row_count, w, err);
     free(all.memory);

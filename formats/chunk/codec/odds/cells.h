@@ -27,11 +27,11 @@ stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes
 stp_status stp_cells_decode(const uint8_t *bytes, size_t size, uint64_t constant, stp_table *table,
                             stp_error *err);
 
-/* The same of a tight table, among other symbols. What does not fit into the bytes, the reader
- * tells at their end. first: is used and added to; NULL: the odds are known, which the table has.
- * Errors: OUT_OF_MEMORY. */
-stp_status stp_cells_put(const stp_table *table, uint64_t constant, stp_first_odds *first,
-                         stp_symbol_writer *w, stp_error *err);
+/* The same of a tight table, among other symbols; its odds are known. Errors: OUT_OF_MEMORY. */
+stp_status stp_cells_put(const stp_table *table, uint64_t constant, stp_symbol_writer *w,
+                         stp_error *err);
+/* What does not fit into the bytes, the reader tells at their end. first: is used and added to;
+ * NULL: the odds are known. Errors: OUT_OF_MEMORY. */
 stp_status stp_cells_get(stp_symbol_reader *r, uint64_t constant, stp_first_odds *first,
                          const stp_table *table, stp_error *err);
 

@@ -14,29 +14,58 @@ _Alignas(64) static const int16_t curves[] = {
 #define CURVE_COUNT (sizeof curves / sizeof *curves / STP_ODDS_SYMBOLS)
 _Static_assert(CURVE_COUNT <= 256, "a curve's number is a byte");
 
-/* Of each column of each table, the numbers of its curves: patches, level 3, elder and last
- * children of levels 2, 1, 0. */
+/* Columns of tables that any block has: patches, level 3, elder and last children of levels 2, 1,
+ * 0. */
+#define COMMON_COLUMNS (STP_LINKED_PATCH_COLUMN_COUNT + (size_t)7 * STP_SAMPLE_COLUMN_COUNT)
+/* Columns of the table of squares, of a ladder, and channels of colours. */
+#define SQUARE_COLUMNS 11u
+#define LADDER_COLUMNS 2u
+#define CHANNELS 3u
+
+/* Of each column of each table, the numbers of its curves. */
 static const uint8_t columns[] = {
 #include "formats/chunk/codec/odds/known_columns.inc"
 };
-_Static_assert(sizeof columns == STP_KNOWN_COUNT * (STP_LINKED_PATCH_COLUMN_COUNT +
-                                                    (size_t)7 * STP_SAMPLE_COLUMN_COUNT),
+_Static_assert(sizeof columns == STP_KNOWN_COUNT * COMMON_COLUMNS, "numbers of all columns");
+/* The same of squares; then come their own table, ladders, and colours of elder and last children.
+ */
+static const uint8_t square_columns[] = {
+#include "formats/chunk/codec/odds/known_squares.inc"
+};
+_Static_assert(sizeof square_columns == STP_KNOWN_COUNT * (COMMON_COLUMNS + SQUARE_COLUMNS +
+                                                           LADDER_COLUMNS + (size_t)2 * CHANNELS),
                "numbers of all columns");
 
-const uint8_t *stp_known_patches(void)
+const uint8_t *stp_known_patches(bool squares)
 {
-    return columns;
+    return squares ? square_columns : columns;
 }
 
-const uint8_t *stp_known_vertices(void)
+const uint8_t *stp_known_vertices(bool squares)
 {
-    return columns + (size_t)STP_KNOWN_COUNT * STP_LINKED_PATCH_COLUMN_COUNT;
+    return stp_known_patches(squares) + (size_t)STP_KNOWN_COUNT * STP_LINKED_PATCH_COLUMN_COUNT;
 }
 
-const uint8_t *stp_known_level(int level, bool last)
+const uint8_t *stp_known_level(bool squares, int level, bool last)
 {
     const size_t tables = 1 + 2 * (size_t)(STP_LEVEL_COUNT - 2 - level) + last;
-    return stp_known_vertices() + STP_KNOWN_COUNT * STP_SAMPLE_COLUMN_COUNT * tables;
+    return stp_known_vertices(squares) + STP_KNOWN_COUNT * STP_SAMPLE_COLUMN_COUNT * tables;
+}
+
+const uint8_t *stp_known_squares(void)
+{
+    return square_columns + STP_KNOWN_COUNT * COMMON_COLUMNS;
+}
+
+const uint8_t *stp_known_ladder(void)
+{
+    return stp_known_squares() + (size_t)STP_KNOWN_COUNT * SQUARE_COLUMNS;
+}
+
+const uint8_t *stp_known_colours(bool last)
+{
+    return stp_known_ladder() +
+           (size_t)STP_KNOWN_COUNT * (LADDER_COLUMNS + (size_t)(last ? CHANNELS : 0));
 }
 
 void stp_known_begin(unsigned curve, stp_odds *out)

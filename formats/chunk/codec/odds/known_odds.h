@@ -18,11 +18,16 @@
 #define STP_KNOWN_HOW STP_KNOWN_CELLS
 #define STP_KNOWN_COUNT (STP_KNOWN_HOW + 2)
 
-/* The curves of a table's columns, STP_KNOWN_COUNT numbers each. level: 2 to 0; last: of last
- * children. */
-const uint8_t *stp_known_patches(void);
-const uint8_t *stp_known_vertices(void);
-const uint8_t *stp_known_level(int level, bool last);
+/* The curves of a table's columns, STP_KNOWN_COUNT numbers each. squares: of blocks of squares;
+ * level: 2 to 0; last: of last children. */
+const uint8_t *stp_known_patches(bool squares);
+const uint8_t *stp_known_vertices(bool squares);
+const uint8_t *stp_known_level(bool squares, int level, bool last);
+/* Of the table of squares, and of a ladder's. */
+const uint8_t *stp_known_squares(void);
+const uint8_t *stp_known_ladder(void);
+/* Of colours by rows: of green, red, blue. */
+const uint8_t *stp_known_colours(bool last);
 
 void stp_known_begin(unsigned curve, stp_odds *out);
 /* The same of several curves. */

@@ -9,13 +9,16 @@
 #define STATE_BYTES 8u
 #define STATES_BYTES (STATE_BYTES * STP_SYMBOL_LANES)
 #define WORD_BYTES 4u
-/* Short states: three bytes of the first; a byte with bit 6 set unless odds are known, bytes of the
- * second state less 1 in bits 3-5, further bytes of the first in bits 0-2; these; the second state.
+/* States of as many bytes as they need: three bytes of the first; a byte with bit 6 set unless odds
+ * are known, bytes of the second state less 1 in bits 3-5, further bytes of the first in bits 0-2;
+ * these; the second state. Or bits 0-2 are LONG_MARK: then bits 3-5 are the further bytes of both.
  */
-#define SHORT_AT 4u
-#define SHORT_MARK 0x40u
+#define SIZED_AT 4u
+#define SIZED_MARK 0x40u
 #define SIZE_BITS 3u
-#define FIRST_MORE_LIMIT (STATE_BYTES - SHORT_AT + 1)
+#define SIZE_MASK ((1u << SIZE_BITS) - 1)
+#define LONG_MARK 6u
+#define FIRST_MORE_LIMIT (STATE_BYTES - SIZED_AT + 1)
 
 stp_status stp_symbols_reserve(stp_symbol_writer *w, size_t more, stp_error *err)
 {
@@ -105,24 +108,27 @@ static size_t byte_length(uint64_t number, size_t least)
     return bytes;
 }
 
-stp_status stp_symbols_write_short(const stp_symbol_writer *w, bool known, stp_bytes *out,
-                                   bool *written, stp_error *err)
+stp_status stp_symbols_write_known(const stp_symbol_writer *w, stp_bytes *out, stp_error *err)
 {
     code c = {0};
-    uint8_t head[SHORT_AT + STATES_BYTES];
+    uint8_t head[SIZED_AT + STATES_BYTES];
+    bool is_short, readable;
     stp_status status = stp_alloc(&c.words, w->count + 1, sizeof *c.words, "symbols", err);
     if (status != STP_OK)
         return status;
-    encode(w, STP_SYMBOL_STATE_SHORT, &c, written);
-    if (*written) {
-        const size_t first = byte_length(c.state[0], SHORT_AT), second = byte_length(c.state[1], 1);
-        size_t at = put_state(c.state[0], SHORT_AT - 1, head, 0);
-        const size_t sizes = (second - 1) << SIZE_BITS | (first - SHORT_AT + 1);
-        head[at++] = (uint8_t)(sizes | (known ? 0 : SHORT_MARK));
-        at = put_state(c.state[0] >> 8 * (SHORT_AT - 1), first - SHORT_AT + 1, head, at);
-        at = put_state(c.state[1], second, head, at);
-        status = append(&c, head, at, out, err);
-    }
+    encode(w, STP_SYMBOL_STATE_SHORT, &c, &is_short);
+    if (!is_short)
+        encode(w, STP_SYMBOL_STATE_LEAST, &c, &readable);
+    size_t first = byte_length(c.state[0], SIZED_AT), second = byte_length(c.state[1], 1);
+    if (!is_short)
+        first = second = first > second ? first : second;
+    const size_t more = first - SIZED_AT + 1;
+    size_t at = put_state(c.state[0], SIZED_AT - 1, head, 0);
+    head[at++] =
+        (uint8_t)(is_short ? (second - 1) << SIZE_BITS | more : more << SIZE_BITS | LONG_MARK);
+    at = put_state(c.state[0] >> 8 * (SIZED_AT - 1), more, head, at);
+    at = put_state(c.state[1], second, head, at);
+    status = append(&c, head, at, out, err);
     free(c.words);
     return status;
 }
@@ -147,27 +153,31 @@ static uint64_t get_state(const uint8_t *bytes, size_t count)
     return state;
 }
 
-bool stp_symbols_are_short(const uint8_t *bytes, size_t size, bool known)
+bool stp_symbols_are_sized(const uint8_t *bytes, size_t size, bool known)
 {
-    const unsigned sizes = size >= SHORT_AT ? bytes[SHORT_AT - 1] : 0;
-    const unsigned more = sizes & ((1u << SIZE_BITS) - 1);
-    const unsigned mark = known ? 0 : SHORT_MARK;
+    const unsigned sizes = size >= SIZED_AT ? bytes[SIZED_AT - 1] : 0;
+    const unsigned mark = known ? 0 : SIZED_MARK;
+    unsigned more = sizes & SIZE_MASK;
+    if (known && more == LONG_MARK)
+        more = sizes >> SIZE_BITS & SIZE_MASK;
     return sizes >> 2 * SIZE_BITS == mark >> 2 * SIZE_BITS && more > 0 && more <= FIRST_MORE_LIMIT;
 }
 
-stp_status stp_symbols_begin_short(stp_symbol_reader *r, const uint8_t *bytes, size_t size,
+stp_status stp_symbols_begin_sized(stp_symbol_reader *r, const uint8_t *bytes, size_t size,
                                    stp_error *err)
 {
-    const unsigned sizes = bytes[SHORT_AT - 1], mask = (1u << SIZE_BITS) - 1;
-    const size_t more = sizes & mask, second = (sizes >> SIZE_BITS & mask) + 1;
-    if (size < SHORT_AT + more + second)
+    const unsigned sizes = bytes[SIZED_AT - 1], other = sizes >> SIZE_BITS & SIZE_MASK;
+    const bool is_long = (sizes & SIZE_MASK) == LONG_MARK;
+    const size_t more = is_long ? other : sizes & SIZE_MASK;
+    const size_t second = is_long ? SIZED_AT - 1 + more : other + 1;
+    if (size < SIZED_AT + more + second)
         return stp_error_set(err, STP_CORRUPT, "a table's symbols do not fit into it");
-    *r = (stp_symbol_reader){.next = bytes + SHORT_AT + more + second,
+    *r = (stp_symbol_reader){.next = bytes + SIZED_AT + more + second,
                              .end = bytes + size,
-                             .last = STP_SYMBOL_STATE_SHORT};
-    r->state[0] = get_state(bytes, SHORT_AT - 1) | get_state(bytes + SHORT_AT, more)
-                                                       << 8 * (SHORT_AT - 1);
-    r->state[1] = get_state(bytes + SHORT_AT + more, second);
+                             .last = is_long ? STP_SYMBOL_STATE_LEAST : STP_SYMBOL_STATE_SHORT};
+    r->state[0] = get_state(bytes, SIZED_AT - 1) | get_state(bytes + SIZED_AT, more)
+                                                       << 8 * (SIZED_AT - 1);
+    r->state[1] = get_state(bytes + SIZED_AT + more, second);
     return STP_OK;
 }
 

@@ -42,11 +42,10 @@ typedef struct stp_symbol_writer {
 stp_status stp_symbols_reserve(stp_symbol_writer *w, size_t more, stp_error *err);
 /* Appends all items as bytes: two states of 8 bytes, words. Errors: OUT_OF_MEMORY. */
 stp_status stp_symbols_write(const stp_symbol_writer *w, stp_bytes *out, stp_error *err);
-/* The same with short states, of as many bytes as they need, which end at 2^15; `known` is told to
- * the reader. Appends nothing, and *written is false, if one lane has so few items before the other
- * one's words begin that a reader could not tell whose they are. Errors: OUT_OF_MEMORY. */
-stp_status stp_symbols_write_short(const stp_symbol_writer *w, bool known, stp_bytes *out,
-                                   bool *written, stp_error *err);
+/* The same, with states of as many bytes as they need, for a reader that knows the odds. They are
+ * short, and end at 2^15, unless one lane has so few items before the other one's words begin that
+ * a reader could not tell whose they are. Errors: OUT_OF_MEMORY. */
+stp_status stp_symbols_write_known(const stp_symbol_writer *w, stp_bytes *out, stp_error *err);
 
 /* Takes a symbol with plain bits, and learns the symbol. There must be room. */
 STP_INLINE void stp_symbol_put(stp_symbol_writer *w, unsigned lane, stp_odds *odds, int shift,
@@ -82,10 +81,11 @@ typedef struct stp_symbol_reader {
 /* Errors: CORRUPT. */
 stp_status stp_symbols_begin(stp_symbol_reader *r, const uint8_t *bytes, size_t size,
                              stp_error *err);
-/* Whether bytes begin as those of stp_symbols_write_short do with this `known`. */
-bool stp_symbols_are_short(const uint8_t *bytes, size_t size, bool known);
-/* Errors: CORRUPT. */
-stp_status stp_symbols_begin_short(stp_symbol_reader *r, const uint8_t *bytes, size_t size,
+/* Whether bytes begin as those of stp_symbols_write_known do, or, if not known, with short states
+ * that do not tell of odds. Nothing writes these any more. */
+bool stp_symbols_are_sized(const uint8_t *bytes, size_t size, bool known);
+/* Begins with them. Errors: CORRUPT. */
+stp_status stp_symbols_begin_sized(stp_symbol_reader *r, const uint8_t *bytes, size_t size,
                                    stp_error *err);
 /* Checks that all symbols are read and nothing is left. Errors: CORRUPT. */
 stp_status stp_symbols_end(const stp_symbol_reader *r, stp_error *err);

@@ -82,12 +82,6 @@ static void sublattice_odds_begin(stp_odds *odds)
 
 /* ---- writing ---- */
 
-void stp_tight_begin(bool known, stp_tight_writer *w)
-{
-    w->known = known;
-    how_begin(&w->how);
-}
-
 void stp_tight_clear(stp_tight_writer *w)
 {
     free(w->symbols.items);
@@ -99,8 +93,9 @@ static void put_columns(stp_tight_writer *w, const stp_table *table, uint64_t co
         const int16_t value = *stp_table_column(table, c);
         const bool same = constant >> c & 1u;
         const unsigned how = !same ? HOW_VARYING : value == 0 ? HOW_ZERO : HOW_CONSTANT;
-        stp_odds own, *odds = w->known ? known_how(table, constant, c, &own) : &w->how;
-        stp_symbol_put(&w->symbols, LANE, odds, HOW_SHIFT, how, 0, 0);
+        stp_odds own;
+        stp_symbol_put(&w->symbols, LANE, known_how(table, constant, c, &own), HOW_SHIFT, how, 0,
+                       0);
         if (how == HOW_CONSTANT)
             stp_symbol_put_bits(&w->symbols, LANE, (uint16_t)value, CELL_BITS);
     }
@@ -172,7 +167,7 @@ stp_status stp_tight_put(stp_tight_writer *w, const stp_table *table, stp_error 
         STP_TRY(put_grids(w, table, err));
     STP_TRY(stp_symbols_reserve(&w->symbols, HEAD_ITEMS, err));
     put_columns(w, table, constant);
-    STP_TRY(stp_cells_put(table, constant, w->known ? NULL : &w->first, &w->symbols, err));
+    STP_TRY(stp_cells_put(table, constant, &w->symbols, err));
 done:
     return status;
 }
@@ -187,40 +182,23 @@ stp_status stp_tight_put_corners(stp_tight_writer *w, const stp_chunk *block,
     return stp_corners_put(block, corners, LANE, &w->symbols, err);
 }
 
-stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, bool *written, stp_error *err)
-{
-    const size_t begin = out->size;
-    bool is_short;
-    stp_status status = stp_symbols_write_short(&w->symbols, w->known, out, &is_short, err);
-    *written = is_short || !w->known;
-    if (status != STP_OK || is_short || w->known)
-        return status;
-    status = stp_symbols_write(&w->symbols, out, err);
-    if (status != STP_OK)
-        return status;
-    const uint64_t state = stp_get_u64(out->data + begin);
-    stp_put_u32(out->data + begin, (uint32_t)(state >> 32) | TIGHT_MARK);
-    stp_put_u32(out->data + begin + 4, (uint32_t)state);
-    return STP_OK;
-}
-
 /* ---- reading ---- */
 
 bool stp_is_tight(const uint8_t *bytes, size_t size)
 {
     return (size >= MARK_BYTES && stp_get_u32(bytes) & TIGHT_MARK) ||
-           stp_symbols_are_short(bytes, size, false) || stp_symbols_are_short(bytes, size, true);
+           stp_symbols_are_sized(bytes, size, false) || stp_symbols_are_sized(bytes, size, true);
 }
 
 stp_status stp_tight_read(stp_tight_reader *r, const uint8_t *bytes, size_t size, stp_error *err)
 {
-    r->known = stp_symbols_are_short(bytes, size, true);
-    const bool is_short = r->known || stp_symbols_are_short(bytes, size, false);
-    stp_status status = is_short ? stp_symbols_begin_short(&r->symbols, bytes, size, err)
-                                 : stp_symbols_begin(&r->symbols, bytes, size, err);
+    r->known = stp_symbols_are_sized(bytes, size, true);
+    const bool sized = r->known || stp_symbols_are_sized(bytes, size, false);
+    stp_status status = sized ? stp_symbols_begin_sized(&r->symbols, bytes, size, err)
+                              : stp_symbols_begin(&r->symbols, bytes, size, err);
     if (status != STP_OK)
         return status;
-    if (!is_short)
+    if (!sized)
         r->symbols.state[0] =
             (uint64_t)(stp_get_u32(bytes) & ~TIGHT_MARK) << 32 | stp_get_u32(bytes + 4);
     how_begin(&r->how);

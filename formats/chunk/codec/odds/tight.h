@@ -19,33 +19,24 @@ extern const int8_t stp_tight_sides[];
 /* Tables that are written. Begin as zeros. */
 typedef struct stp_tight_writer {
     stp_symbol_writer symbols;
-    stp_first_odds first;
-    stp_odds how; /* of whether columns are constant */
-    bool scaled;  /* the scale has been told, and the sublattices */
-    bool coarse;  /* the grids of both tables of the level have been told */
-    bool known;
+    bool scaled; /* the scale has been told, and the sublattices */
+    bool coarse; /* the grids of both tables of the level have been told */
 } stp_tight_writer;
 
-/* known: odds begin as known_odds.h says. */
-void stp_tight_begin(bool known, stp_tight_writer *w);
-/* Takes the next table, which has tight_first. A table without rows takes no symbols. All tables
- * that may have a scale have the same. Errors: OUT_OF_MEMORY. */
+/* Takes the next table, which has tight_first; its odds begin as known_odds.h says. A table without
+ * rows takes no symbols. All tables that may have a scale have the same. Errors: OUT_OF_MEMORY. */
 stp_status stp_tight_put(stp_tight_writer *w, const stp_table *table, stp_error *err);
 /* Takes which corners are told, before the tables of level 0. Errors: OUT_OF_MEMORY. */
 stp_status stp_tight_put_corners(stp_tight_writer *w, const stp_chunk *block,
                                  const stp_corners *corners, stp_error *err);
-/* Appends all tables as bytes. Appends nothing, and *written is false, if the odds are known and
- * the part can have no short states. Errors: OUT_OF_MEMORY. */
-stp_status stp_tight_write(const stp_tight_writer *w, stp_bytes *out, bool *written,
-                           stp_error *err);
 void stp_tight_clear(stp_tight_writer *w);
 
 /* Tables that are read. */
 typedef struct stp_tight_reader {
     stp_symbol_reader symbols;
-    stp_first_odds first;
-    stp_odds how;
-    bool scaled, coarse; /* as above */
+    stp_first_odds first; /* unless odds are known, as `how` */
+    stp_odds how;         /* of whether columns are constant */
+    bool scaled, coarse;  /* as above */
     bool known;
     bool shift_read; /* the shift of the next table has been read: normal_shift */
     unsigned normal_shift, radius_shift;

@@ -79,8 +79,11 @@ done:
 
 stp_status stp_ladder_table(uint32_t rungs, stp_table *table, stp_error *err)
 {
-    *table =
-        (stp_table){.beside = beside, .by_odds = true, .tight = true, .tight_first = first_means};
+    *table = (stp_table){.beside = beside,
+                         .by_odds = true,
+                         .tight = true,
+                         .tight_first = first_means,
+                         .known = stp_known_ladder()};
     return stp_table_create(table, COLUMN_COUNT, rungs, err);
 }
 

@@ -177,7 +177,10 @@ bool stp_squares_find(const stp_chunk *block, stp_square *out)
 
 stp_status stp_squares_table(uint32_t rows, bool tilted, stp_table *table, stp_error *err)
 {
-    *table = (stp_table){.beside = square_beside, .by_odds = true, .tight_first = square_first};
+    *table = (stp_table){.beside = square_beside,
+                         .by_odds = true,
+                         .tight_first = square_first,
+                         .known = stp_known_squares()};
     return stp_table_create(table, tilted ? TILTED_COLUMNS : LEVEL_COLUMNS, rows, err);
 }
 

@@ -70,6 +70,7 @@ typedef struct numbers {
     stp_number_odds odds[CHANNELS];
     uint32_t mean[CHANNELS];
     uint32_t rows;
+    int known; /* 1: what the odds began with was known */
 } numbers;
 
 typedef struct coder {
@@ -148,17 +149,17 @@ STP_INLINE int32_t least(int32_t x)
     return ((x + 128) & 255) - 128;
 }
 
-/* Codes a value with the cell of least magnitude, which it returns. */
-STP_INLINE int32_t code(cells *to, numbers *of, int v, uint32_t mean, unsigned *beside,
-                        int32_t predicted, uint8_t *value, bool decode)
+/* Codes a value with the cell of least magnitude, which it returns. way: `beside` becomes what the
+ * cell is beside the next one. */
+STP_INLINE int32_t code(cells *to, stp_odds *odds, stp_number_way *way, int32_t predicted,
+                        uint8_t *value, bool decode)
 {
-    const stp_number_way way = {mean, *beside, (unsigned)v & 1u, stp_odds_shift(of->rows, 0)};
     if (!decode) {
         const int32_t cell = least(*value - predicted);
-        *beside = stp_number_put(&to->w, of->odds[v].of, &way, cell);
+        way->beside = stp_number_put(&to->w, odds, way, cell);
         return cell;
     }
-    const int32_t cell = least(stp_number_get(&to->r, of->odds[v].of, &way, beside));
+    const int32_t cell = least(stp_number_get(&to->r, odds, way, &way->beside));
     *value = (uint8_t)(predicted + cell);
     return cell;
 }
@@ -175,7 +176,8 @@ STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *
     const unsigned kind = count == 4 ? k : last ? LAST_OF_FEW : OF_FEW;
     const float share = shares[count - k];
     numbers *of = &c->of[last];
-    unsigned beside = STP_BESIDE_ABSENT;
+    stp_number_way way = {.beside = STP_BESIDE_ABSENT,
+                          .shift = stp_odds_shift(of->rows, of->known)};
     uint8_t value[CHANNELS];
     float before[CHANNELS] = {0.0f}; /* how far the first two channels are off */
     for (int v = 0; v < CHANNELS; v++)
@@ -188,9 +190,9 @@ STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *
         const float expected = s.off[v], hoped = expected + sum_of(&c->weights[kind][v], &in);
         const float limited = hoped > 0.0f ? (hoped < 255.0f ? hoped : 255.0f) : 0.0f;
         const int32_t predicted = (int32_t)(limited + 0.5f);
-        const uint32_t mean =
-            last ? of->mean[v] : (of->mean[v] + mean_around(near, v, of->mean[v])) / 2;
-        const int32_t cell = code(to, of, v, mean, &beside, predicted, &value[v], decode);
+        way.mean = last ? of->mean[v] : (of->mean[v] + mean_around(near, v, of->mean[v])) / 2;
+        way.lane = (unsigned)v & 1u;
+        const int32_t cell = code(to, of->odds[v].of, &way, predicted, &value[v], decode);
         learn(&c->weights[kind][v], &in, value[v] - hoped);
         of->mean[v] = stp_mean_after(of->mean[v], cell);
         s.size[v] = (uint8_t)abs(cell);
@@ -255,12 +257,19 @@ static void decode_all(coder *c, cells *to, const stp_square_map *map)
     code_all(c, to, map, true);
 }
 
+/* first: NULL if odds are known. */
 static void begin_odds(coder *c, stp_first_odds *first, bool follow)
 {
     for (int t = 0; t < 2; t++) {
+        const uint8_t *known = stp_known_colours(t == 1);
         c->of[t].rows = 0;
+        c->of[t].known = !first;
         for (int v = 0; v < CHANNELS; v++) {
-            c->of[t].odds[v] = *stp_number_odds_first(first, 0);
+            if (first)
+                c->of[t].odds[v] = *stp_number_odds_first(first, 0);
+            else
+                stp_known_cells(known + (size_t)STP_KNOWN_COUNT * (unsigned)v, STP_KNOWN_NUMBERS,
+                                c->of[t].odds[v].of);
             c->of[t].mean[v] = UINT32_C(1) << (t == 0 && v == 0 ? FIRST_MEAN : OTHER_MEAN);
         }
     }
@@ -391,7 +400,7 @@ done:
 }
 
 stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_map *map,
-                                     stp_first_odds *first, stp_symbol_writer *w, stp_error *err)
+                                     stp_symbol_writer *w, stp_error *err)
 {
     stp_status status = STP_OK;
     coder c;
@@ -401,7 +410,7 @@ stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_ma
     STP_TRY(stp_symbols_reserve(w, 1 + STP_NUMBER_ITEMS * count, err));
     const bool follow = would_follow(&c);
     stp_symbol_put_bits(w, 0, follow, 1);
-    begin_odds(&c, first, follow);
+    begin_odds(&c, NULL, follow);
     to.w = *w;
     encode_all(&c, &to, map);
     *w = to.w;
@@ -411,13 +420,14 @@ done:
 }
 
 stp_status stp_square_colours_decode(const stp_chunk *block, const stp_square_map *map,
-                                     stp_first_odds *first, stp_symbol_reader *r, stp_error *err)
+                                     stp_tight_reader *tight, stp_error *err)
 {
+    stp_symbol_reader *r = &tight->symbols;
     coder c;
     cells to = {0};
     const stp_status status = coder_create(block, map, 1, &c, err);
     if (status == STP_OK) {
-        begin_odds(&c, first, stp_symbol_get_bits(r, 0, 1));
+        begin_odds(&c, tight->known ? NULL : &tight->first, stp_symbol_get_bits(r, 0, 1));
         to.r = *r;
         decode_all(&c, &to, map);
         *r = to.r;

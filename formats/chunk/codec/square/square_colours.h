@@ -6,7 +6,7 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_COLOURS_H
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_COLOURS_H
 
-#include "formats/chunk/codec/odds/cells.h"
+#include "formats/chunk/codec/odds/tight.h"
 #include "formats/chunk/codec/square/square_map.h"
 
 /* Whether the colours of level 0 are smaller by rows than in families: not if they are noise, or
@@ -14,12 +14,11 @@
 stp_status stp_square_colours_pay(const stp_chunk *block, const stp_square_map *map, bool *pay,
                                   stp_error *err);
 
-/* Level 0; level 1 of the block must be there. first: is used and added to. Errors:
- * OUT_OF_MEMORY. */
+/* Level 0, behind its tables; level 1 of the block must be there. Errors: OUT_OF_MEMORY. */
 stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_map *map,
-                                     stp_first_odds *first, stp_symbol_writer *w, stp_error *err);
+                                     stp_symbol_writer *w, stp_error *err);
 /* What does not fit into the bytes, the reader tells at their end. */
 stp_status stp_square_colours_decode(const stp_chunk *block, const stp_square_map *map,
-                                     stp_first_odds *first, stp_symbol_reader *r, stp_error *err);
+                                     stp_tight_reader *tight, stp_error *err);
 
 #endif
