@@ -111,7 +111,7 @@ static stp_status add_holes(const struct stp_depth_open *open, stp_holes *out, s
     STP_TRY(stp_holes_create(out, &grid, err));
     for (uint64_t i = 0; i < stp_pixel_count(m); i++) {
         stp_cloud_stride(open->images->cloud->spill, i, 1);
-        if (m->points[i] == STP_PIXEL_NONE)
+        if (stp_pixel_point(m, i) == STP_PIXEL_NONE)
             stp_holes_add(out, (uint32_t)(i % m->columns), (uint32_t)(i / m->columns));
     }
     stp_holes_finish(out);

@@ -193,7 +193,7 @@ static void clumps_in_two_corners(void **state)
     assert_int_equal(stp_locale_create(&locale, &cloud, c, c + 1, 16, 2.0, &err), STP_OK);
     assert_true(locale.halos[0] > 0.0);
     assert_in_range(locale.count, 2 * clump, 3 * clump);
-    for (uint32_t i = cloud.cells[c].begin; i < cloud.cells[c].end; i++)
+    for (uint64_t i = cloud.cells[c].begin; i < cloud.cells[c].end; i++)
         assert_true(stp_locale_holds(&locale, cloud.points[i].position, 0.5 * locale.halos[0]));
     assert_false(stp_locale_holds(&locale, (stp_dvec3){1.0, 1.0, 0.0}, 0.0));
     stp_locale_clear(&locale);
