@@ -57,7 +57,7 @@
 
 /* The least tangential error of a merged level that is told apart: the patch's greatest level-0
  * radius divided by this. It spares most of the search. */
-#define STP_OVERHANG_PARTS 10.0
+#define STP_OVERHANG_PARTS 20.0
 
 /* Tangential errors of a patch, world units. level: by level. quarter: of levels 1 and 2 by
  * quarter, index level - 1. No error is less than that of the finer level under it. At level 0 it
