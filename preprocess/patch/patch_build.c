@@ -5,12 +5,10 @@
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/sublattice.h"
 #include "preprocess/patch/left_out.h"
+#include "preprocess/patch/merged_radius.h"
 #include "preprocess/patch/partition.h"
 
 #include <string.h>
-
-/* Of maps: radii are that of a full cell times powers of two of so many in an octave. */
-#define FULL_PARTS 2.0
 
 typedef struct builder {
     const stp_item *items;
@@ -319,25 +317,6 @@ static double full_radius(const builder *b, const stp_disc *merged, int level)
     return STP_MERGED_LAMBDA * ldexp(grid->spacing, level) * sqrt(stp_stretch(cosine));
 }
 
-/* Of a map: the nearest radius that the codec expects nearly, at least `least`. */
-static double radius_on_map(double radius, double full, double least)
-{
-    double step = round(log2(radius / full) * FULL_PARTS);
-    while (full * exp2(step / FULL_PARTS) < least)
-        step += 1.0;
-    return full * exp2(step / FULL_PARTS);
-}
-
-/* How wide a merged disc need be, given its area and how far off the finer centres are. Those of a
- * grid's cell lie half as far off as its corners, up to which discs must reach. */
-static double wanted_radius(const builder *b, double area, double reach)
-{
-    const double side = sqrt(area), most = STP_MERGED_LAMBDA * side;
-    return b->ground->regular
-               ? stp_max(STP_REGULAR_LAMBDA * side, stp_min(most, STP_CORNER_SHARE * reach))
-               : most;
-}
-
 /* A radius that covers the centres of the finer samples and the disc's own share of the surface. It
  * is at least a step of its lattice, so that it has a code in the chunk above, too. */
 static double merged_radius(const builder *b, const stp_disc *merged, int level, unsigned begin,
@@ -348,9 +327,10 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
     double reach = 0.0;
     for (unsigned i = begin; i < end && !alone; i++)
         reach = stp_max(reach, stp_dvec3_length(stp_dvec3_sub(finer[i].centre, merged->centre)));
-    double radius = alone ? finer[begin].radius : stp_max(reach, wanted_radius(b, area, reach));
+    double radius = alone ? finer[begin].radius
+                          : stp_max(reach, stp_wanted_radius(b->ground->regular, area, reach));
     if (b->ground->grid && b->ground->grid->spacing > 0.0 && !alone && radius > 0.0)
-        radius = radius_on_map(radius, full_radius(b, merged, level), reach);
+        radius = stp_radius_on_map(radius, full_radius(b, merged, level), reach);
     const bool noisy = !b->ground->even || (b->ground->grid && b->ground->grid->spreads);
     if ((noisy || b->ground->regular) && !alone)
         radius = stp_radius_on_grid(radius, reach);

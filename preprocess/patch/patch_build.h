@@ -16,12 +16,6 @@ static inline double stp_nearest_whole(double x)
     return x + shift - shift;
 }
 
-/* A merged disc's radius is at least this many of its own spacings. */
-#define STP_MERGED_LAMBDA 1.4
-/* In grids of heights, whose cells have no gaps: at least so many, and at least this many times as
- * far as the finer centres. */
-#define STP_REGULAR_LAMBDA 1.1
-#define STP_CORNER_SHARE 2.1
 /* Limits in lattice steps: a patch is no wider than 16 bits can say, with room for rounding; its
  * origin is no farther from the chunk's than 32 bits can say. */
 #define STP_POSITION_STEPS 65533.0

@@ -2,6 +2,7 @@
 #include "preprocess/patch/strip_build.h"
 
 #include "formats/chunk/measure/strip.h"
+#include "preprocess/patch/merged_radius.h"
 #include "preprocess/patch/world_lattice.h"
 
 #include <string.h>

@@ -2,6 +2,7 @@
 #include "preprocess/tree/leaf_order.h"
 
 #include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/morton.h"
 
 #include <stdlib.h>
@@ -90,4 +91,19 @@ bool stp_leaves_are_whole_grid(const stp_leaf_sources *from, const stp_leaf_plac
         tiles += leaves[i].kind == STP_LEAF_TILE;
     return from->grid && tiles == count &&
            from->grid->count == (uint64_t)from->grid->raster.columns * from->grid->raster.rows;
+}
+
+void stp_leaf_ask(const stp_cloud *cloud, const stp_leaf_sources *from, const stp_leaf_place *leaf)
+{
+    if (leaf->kind == STP_LEAF_DEPTHS)
+        stp_depth_leaf_ask(from->depths, leaf->index);
+    if (leaf->kind == STP_LEAF_MAPS)
+        stp_map_leaf_ask(from->maps, leaf->index);
+    if (leaf->kind != STP_LEAF_CELL)
+        return;
+    const stp_cell *cell = &cloud->cells[leaf->index];
+    const stp_rank_part own = stp_cloud_own(cloud);
+    for (uint64_t i = cell->begin; i < cell->end; i++)
+        if (i < own.begin || i >= own.end)
+            (void)stp_cloud_has(cloud, i);
 }

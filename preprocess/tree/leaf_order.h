@@ -49,6 +49,9 @@ stp_status stp_leaf_order(const stp_cloud *cloud, const stp_leaf_sources *from,
 /* Whether the leaves are those of one grid of heights that lacks no sample. */
 bool stp_leaves_are_whole_grid(const stp_leaf_sources *from, const stp_leaf_place *leaves,
                                uint32_t count);
+/* Asks other ranks for the points of a leaf (cloud_blocks.h). */
+void stp_leaf_ask(const stp_cloud *cloud, const stp_leaf_sources *from, const stp_leaf_place *leaf);
+
 /* The box of all that leaves come from. */
 stp_dbox stp_leaf_sources_box(const stp_cloud *cloud, const stp_leaf_sources *from);
 

@@ -318,22 +318,6 @@ done:
     return status;
 }
 
-/* Asks for the points of a leaf. */
-static void ask_for(const tree *t, uint32_t index)
-{
-    if (!t->below && t->leaves[index].kind == STP_LEAF_DEPTHS)
-        stp_depth_leaf_ask(t->params->sources.depths, t->leaves[index].index);
-    if (!t->below && t->leaves[index].kind == STP_LEAF_MAPS)
-        stp_map_leaf_ask(t->params->sources.maps, t->leaves[index].index);
-    if (t->below || t->leaves[index].kind != STP_LEAF_CELL)
-        return;
-    const stp_cell *cell = &t->cloud->cells[t->leaves[index].index];
-    const stp_rank_part own = stp_cloud_own(t->cloud);
-    for (uint64_t i = cell->begin; i < cell->end; i++)
-        if (i < own.begin || i >= own.end)
-            (void)stp_cloud_has(t->cloud, i);
-}
-
 /* Builds this rank's chunks of the tier; in waves if they have attributes, which takes all ranks.
  */
 static stp_status build_own(tree *t, stp_error *err)
@@ -362,8 +346,8 @@ static stp_status build_tier(tree *t, stp_error *err)
     stp_status status = STP_OK;
     stp_ranks *ranks = t->params->ranks;
     t->own = stp_ranks_own(ranks, t->tier_count);
-    for (uint32_t i = (uint32_t)t->own.begin; i < t->own.end; i++)
-        ask_for(t, i);
+    for (uint64_t i = t->own.begin; !t->below && i < t->own.end; i++)
+        stp_leaf_ask(t->cloud, &t->params->sources, &t->leaves[i]);
     STP_TRY(stp_cloud_fetch(t->cloud, err));
     if (!t->below && t->params->sources.maps)
         STP_TRY(stp_map_leaves_fetch(t->params->sources.maps, err));

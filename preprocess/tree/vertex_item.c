@@ -1,6 +1,7 @@
 /* Patch vertices of stored chunks as items. */
 #include "preprocess/tree/vertex_item.h"
 
+#include "preprocess/patch/merged_radius.h"
 #include "preprocess/patch/patch_build.h"
 
 #include <limits.h>

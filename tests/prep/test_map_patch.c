@@ -3,6 +3,7 @@
 #include "base/random.h"
 #include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/normal_grid.h"
+#include "preprocess/patch/merged_radius.h"
 #include "preprocess/patch/patch_build.h"
 
 #include <setjmp.h>

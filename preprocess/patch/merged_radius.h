@@ -1,0 +1,38 @@
+/* How wide merged discs are. Threads: any. */
+#ifndef STP_PREPROCESS_PATCH_MERGED_RADIUS_H
+#define STP_PREPROCESS_PATCH_MERGED_RADIUS_H
+
+#include "base/vec.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+/* A merged disc's radius is at least this many of its own spacings. */
+#define STP_MERGED_LAMBDA 1.4
+/* In grids of heights, whose cells have no gaps: at least so many, and at least this many times as
+ * far as the finer centres. */
+#define STP_REGULAR_LAMBDA 1.1
+#define STP_CORNER_SHARE 2.1
+/* Of maps: radii are that of a full cell times powers of two of so many in an octave. */
+#define STP_MAP_RADIUS_PARTS 2.0
+
+/* How wide a merged disc need be, given its area and how far off the finer centres are. Those of a
+ * regular grid's cell lie half as far off as its corners, up to which discs must reach. */
+static inline double stp_wanted_radius(bool regular, double area, double reach)
+{
+    const double side = sqrt(area), most = STP_MERGED_LAMBDA * side;
+    return regular ? stp_max(STP_REGULAR_LAMBDA * side, stp_min(most, STP_CORNER_SHARE * reach))
+                   : most;
+}
+
+/* Of a map: the nearest radius that the codec expects nearly, at least `least`. full: of a disc
+ * whose cell is full. */
+static inline double stp_radius_on_map(double radius, double full, double least)
+{
+    double step = round(log2(radius / full) * STP_MAP_RADIUS_PARTS);
+    while (full * exp2(step / STP_MAP_RADIUS_PARTS) < least)
+        step += 1.0;
+    return full * exp2(step / STP_MAP_RADIUS_PARTS);
+}
+
+#endif
