@@ -6,7 +6,7 @@
 #define STP_FORMATS_CHUNK_BLOCK_TABLE_H
 
 #include "formats/chunk/block.h"
-#include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/table/column.h"
 
 /* Appends the records of a chunk's blocks; none if its codec has no blocks. The payload is what the
  * chunk was encoded to, the entry has its codec, segment_end and box. Errors: LIMIT (a part is too

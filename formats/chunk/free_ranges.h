@@ -5,7 +5,7 @@
 #define STP_FORMATS_CHUNK_FREE_RANGES_H
 
 #include "formats/chunk/chunk_file.h"
-#include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/table/column.h"
 
 typedef struct stp_free_range {
     uint64_t offset, bytes; /* in the file */

@@ -1,7 +1,7 @@
 /* Checks patch headers, and turns them into columns of small numbers and back. */
 #include "formats/chunk/patch.h"
 
-#include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"
 

@@ -5,7 +5,7 @@
 #define STP_FORMATS_CHUNK_PATCH_H
 
 #include "formats/chunk/chunk_file.h"
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/table/table.h"
 
 /* Columns of the table of patch headers; formats/SPEC.md, "Patch columns", lists them. */
 #define STP_PATCH_COLUMN_COUNT 45u

@@ -2,7 +2,7 @@
 #include "base/memory.h"
 #include "base/wide.h"
 #include "formats/chunk/codec/inline.h"
-#include "formats/chunk/codec/plane_fit.h"
+#include "formats/chunk/codec/square/plane_fit.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/grid/height_grid.h"
 

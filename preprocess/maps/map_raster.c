@@ -1,7 +1,7 @@
 /* Places and normals of a map's samples as a chunk codes them. */
 #include "preprocess/maps/map_raster.h"
 
-#include "formats/chunk/codec/plane_fit.h"
+#include "formats/chunk/codec/square/plane_fit.h"
 #include "formats/chunk/codec/square/square_normal.h"
 #include "formats/chunk/normal_grid.h"
 

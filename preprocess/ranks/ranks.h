@@ -10,7 +10,7 @@
 #define STP_PREPROCESS_RANKS_RANKS_H
 
 #include "base/progress.h"
-#include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/table/column.h"
 
 /* The longest name of a machine, with its terminating zero. */
 #define STP_HOST_BYTES 64

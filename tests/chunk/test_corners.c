@@ -1,6 +1,6 @@
 /* Tests corners of triangles that are told once: those that are equal are found, on any lattices,
  * and cost few bits; any blocks come back; hostile bytes are refused. */
-#include "formats/chunk/codec/corners.h"
+#include "formats/chunk/codec/predict/corners.h"
 
 #include "tests/fixtures/any_chunk.h"
 

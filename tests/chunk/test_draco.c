@@ -1,9 +1,9 @@
 /* Tests Draco behind its shim: order, duplicates, extremes, invalid streams, and the columns and
  * blocks that use it. */
-#include "formats/chunk/codec/draco_shim.h"
+#include "formats/chunk/codec/table/draco_shim.h"
 
 #include "base/random.h"
-#include "formats/chunk/codec/table_code.h"
+#include "formats/chunk/codec/table/table_code.h"
 #include "tests/support/draco_cloud_shim.h"
 
 #include <setjmp.h>

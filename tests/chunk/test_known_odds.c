@@ -4,7 +4,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/odds/tight.h"
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/patch.h"
 #include "tests/fixtures/any_chunk.h"
 

@@ -4,8 +4,8 @@
 
 #include "base/random.h"
 #include "formats/chunk/codec/odds/symbols.h"
-#include "formats/chunk/codec/scale.h"
-#include "formats/chunk/codec/table_code.h"
+#include "formats/chunk/codec/predict/scale.h"
+#include "formats/chunk/codec/table/table_code.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,6 +1,6 @@
 /* Tests the residuals of samples: any samples come back, and values that the format predicts well
  * cost next to nothing. */
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 
 #include "base/random.h"
 

@@ -1,7 +1,7 @@
 /* Tests sublattices: the nearest place is the nearest, none is farther than the reach says, blocks
  * whose radii and positions are coarse come back and are smaller, and prep puts points on them. */
 #include "formats/chunk/codec/odds/tight.h"
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/sublattice.h"
 #include "preprocess/patch/patch_build.h"
 #include "tests/fixtures/any_chunk.h"

@@ -2,7 +2,7 @@
  * beside their cells, and hostile bytes are refused. */
 #include "formats/chunk/codec/odds/tight.h"
 
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/patch.h"
 #include "tests/fixtures/any_chunk.h"
 

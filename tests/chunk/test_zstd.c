@@ -1,9 +1,9 @@
 /* Tests codec 2: families of any samples come back, and false frames and levels are refused. */
-#include "formats/chunk/codec/families.h"
+#include "formats/chunk/codec/predict/families.h"
 
 #include "base/random.h"
 #include "formats/chunk/codec/segment.h"
-#include "formats/chunk/codec/zstd_frame.h"
+#include "formats/chunk/codec/zstd/zstd_frame.h"
 #include "formats/chunk/layout.h"
 #include "tests/fixtures/any_chunk.h"
 

@@ -8,7 +8,7 @@
 
 #include "formats/attribute/attribute.h"
 #include "formats/chunk/attribute/attribute_steps.h"
-#include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/table/column.h"
 
 /* Most numbers of a part: those of a level. */
 #define STP_ATTRIBUTE_PART_LIMIT 65536u

@@ -7,7 +7,7 @@
 #define STP_FORMATS_CHUNK_ATTRIBUTE_ATTRIBUTE_TABLE_H
 
 #include "formats/attribute/attribute.h"
-#include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/table/column.h"
 #include "formats/chunk/layout.h"
 
 #define STP_ATTRIBUTE_HEAD_BYTES 16u

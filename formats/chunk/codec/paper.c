@@ -2,7 +2,7 @@
 #include "formats/chunk/codec/paper.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/codec/square/square_normal.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"

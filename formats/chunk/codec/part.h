@@ -8,7 +8,7 @@
 #define STP_FORMATS_CHUNK_CODEC_PART_H
 
 #include "formats/chunk/chunk_file.h"
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/table/table.h"
 
 /* As stp_segment_encode. */
 stp_status stp_part_encode(const stp_chunk *chunk, int segment, stp_codec codec, stp_bytes *out,

@@ -4,8 +4,8 @@
 #define STP_FORMATS_CHUNK_CODEC_RAW_H
 
 #include "formats/chunk/chunk_file.h"
-#include "formats/chunk/codec/column.h"
 #include "formats/chunk/codec/shares.h"
+#include "formats/chunk/codec/table/column.h"
 
 /* Coarsest and finest level of a segment. */
 static inline int stp_segment_coarsest(int segment)

@@ -14,7 +14,7 @@
 #define STP_FORMATS_CHUNK_CODEC_SEGMENT_H
 
 #include "formats/chunk/chunk_file.h"
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/table/table.h"
 
 /* A block as the index of segment 0 has it, and where its part of a segment lies. */
 typedef struct stp_block_row {

@@ -1,8 +1,8 @@
 /* Counts which bytes of a payload hold what. */
 #include "formats/chunk/codec/shares.h"
 
-#include "formats/chunk/codec/families.h"
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/families.h"
+#include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/layout.h"
 
 #include <math.h>

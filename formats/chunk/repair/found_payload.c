@@ -3,8 +3,8 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/segment.h"
-#include "formats/chunk/codec/table_code.h"
-#include "formats/chunk/codec/zstd_segment.h"
+#include "formats/chunk/codec/table/table_code.h"
+#include "formats/chunk/codec/zstd/zstd_segment.h"
 #include "formats/chunk/patch.h"
 
 #include <stdlib.h>

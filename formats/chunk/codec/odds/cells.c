@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "base/wide.h"
 #include "formats/chunk/codec/odds/symbols.h"
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 
 #include <stdlib.h>
 #include <string.h>

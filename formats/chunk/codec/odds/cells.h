@@ -7,7 +7,7 @@
 #define STP_FORMATS_CHUNK_CODEC_CELLS_H
 
 #include "formats/chunk/codec/odds/number.h"
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/table/table.h"
 
 /* The odds that columns begin with, by the sign of their cells (0, 1, 2 for -1, 0, 1): made once
  * for the tables of a part. Begins with nothing known. */

@@ -2,7 +2,7 @@
 #include "formats/chunk/codec/odds/known_odds.h"
 
 #include "base/wide.h"
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/patch.h"
 
 #include <string.h>

@@ -9,8 +9,8 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_SYMBOLS_H
 #define STP_FORMATS_CHUNK_CODEC_SYMBOLS_H
 
-#include "formats/chunk/codec/column.h"
 #include "formats/chunk/codec/odds/odds.h"
+#include "formats/chunk/codec/table/column.h"
 #include "formats/chunk/layout.h"
 
 #define STP_SYMBOL_LANES 2u

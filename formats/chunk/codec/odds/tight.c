@@ -1,7 +1,7 @@
 /* Codes the tables of a part as one run of symbols. */
 #include "formats/chunk/codec/odds/tight.h"
 
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/patch.h"
 #include "formats/chunk/sublattice.h"

@@ -5,8 +5,8 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_TIGHT_H
 #define STP_FORMATS_CHUNK_CODEC_TIGHT_H
 
-#include "formats/chunk/codec/corners.h"
 #include "formats/chunk/codec/odds/cells.h"
+#include "formats/chunk/codec/predict/corners.h"
 
 /* By column of patches: the bits of the mean that its odds begin with, and the sign of its cells.
  * By column of samples: bits of means of level 3, of elder and of last children. They are what

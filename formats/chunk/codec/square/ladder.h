@@ -7,7 +7,7 @@
 
 #include "formats/chunk/codec/inline.h"
 #include "formats/chunk/codec/square/square_map.h"
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/table/table.h"
 
 /* Free `rungs`. */
 typedef struct stp_ladder {

@@ -9,7 +9,7 @@
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_H
 
 #include "formats/chunk/chunk_file.h"
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/table/table.h"
 
 #define STP_SQUARE_SIDE 8u
 #define STP_SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)

@@ -1,9 +1,9 @@
 /* Reads and writes what the writer of a level of squares chooses. */
 #include "formats/chunk/codec/square/square_choice.h"
 
-#include "formats/chunk/codec/part_tables.h"
-#include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/codec/square/square.h"
+#include "formats/chunk/codec/table/part_tables.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"
 

@@ -2,8 +2,8 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_CHOICE_H
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_CHOICE_H
 
-#include "formats/chunk/codec/column.h"
 #include "formats/chunk/codec/square/square_map.h"
+#include "formats/chunk/codec/table/column.h"
 
 typedef struct stp_square_choice {
     unsigned reach; /* of the windows of normals, 1 to 4; 0, 5 and 6: square.h */

@@ -2,7 +2,7 @@
 #include "formats/chunk/codec/square/square_level.h"
 
 #include "base/wide.h"
-#include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/codec/square/square_normal.h"
 #include "formats/chunk/codec/square/square_slope.h"
 #include "formats/chunk/normal_grid.h"

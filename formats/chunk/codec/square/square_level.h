@@ -6,7 +6,7 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_LEVEL_H
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_SQUARE_LEVEL_H
 
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/codec/square/ladder.h"
 #include "formats/chunk/codec/square/square_choice.h"
 

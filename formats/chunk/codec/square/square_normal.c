@@ -2,8 +2,8 @@
 #include "formats/chunk/codec/square/square_normal.h"
 
 #include "base/wide.h"
-#include "formats/chunk/codec/plane_fit.h"
-#include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/codec/predict/predict_normal.h"
+#include "formats/chunk/codec/square/plane_fit.h"
 #include "formats/chunk/normal_grid.h"
 
 #include <math.h>

@@ -1,5 +1,5 @@
 /* The tables of a part, empty: how the columns of each are coded. */
-#include "formats/chunk/codec/part_tables.h"
+#include "formats/chunk/codec/table/part_tables.h"
 
 #include "base/memory.h"
 #include "formats/chunk/codec/odds/tight.h"

@@ -1,7 +1,7 @@
 /* Codes samples as byte planes, family beside family. */
-#include "formats/chunk/codec/families.h"
+#include "formats/chunk/codec/predict/families.h"
 
-#include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/normal_grid.h"
 
 #include <stdlib.h>

@@ -4,8 +4,8 @@
  * The magnitude of the cells before decides how many bits of a cell are low. So Draco sees few
  * symbols (short tables of probabilities), alike along the column. formats/SPEC.md, "Payload", has
  * the arithmetic. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_COLUMN_H
-#define STP_FORMATS_CHUNK_CODEC_COLUMN_H
+#ifndef STP_FORMATS_CHUNK_CODEC_TABLE_COLUMN_H
+#define STP_FORMATS_CHUNK_CODEC_TABLE_COLUMN_H
 
 #include "base/error.h"
 

@@ -1,8 +1,8 @@
 /* Codes one column of small integers: high bits through Draco, low bits as they are. */
-#include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/table/column.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/draco_shim.h"
+#include "formats/chunk/codec/table/draco_shim.h"
 #include "formats/chunk/layout.h"
 
 #include <math.h>

@@ -6,11 +6,11 @@
  * on tilted planes, bit 59 if the columns are coded by odds, and in bits 60-63 the shift of the
  * table's normals; one i16 for each other set bit in order; then the other columns: by odds
  * (cells.h), or each in order (column.h). A table without rows is no bytes at all. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_TABLE_CODE_H
-#define STP_FORMATS_CHUNK_CODEC_TABLE_CODE_H
+#ifndef STP_FORMATS_CHUNK_CODEC_TABLE_TABLE_CODE_H
+#define STP_FORMATS_CHUNK_CODEC_TABLE_TABLE_CODE_H
 
-#include "formats/chunk/codec/column.h"
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/table/column.h"
+#include "formats/chunk/codec/table/table.h"
 
 /* Errors: OUT_OF_MEMORY, INTERNAL (Draco fails). */
 stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *err);

@@ -2,8 +2,8 @@
  * turns from parent to parent. Inlined into predict.c's loops. formats/SPEC.md, "Normals of
  * children", has the arithmetic. All values are whole numbers; roots and quotients go through
  * doubles only where a double gives the exact floor. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_NORMAL_H
-#define STP_FORMATS_CHUNK_CODEC_PREDICT_NORMAL_H
+#ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_PREDICT_NORMAL_H
+#define STP_FORMATS_CHUNK_CODEC_PREDICT_PREDICT_NORMAL_H
 
 #include "formats/chunk/codec/inline.h"
 

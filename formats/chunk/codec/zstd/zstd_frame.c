@@ -1,5 +1,5 @@
 /* Packs and unpacks zstd frames in memory. */
-#include "formats/chunk/codec/zstd_frame.h"
+#include "formats/chunk/codec/zstd/zstd_frame.h"
 
 #include "formats/chunk/layout.h"
 

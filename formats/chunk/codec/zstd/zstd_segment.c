@@ -1,11 +1,11 @@
 /* Encodes and decodes segments of codec 2: byte planes in zstd frames. */
-#include "formats/chunk/codec/zstd_segment.h"
+#include "formats/chunk/codec/zstd/zstd_segment.h"
 
 #include "base/memory.h"
-#include "formats/chunk/codec/families.h"
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/families.h"
+#include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/codec/shares.h"
-#include "formats/chunk/codec/zstd_frame.h"
+#include "formats/chunk/codec/zstd/zstd_frame.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/patch.h"

@@ -1,7 +1,7 @@
 /* The plane that fits best through samples of a grid, by least squares. Encoding, decoding and prep
  * run the same arithmetic (formats/SPEC.md, "Squares"). Threads: any (pure functions). */
-#ifndef STP_FORMATS_CHUNK_CODEC_PLANE_FIT_H
-#define STP_FORMATS_CHUNK_CODEC_PLANE_FIT_H
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_PLANE_FIT_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_PLANE_FIT_H
 
 #include "formats/chunk/codec/inline.h"
 

@@ -1,5 +1,5 @@
 /* Finds the scan's own scale in positions. */
-#include "formats/chunk/codec/scale.h"
+#include "formats/chunk/codec/predict/scale.h"
 
 #include "base/wide.h"
 #include "formats/chunk/codec/inline.h"

@@ -6,12 +6,12 @@
  * children; its position also from the plane of the normals, its normal also from how the normals
  * turn (predict_normal.h). formats/SPEC.md, "Sample columns", has the arithmetic; its results are
  * integers, the same on every machine. Encoding and decoding run the same code. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_H
-#define STP_FORMATS_CHUNK_CODEC_PREDICT_H
+#ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_PREDICT_H
+#define STP_FORMATS_CHUNK_CODEC_PREDICT_PREDICT_H
 
 #include "formats/chunk/chunk_file.h"
-#include "formats/chunk/codec/corners.h"
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/predict/corners.h"
+#include "formats/chunk/codec/table/table.h"
 
 /* Columns of a table of samples, in this order. */
 enum {

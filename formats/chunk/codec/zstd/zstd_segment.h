@@ -2,11 +2,11 @@
  *
  * formats/SPEC.md, "Codec 2", is the layout. Decoding writes only into the chunk and the scratch
  * memory, and treats every byte as hostile. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_ZSTD_SEGMENT_H
-#define STP_FORMATS_CHUNK_CODEC_ZSTD_SEGMENT_H
+#ifndef STP_FORMATS_CHUNK_CODEC_ZSTD_ZSTD_SEGMENT_H
+#define STP_FORMATS_CHUNK_CODEC_ZSTD_ZSTD_SEGMENT_H
 
 #include "formats/chunk/chunk_file.h"
-#include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/table/column.h"
 
 /* Appends the tables of patches and patch vertices, with which segment 0 begins. Errors:
  * OUT_OF_MEMORY, INTERNAL (zstd). */

@@ -2,10 +2,10 @@
  *
  * Packing chooses where blocks end, so that each block has codes of its own. Unpacking takes one
  * frame of a known size, trusts nothing in it, and allocates nothing. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_ZSTD_FRAME_H
-#define STP_FORMATS_CHUNK_CODEC_ZSTD_FRAME_H
+#ifndef STP_FORMATS_CHUNK_CODEC_ZSTD_ZSTD_FRAME_H
+#define STP_FORMATS_CHUNK_CODEC_ZSTD_ZSTD_FRAME_H
 
-#include "formats/chunk/codec/column.h"
+#include "formats/chunk/codec/table/column.h"
 
 #include <stdint.h>
 

@@ -1,5 +1,5 @@
 /* Tables of integer columns. */
-#include "formats/chunk/codec/table.h"
+#include "formats/chunk/codec/table/table.h"
 
 #include "base/memory.h"
 #include "formats/chunk/normal_grid.h"

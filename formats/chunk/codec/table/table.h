@@ -1,10 +1,10 @@
 /* A table of integer columns, as a payload's parts hold them (table_code.h). Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_TABLE_H
-#define STP_FORMATS_CHUNK_CODEC_TABLE_H
+#ifndef STP_FORMATS_CHUNK_CODEC_TABLE_TABLE_H
+#define STP_FORMATS_CHUNK_CODEC_TABLE_TABLE_H
 
-#include "formats/chunk/codec/column.h"
 #include "formats/chunk/codec/odds/known_odds.h"
-#include "formats/chunk/codec/scale.h"
+#include "formats/chunk/codec/predict/scale.h"
+#include "formats/chunk/codec/table/column.h"
 
 /* The mask has bits for other things behind those of columns. */
 #define STP_TABLE_COLUMNS_LIMIT 55u

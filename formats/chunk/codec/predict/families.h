@@ -6,8 +6,8 @@
  * simpler. formats/SPEC.md, "Families", has the arithmetic. Each single-precision step is rounded
  * by itself, so every machine gets the same result. Encoding and decoding run the same code. Writes
  * into the caller's memory and allocates nothing. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_FAMILIES_H
-#define STP_FORMATS_CHUNK_CODEC_FAMILIES_H
+#ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_FAMILIES_H
+#define STP_FORMATS_CHUNK_CODEC_PREDICT_FAMILIES_H
 
 #include "formats/chunk/chunk_file.h"
 

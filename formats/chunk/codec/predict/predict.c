@@ -1,8 +1,8 @@
 /* Codes samples as columns of small numbers: predicts them from the parent, the siblings and the
  * plane. */
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 
-#include "formats/chunk/codec/predict_normal.h"
+#include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/normal_grid.h"
 #include "formats/chunk/sublattice.h"
 

@@ -1,8 +1,8 @@
 /* The tables of a part, empty: how the columns of each are coded. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_PART_TABLES_H
-#define STP_FORMATS_CHUNK_CODEC_PART_TABLES_H
+#ifndef STP_FORMATS_CHUNK_CODEC_TABLE_PART_TABLES_H
+#define STP_FORMATS_CHUNK_CODEC_TABLE_PART_TABLES_H
 
-#include "formats/chunk/codec/predict.h"
+#include "formats/chunk/codec/predict/predict.h"
 
 /* Tables of blocks with fewer rows are coded by odds. Long ones gain less by it, and Draco decodes
  * them faster. */

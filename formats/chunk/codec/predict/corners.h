@@ -4,8 +4,8 @@
  * first of equal corners is coded in full; of any other, the file says how many different corners
  * ago it came. formats/SPEC.md, "Corners", has the layout. Reading treats every byte as hostile.
  * Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_CORNERS_H
-#define STP_FORMATS_CHUNK_CODEC_CORNERS_H
+#ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_CORNERS_H
+#define STP_FORMATS_CHUNK_CODEC_PREDICT_CORNERS_H
 
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/odds/symbols.h"

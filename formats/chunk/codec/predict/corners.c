@@ -1,5 +1,5 @@
 /* Corners of triangles that a block has told before. */
-#include "formats/chunk/codec/corners.h"
+#include "formats/chunk/codec/predict/corners.h"
 
 #include "base/memory.h"
 

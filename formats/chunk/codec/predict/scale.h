@@ -5,8 +5,8 @@
  * are. With a scale, cells of positions count the scan's steps. formats/SPEC.md, "The scan's own
  * scale", has the arithmetic: doubles, each step rounded by itself, the same on every machine.
  * Threads: any (pure functions). */
-#ifndef STP_FORMATS_CHUNK_CODEC_SCALE_H
-#define STP_FORMATS_CHUNK_CODEC_SCALE_H
+#ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_SCALE_H
+#define STP_FORMATS_CHUNK_CODEC_PREDICT_SCALE_H
 
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/inline.h"

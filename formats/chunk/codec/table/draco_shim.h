@@ -5,8 +5,8 @@
  * follow from the number of values, so they are not stored. The symbols behind them are coded and
  * decoded without the point cloud around them. Values keep their order; nothing is deduplicated or
  * quantised. Compares no checksums. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_DRACO_SHIM_H
-#define STP_FORMATS_CHUNK_CODEC_DRACO_SHIM_H
+#ifndef STP_FORMATS_CHUNK_CODEC_TABLE_DRACO_SHIM_H
+#define STP_FORMATS_CHUNK_CODEC_TABLE_DRACO_SHIM_H
 
 #include <stddef.h>
 #include <stdint.h>

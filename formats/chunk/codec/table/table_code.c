@@ -1,5 +1,5 @@
 /* Encodes and decodes a table of integer columns. */
-#include "formats/chunk/codec/table_code.h"
+#include "formats/chunk/codec/table/table_code.h"
 
 #include "base/memory.h"
 #include "formats/chunk/codec/odds/cells.h"

@@ -1,5 +1,5 @@
 // Draco behind C: a column of integers through its symbol coder.
-#include "formats/chunk/codec/draco_shim.h"
+#include "formats/chunk/codec/table/draco_shim.h"
 
 #include <draco/compression/entropy/symbol_decoding.h>
 #include <draco/compression/entropy/symbol_encoding.h>
