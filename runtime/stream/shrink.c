@@ -30,10 +30,11 @@ static extent extent_of(const stp_resident *r, uint32_t p, int finest)
     extent e = {.had_head = stp_texels_head(apart, patch->finest), .had = end - record->first};
     e.head = e.had_head;
     e.kept = e.had;
-    if (finest <= patch->finest)
+    const uint32_t packed = packed_of(patch, patch->finest);
+    if (finest <= patch->finest || packed == 0)
         return e;
     /* a sample has so many bits at most, which the packed samples' length tells */
-    const uint32_t bits = 64 * (e.had - e.had_head) / packed_of(patch, patch->finest);
+    const uint32_t bits = 64 * (e.had - e.had_head) / packed;
     e.head = stp_texels_head(apart, finest);
     e.kept = e.head + (packed_of(patch, finest) * bits + 63) / 64;
     return e;
