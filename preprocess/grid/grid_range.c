@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 /* How many samples are looked at, at most. */
-#define RANGE_SAMPLES (UINT64_C(1) << 18)
+#define RANGE_SAMPLES (UINT64_C(1) << 16)
 /* One of so many samples may lie below the range, and one above. The range is widened by a part. */
 #define OUTSIDE_PART 512
 #define WIDER_PART 0.25

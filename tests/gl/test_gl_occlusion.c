@@ -170,7 +170,7 @@ static void in_passes(void **state)
     (void)state;
     check_ok(stp_model_open(&f.model, "building.stipple", err));
     const stp_renderer_params small = {
-        .model = f.model, .thread_count = 2, .gpu_memory_bytes = UINT64_C(3) << 20};
+        .model = f.model, .thread_count = 2, .gpu_memory_bytes = UINT64_C(5) << 19};
     check_ok(stp_renderer_create(&f.renderer, &small, err));
     for (int i = 0; i < 3; i++) {
         stp_draw_stats stats;

@@ -168,7 +168,7 @@ static void in_passes(void **state)
     model_fixture_build("passes.stipple", &sphere);
     check_ok(stp_model_open(&model, "passes.stipple", err));
     const stp_renderer_params small = {
-        .model = model, .thread_count = 2, .gpu_memory_bytes = UINT64_C(4) << 20};
+        .model = model, .thread_count = 2, .gpu_memory_bytes = UINT64_C(2) << 20};
     check_ok(stp_renderer_create(&renderer, &small, err));
     stp_view view = views_get(21, &model->ball, NULL, 0, SIZE, SIZE);
     const stp_draw_params full = {.lod = STP_LOD_FULL};

@@ -13,7 +13,7 @@ enum { SIZE = 200, VIEWS = 6, FRAMES_LIMIT = 20000 };
 
 static bool every; /* argument --every */
 
-#define LITTLE_BYTES (UINT64_C(7) << 20)
+#define LITTLE_BYTES (UINT64_C(4) << 20)
 
 static uint8_t expected[4 * SIZE * SIZE], found[4 * SIZE * SIZE];
 

@@ -167,9 +167,9 @@ test_budget() {
     render "$model" --size 256x256 --lod full --stats "$FOLDER/stats.json"
     keep full
     [ "$(stat_of passes)" = 1 ] || fail "$command: $(stat_of passes) passes with 1 GiB"
-    for memory in 3M 4M; do
+    for memory in 1500K 2M; do
         local lods='full cpu'
-        [ $memory = 3M ] || lods='geometry compute'
+        [ $memory = 1500K ] || lods='geometry compute'
         is_long && lods='full geometry cpu compute'
         for lod in $lods; do
             render "$model" --size 256x256 --lod $lod --threshold 0 --gpu-memory $memory \
