@@ -7,7 +7,7 @@
 #include "runtime/cut/sight.h"
 #include "runtime/draw/pyramid.h"
 #include "runtime/stipple.h"
-#include "runtime/stream/block_cache.h"
+#include "runtime/stream/cache/block_cache.h"
 
 /* Borrowed from the renderer; valid until the renderer's next call. */
 typedef struct stp_inspection {

@@ -17,7 +17,7 @@
 #include "runtime/draw/stage_clock.h"
 #include "runtime/gl/shader.h"
 #include "runtime/stipple.h"
-#include "runtime/stream/block_cache.h"
+#include "runtime/stream/cache/block_cache.h"
 #include "runtime/stream/motion.h"
 
 typedef enum stp_settle_phase {

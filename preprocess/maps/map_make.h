@@ -29,7 +29,7 @@
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/maps/map.h"
 #include "preprocess/maps/map_faces.h"
-#include "preprocess/maps/normal_cone.h"
+#include "preprocess/maps/parts/normal_cone.h"
 
 /* Samples the surface of own points of the cloud, at least 1, whose normals have the cone, with the
  * help of the points around (map_points.h). cone_rad: the angle that all cones keep. *fits: false

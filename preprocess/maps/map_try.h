@@ -5,7 +5,7 @@
 
 #include "preprocess/maps/face_tree.h"
 #include "preprocess/maps/maps.h"
-#include "preprocess/maps/part.h"
+#include "preprocess/maps/parts/part.h"
 
 /* A point of no part that a map can stand for. */
 typedef struct stp_map_guest {

@@ -6,7 +6,7 @@
 #include "preprocess/gaps/map_trim.h"
 #include "preprocess/maps/maps_share.h"
 #include "preprocess/maps/maps_work.h"
-#include "preprocess/maps/part_merge.h"
+#include "preprocess/maps/parts/part_merge.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #define STP_PREPROCESS_MAPS_MAPS_SHARE_H
 
 #include "preprocess/maps/map_try.h"
-#include "preprocess/maps/part_cut.h"
+#include "preprocess/maps/parts/part_cut.h"
 #include "preprocess/ranks/ranks.h"
 
 /* Gives the parts of each rank's cells, and which of a cell touch, to all. Errors: OUT_OF_MEMORY,

@@ -10,7 +10,7 @@
 
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/maps/map_try.h"
-#include "preprocess/maps/part_cut.h"
+#include "preprocess/maps/parts/part_cut.h"
 
 #include <stdatomic.h>
 

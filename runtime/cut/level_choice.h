@@ -9,7 +9,7 @@
 #include "runtime/camera/camera.h"
 #include "runtime/cut/scene.h"
 #include "runtime/gl/gpu_layout.h"
-#include "runtime/stream/range_pool.h"
+#include "runtime/stream/cache/range_pool.h"
 
 #define STP_LEVEL_SKIP (-1)
 

@@ -5,8 +5,8 @@
 #include "formats/chunk/convert.h"
 #include "formats/chunk/verify/verify_tree.h"
 #include "runtime/camera/camera_json.h"
+#include "runtime/stream/cache/object_texture.h"
 #include "runtime/stream/chosen.h"
-#include "runtime/stream/object_texture.h"
 #include "runtime/stream/shown.h"
 
 #include <stdlib.h>

@@ -7,7 +7,7 @@
 
 #include "runtime/cut/occlusion.h"
 #include "runtime/cut/scene.h"
-#include "runtime/stream/block_cache.h"
+#include "runtime/stream/cache/block_cache.h"
 
 /* A block is read to this level before its patches are known. */
 #define STP_NEED_HEADERS 2

@@ -8,7 +8,7 @@
 #include "base/pool.h"
 #include "runtime/cut/cut.h"
 #include "runtime/cut/tiles.h"
-#include "runtime/stream/block_cache.h"
+#include "runtime/stream/cache/block_cache.h"
 
 /* Numbers of patches in the Object Texture or names of samples, draw by draw, ascending. */
 typedef struct stp_sight_list {

@@ -9,7 +9,7 @@
 #include "runtime/draw/pyramid.h"
 #include "runtime/draw/squares.h"
 #include "runtime/stipple.h"
-#include "runtime/stream/object_texture.h"
+#include "runtime/stream/cache/object_texture.h"
 
 #define STP_PICK_REACH_PX 2
 

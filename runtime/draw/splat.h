@@ -8,7 +8,7 @@
 #include "runtime/cut/tiles.h"
 #include "runtime/draw/pyramid.h"
 #include "runtime/draw/runs.h"
-#include "runtime/stream/range_pool.h"
+#include "runtime/stream/cache/range_pool.h"
 
 typedef struct stp_splat_store {
     GLuint buffer, texture;

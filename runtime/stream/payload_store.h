@@ -7,7 +7,7 @@
 #define STP_RUNTIME_STREAM_PAYLOAD_STORE_H
 
 #include "base/error.h"
-#include "runtime/stream/range_pool.h"
+#include "runtime/stream/cache/range_pool.h"
 
 /* The region is cut into units of so many bytes. */
 #define STP_PAYLOAD_UNIT_BYTES 512u

@@ -2,9 +2,9 @@
 #include "runtime/stream/stream.h"
 
 #include "base/memory.h"
+#include "runtime/stream/cache/patch_levels.h"
 #include "runtime/stream/chosen.h"
 #include "runtime/stream/gather.h"
-#include "runtime/stream/patch_levels.h"
 #include "runtime/stream/shown.h"
 
 #include <pthread.h>

@@ -18,7 +18,7 @@
 
 #include "runtime/cut/level_choice.h"
 #include "runtime/cut/scene.h"
-#include "runtime/stream/object_texture.h"
+#include "runtime/stream/cache/object_texture.h"
 #include "runtime/stream/payload_store.h"
 #include "runtime/stream/spots.h"
 
@@ -46,7 +46,8 @@ typedef enum stp_load_state {
     STP_LOAD_FAILED
 } stp_load_state;
 
-/* How a block is seen, for the choice of its patches' levels (runtime/stream/patch_levels.h). */
+/* How a block is seen, for the choice of its patches' levels (runtime/stream/cache/patch_levels.h).
+ */
 typedef struct stp_patch_view {
     stp_gpu_frame frame;
     stp_gpu_chunk record;

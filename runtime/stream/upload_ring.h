@@ -7,7 +7,7 @@
 
 #include "base/error.h"
 #include "runtime/gl/lazy_buffer.h"
-#include "runtime/stream/range_pool.h"
+#include "runtime/stream/cache/range_pool.h"
 
 #include <epoxy/gl.h>
 

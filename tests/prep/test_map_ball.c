@@ -1,8 +1,8 @@
 /* Tests the smallest ball around points against all balls through pairs, triples and quadruples,
  * and the cone of normals against that ball and against the corners of its hull. */
 #include "base/random.h"
-#include "preprocess/maps/ball.h"
-#include "preprocess/maps/normal_cone.h"
+#include "preprocess/maps/parts/ball.h"
+#include "preprocess/maps/parts/normal_cone.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -2,8 +2,8 @@
  * steps are no height field; heights of meshes do not jump. */
 #include "base/random.h"
 #include "preprocess/maps/map_faces.h"
-#include "preprocess/maps/part_cut.h"
-#include "preprocess/maps/part_merge.h"
+#include "preprocess/maps/parts/part_cut.h"
+#include "preprocess/maps/parts/part_merge.h"
 #include "preprocess/prep.h"
 #include "tests/fixtures/surface_fixture.h"
 

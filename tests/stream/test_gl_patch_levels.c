@@ -2,7 +2,7 @@
  * picture shows it: a renderer that moves draws the bytes of one that has whole blocks, and no
  * patch in sight lacks a level. */
 #include "base/random.h"
-#include "runtime/stream/patch_levels.h"
+#include "runtime/stream/cache/patch_levels.h"
 #include "tests/fixtures/gl_model.h"
 #include "tests/fixtures/size.h"
 

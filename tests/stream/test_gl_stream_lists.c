@@ -1,10 +1,10 @@
 /* Tests the lists that the stream and the cache keep, against plain searches: ranges of memory,
  * payloads, victims, and requests for several blocks at once. */
 #include "base/random.h"
+#include "runtime/stream/cache/victims.h"
 #include "runtime/stream/gather.h"
 #include "runtime/stream/payload_store.h"
 #include "runtime/stream/stream.h"
-#include "runtime/stream/victims.h"
 #include "tests/fixtures/model_fixture.h"
 #include "tests/fixtures/scan/scan_fixture.h"
 

@@ -1,6 +1,6 @@
 /* Tests how samples become texels of the Object Texture: C and shaders read back what was written,
  * bit for bit, and it takes no more texels than its differences need. */
-#include "runtime/stream/object_texture.h"
+#include "runtime/stream/cache/object_texture.h"
 #include "tests/fixtures/any_chunk.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/gl_program.h"
