@@ -18,7 +18,8 @@ static vertex vertex_of(uint64_t seed, uint64_t number)
 {
     vertex out = {.sample = {.flags = STP_KIND_POLYGON << STP_SAMPLE_KIND_SHIFT}};
     for (unsigned i = 0; i < 3; i++) {
-        out.at[i] = ((int32_t)(stp_random_u64(seed, 9 * number + i) % 1000) - 500) * (1 << COARSEST);
+        out.at[i] =
+            ((int32_t)(stp_random_u64(seed, 9 * number + i) % 1000) - 500) * (1 << COARSEST);
         out.sample.normal[i] = (uint8_t)stp_random_u64(seed, 9 * number + 3 + i);
         out.sample.rgb[i] = (uint8_t)stp_random_u64(seed, 9 * number + 6 + i);
     }
