@@ -3,7 +3,6 @@
 
 #include "base/checked.h"
 #include "base/memory.h"
-#include "formats/scan/column_name.h"
 #include "formats/scan/number.h"
 
 #include <math.h>
@@ -340,21 +339,14 @@ static stp_status decide_layout(parser *p, stp_error *err)
 /* rank: of two fields that mean the same, the one with the lower rank is read. */
 static stp_pcd_target target_of(const stp_pcd_field *field, size_t *rank)
 {
-    static const stp_pcd_target targets[] = {
-        [STP_COLUMN_X] = STP_PCD_X,         [STP_COLUMN_Y] = STP_PCD_Y,
-        [STP_COLUMN_Z] = STP_PCD_Z,         [STP_COLUMN_RED] = STP_PCD_RED,
-        [STP_COLUMN_GREEN] = STP_PCD_GREEN, [STP_COLUMN_BLUE] = STP_PCD_BLUE,
-        [STP_COLUMN_NX] = STP_PCD_NX,       [STP_COLUMN_NY] = STP_PCD_NY,
-        [STP_COLUMN_NZ] = STP_PCD_NZ,       [STP_COLUMN_INTENSITY] = STP_PCD_INTENSITY,
-        [STP_COLUMN_CLASS] = STP_PCD_CLASS, [STP_COLUMN_NONE] = STP_PCD_TARGET_COUNT,
-    };
     *rank = stp_column_find_name(field->name, field->name + strlen(field->name));
     if (field->count != 1)
         return STP_PCD_TARGET_COUNT;
     if (field->size == 4 &&
         (strcasecmp(field->name, "rgb") == 0 || strcasecmp(field->name, "rgba") == 0))
         return STP_PCD_PACKED;
-    return targets[stp_column_by_name(*rank)];
+    const stp_column column = stp_column_by_name(*rank);
+    return column == STP_COLUMN_NONE ? STP_PCD_TARGET_COUNT : (stp_pcd_target)column;
 }
 
 static void drop_targets(stp_pcd_header *h, stp_pcd_target first, stp_pcd_target last)

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/vec.h"
+#include "formats/scan/column_name.h"
 #include "formats/scan/source.h"
 
 #include <stdbool.h>
@@ -23,19 +24,19 @@ typedef enum stp_pcd_encoding {
 
 /* What we use a field for. */
 typedef enum stp_pcd_target {
-    STP_PCD_X,
-    STP_PCD_Y,
-    STP_PCD_Z,
-    STP_PCD_NX,
-    STP_PCD_NY,
-    STP_PCD_NZ,
-    STP_PCD_RED,
-    STP_PCD_GREEN,
-    STP_PCD_BLUE,
-    STP_PCD_INTENSITY,
-    STP_PCD_CLASS,
-    STP_PCD_PACKED,      /* 0xAARRGGBB in the bits of 4 bytes, whatever their type */
-    STP_PCD_TARGET_COUNT /* also: not used */
+    STP_PCD_X = STP_COLUMN_X,
+    STP_PCD_Y = STP_COLUMN_Y,
+    STP_PCD_Z = STP_COLUMN_Z,
+    STP_PCD_RED = STP_COLUMN_RED,
+    STP_PCD_GREEN = STP_COLUMN_GREEN,
+    STP_PCD_BLUE = STP_COLUMN_BLUE,
+    STP_PCD_NX = STP_COLUMN_NX,
+    STP_PCD_NY = STP_COLUMN_NY,
+    STP_PCD_NZ = STP_COLUMN_NZ,
+    STP_PCD_INTENSITY = STP_COLUMN_INTENSITY,
+    STP_PCD_CLASS = STP_COLUMN_CLASS,
+    STP_PCD_PACKED = STP_COLUMN_COUNT, /* 0xAARRGGBB in the bits of 4 bytes, whatever their type */
+    STP_PCD_TARGET_COUNT               /* also: not used */
 } stp_pcd_target;
 
 #define STP_PCD_NAME_CHARS 64

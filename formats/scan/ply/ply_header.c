@@ -4,7 +4,6 @@
 #include "formats/scan/ply/ply_grid.h"
 
 #include "base/memory.h"
-#include "formats/scan/column_name.h"
 #include "formats/scan/number.h"
 
 #include <stdio.h>
@@ -87,20 +86,13 @@ static stp_ply_target find_target(const char *name, size_t *rank)
         {"f_dc_0", STP_PLY_RED},    {"f_dc_1", STP_PLY_GREEN}, /* of Gaussian splats: */
         {"f_dc_2", STP_PLY_BLUE},                              /* stp_ply_is_harmonic */
     };
-    static const stp_ply_target targets[] = {
-        [STP_COLUMN_X] = STP_PLY_X,         [STP_COLUMN_Y] = STP_PLY_Y,
-        [STP_COLUMN_Z] = STP_PLY_Z,         [STP_COLUMN_RED] = STP_PLY_RED,
-        [STP_COLUMN_GREEN] = STP_PLY_GREEN, [STP_COLUMN_BLUE] = STP_PLY_BLUE,
-        [STP_COLUMN_NX] = STP_PLY_NX,       [STP_COLUMN_NY] = STP_PLY_NY,
-        [STP_COLUMN_NZ] = STP_PLY_NZ,       [STP_COLUMN_INTENSITY] = STP_PLY_INTENSITY,
-        [STP_COLUMN_CLASS] = STP_PLY_CLASS, [STP_COLUMN_NONE] = STP_PLY_TARGET_COUNT,
-    };
     *rank = stp_column_find_name(name, name + strlen(name));
     name += strncasecmp(name, "scalar_", 7) == 0 ? 7 : 0;
     for (size_t i = 0; i < sizeof own / sizeof *own; i++)
         if (strcasecmp(name, own[i].name) == 0)
             return own[i].target;
-    return targets[stp_column_by_name(*rank)];
+    const stp_column column = stp_column_by_name(*rank);
+    return column == STP_COLUMN_NONE ? STP_PLY_TARGET_COUNT : (stp_ply_target)column;
 }
 
 /* If two properties mean the same, the one whose name is preferred counts; of equal names the

@@ -8,6 +8,7 @@
 #define STP_FORMATS_SCAN_PLY_PLY_HEADER_H
 
 #include "base/error.h"
+#include "formats/scan/column_name.h"
 #include "formats/scan/mesh/material.h"
 #include "formats/scan/ply/ply_stations.h"
 #include "formats/scan/source.h"
@@ -35,18 +36,18 @@ typedef enum stp_ply_type {
 
 /* What we use a scalar property of a vertex for. */
 typedef enum stp_ply_target {
-    STP_PLY_X,
-    STP_PLY_Y,
-    STP_PLY_Z,
-    STP_PLY_NX,
-    STP_PLY_NY,
-    STP_PLY_NZ,
-    STP_PLY_RED,
-    STP_PLY_GREEN,
-    STP_PLY_BLUE,
-    STP_PLY_INTENSITY,
-    STP_PLY_CLASS,
-    STP_PLY_STATION,
+    STP_PLY_X = STP_COLUMN_X,
+    STP_PLY_Y = STP_COLUMN_Y,
+    STP_PLY_Z = STP_COLUMN_Z,
+    STP_PLY_RED = STP_COLUMN_RED,
+    STP_PLY_GREEN = STP_COLUMN_GREEN,
+    STP_PLY_BLUE = STP_COLUMN_BLUE,
+    STP_PLY_NX = STP_COLUMN_NX,
+    STP_PLY_NY = STP_COLUMN_NY,
+    STP_PLY_NZ = STP_COLUMN_NZ,
+    STP_PLY_INTENSITY = STP_COLUMN_INTENSITY,
+    STP_PLY_CLASS = STP_COLUMN_CLASS,
+    STP_PLY_STATION = STP_COLUMN_COUNT,
     STP_PLY_RADIUS,      /* half the width of lines through the vertex */
     STP_PLY_TARGET_COUNT /* also: not used */
 } stp_ply_target;

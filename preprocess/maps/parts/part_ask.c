@@ -1,5 +1,6 @@
 /* Ranks answer questions about parts together. */
 #include "base/memory.h"
+#include "base/sort.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/maps/parts/part_field.h"
 
@@ -39,12 +40,6 @@ static stp_status want(asking *a, uint32_t part, stp_error *err)
     }
 done:
     return status;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const uint32_t p = *(const uint32_t *)a, q = *(const uint32_t *)b;
-    return (p > q) - (p < q);
 }
 
 /* Packs a part that another rank asks for. */
@@ -92,8 +87,7 @@ static stp_status fetch(asking *a, const stp_part_question *questions, uint32_t 
     if (all == 0)
         return STP_OK;
     STP_TRY(stp_alloc(&a->counts, a->ranks->count, sizeof *a->counts, "ranks", err));
-    if (a->wanted_count > 0)
-        qsort(a->wanted, a->wanted_count, sizeof *a->wanted, compare);
+    stp_sort_u32(a->wanted, a->wanted_count);
     for (size_t i = 0; i < a->wanted_count; i++)
         a->counts[owner_of(a->field, a->wanted[i])]++;
     STP_TRY(stp_ranks_ask(a->ranks, a->wanted, a->counts, answer, a->field, &a->in, err));

@@ -2,6 +2,7 @@
 #include "preprocess/maps/parts/part_merge.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/orient/forest.h"
 
@@ -214,12 +215,6 @@ static stp_status add_touching(touching *t, uint32_t part, stp_error *err)
     return status;
 }
 
-static int compare_numbers(const void *a, const void *b)
-{
-    const uint32_t p = *(const uint32_t *)a, q = *(const uint32_t *)b;
-    return (p > q) - (p < q);
-}
-
 /* Part a, which has taken b in, touches what b touched. Considers all pairs with it anew. */
 static stp_status meet_again(merging *m, uint32_t a, uint32_t b, stp_error *err)
 {
@@ -232,7 +227,7 @@ static stp_status meet_again(merging *m, uint32_t a, uint32_t b, stp_error *err)
     m->around[b] = (touching){0};
     for (size_t i = 0; i < t->count; i++)
         t->list[i] = root_of(m, t->list[i]);
-    qsort(t->list, t->count, sizeof *t->list, compare_numbers);
+    stp_sort_u32(t->list, t->count);
     for (size_t i = 0; i < t->count; i++)
         if (t->list[i] != a && (kept == 0 || t->list[kept - 1] != t->list[i]))
             t->list[kept++] = t->list[i];

@@ -3,8 +3,8 @@
  * runtime/camera/camera_json.h.
  *
  * Threads: the main thread only. */
-#ifndef STP_TOOLS_VIEW_VIEW_BOOKMARKS_H
-#define STP_TOOLS_VIEW_VIEW_BOOKMARKS_H
+#ifndef STP_TOOLS_VIEW_KEPT_VIEW_BOOKMARKS_H
+#define STP_TOOLS_VIEW_KEPT_VIEW_BOOKMARKS_H
 
 #include "runtime/camera/camera.h"
 #include "tools/view/kept/view_files.h"

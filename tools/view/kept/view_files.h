@@ -1,8 +1,8 @@
 /* Finds the files for what the user makes in the viewer. Pictures and paths go to the working
  * folder. What belongs to a model goes beside it or, if nothing can be written there, to the state
  * folder ($XDG_STATE_HOME/stipple, else ~/.local/state/stipple). Threads: any. */
-#ifndef STP_TOOLS_VIEW_VIEW_FILES_H
-#define STP_TOOLS_VIEW_VIEW_FILES_H
+#ifndef STP_TOOLS_VIEW_KEPT_VIEW_FILES_H
+#define STP_TOOLS_VIEW_KEPT_VIEW_FILES_H
 
 #include "base/json.h"
 

@@ -1,7 +1,7 @@
 /* Records the camera's path as keyframes for `stipple fly --path`. Threads: the main thread only.
  */
-#ifndef STP_TOOLS_VIEW_VIEW_RECORD_H
-#define STP_TOOLS_VIEW_VIEW_RECORD_H
+#ifndef STP_TOOLS_VIEW_KEPT_VIEW_RECORD_H
+#define STP_TOOLS_VIEW_KEPT_VIEW_RECORD_H
 
 #include "runtime/camera/path.h"
 

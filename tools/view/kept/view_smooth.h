@@ -5,8 +5,8 @@
  * two seconds, with weights of a cosine bell, so a hitch of half a second is gone and a rest of
  * three seconds stays. The pace rises from rest at the beginning and falls to rest at the end.
  * Keyframes are even in time. Threads: any (pure function). */
-#ifndef STP_TOOLS_VIEW_VIEW_SMOOTH_H
-#define STP_TOOLS_VIEW_VIEW_SMOOTH_H
+#ifndef STP_TOOLS_VIEW_KEPT_VIEW_SMOOTH_H
+#define STP_TOOLS_VIEW_KEPT_VIEW_SMOOTH_H
 
 #include "runtime/camera/path.h"
 

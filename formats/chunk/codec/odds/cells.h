@@ -3,8 +3,8 @@
  *
  * A column does not store its frequencies, as column.h does, so tables of few rows stay small.
  * formats/SPEC.md, "Odds", has the arithmetic. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_CELLS_H
-#define STP_FORMATS_CHUNK_CODEC_CELLS_H
+#ifndef STP_FORMATS_CHUNK_CODEC_ODDS_CELLS_H
+#define STP_FORMATS_CHUNK_CODEC_ODDS_CELLS_H
 
 #include "formats/chunk/codec/odds/number.h"
 #include "formats/chunk/codec/table/table.h"

@@ -2,8 +2,8 @@
  *
  * Functions of loops: without branches, which nobody could predict. formats/SPEC.md, "Odds", has
  * the arithmetic. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_NUMBER_H
-#define STP_FORMATS_CHUNK_CODEC_NUMBER_H
+#ifndef STP_FORMATS_CHUNK_CODEC_ODDS_NUMBER_H
+#define STP_FORMATS_CHUNK_CODEC_ODDS_NUMBER_H
 
 #include "formats/chunk/codec/odds/symbols.h"
 

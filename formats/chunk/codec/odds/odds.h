@@ -4,8 +4,8 @@
  * towards itself, the first ones by 1/32, later ones by 1/128. So they need no table in the file.
  * All arithmetic is of whole numbers; formats/SPEC.md, "Odds", has it. The loops are over all
  * symbols, so that compilers make vectors of them. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_ODDS_H
-#define STP_FORMATS_CHUNK_CODEC_ODDS_H
+#ifndef STP_FORMATS_CHUNK_CODEC_ODDS_ODDS_H
+#define STP_FORMATS_CHUNK_CODEC_ODDS_ODDS_H
 
 #include "formats/chunk/codec/inline.h"
 

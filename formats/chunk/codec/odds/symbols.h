@@ -6,8 +6,8 @@
  * several symbols at once. The writer begins with the last symbol, so it gathers all of them first.
  * The reader takes every byte as hostile. formats/SPEC.md, "Odds", has the arithmetic. Threads:
  * any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_SYMBOLS_H
-#define STP_FORMATS_CHUNK_CODEC_SYMBOLS_H
+#ifndef STP_FORMATS_CHUNK_CODEC_ODDS_SYMBOLS_H
+#define STP_FORMATS_CHUNK_CODEC_ODDS_SYMBOLS_H
 
 #include "formats/chunk/codec/odds/odds.h"
 #include "formats/chunk/codec/table/column.h"

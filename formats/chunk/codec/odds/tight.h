@@ -2,8 +2,8 @@
  *
  * formats/SPEC.md, "Tight parts", has the layout. Reading treats every byte as hostile: what is cut
  * or changed gives cells of any values, and the end of the run tells. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_CODEC_TIGHT_H
-#define STP_FORMATS_CHUNK_CODEC_TIGHT_H
+#ifndef STP_FORMATS_CHUNK_CODEC_ODDS_TIGHT_H
+#define STP_FORMATS_CHUNK_CODEC_ODDS_TIGHT_H
 
 #include "formats/chunk/codec/odds/cells.h"
 #include "formats/chunk/codec/predict/corners.h"
