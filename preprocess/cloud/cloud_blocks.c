@@ -11,9 +11,11 @@
 
 /* One round of fetching. */
 typedef struct round {
-    uint32_t *asked; /* blocks, rank after rank */
-    size_t *asked_bytes, *told_bytes, *sent, *received;
-    stp_bytes told, out, in; /* blocks that others ask for; arrays that go and come */
+    stp_cloud *cloud;
+    unsigned arrays; /* STP_ARRAY_* */
+    uint64_t *asked; /* blocks, rank after rank */
+    size_t *counts;  /* by rank: of these */
+    stp_bytes in;    /* arrays that come */
 } round_of_blocks;
 
 static uint64_t least(uint64_t a, uint64_t b)
@@ -251,66 +253,56 @@ static stp_status take(stp_cursor *from, void *array, size_t size, stp_rank_part
 }
 
 /* Lists which of the blocks to ask of which rank. */
-static void ask(round_of_blocks *r, const stp_cloud *cloud, const uint32_t *list, uint32_t count)
+static void ask(round_of_blocks *r, const uint32_t *list, uint32_t count)
 {
-    const stp_ranks *ranks = cloud->blocks->ranks;
+    const stp_ranks *ranks = r->cloud->blocks->ranks;
     size_t at = 0;
     for (unsigned rank = 0; rank < ranks->count; rank++) {
         const size_t before = at;
         for (uint32_t i = 0; i < count && rank != ranks->self; i++) {
-            const stp_rank_part part = part_of(cloud, list[i], rank);
+            const stp_rank_part part = part_of(r->cloud, list[i], rank);
             if (part.begin < part.end)
                 r->asked[at++] = list[i];
         }
-        r->asked_bytes[rank] = (at - before) * sizeof *r->asked;
+        r->counts[rank] = at - before;
     }
 }
 
-/* Packs what other ranks asked for. */
-static stp_status answer(round_of_blocks *r, const stp_cloud *cloud, unsigned arrays,
-                         stp_error *err)
+/* Packs what this rank has of a block that another one asks for. */
+static stp_status answer(const void *context, uint64_t block, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_ranks *ranks = cloud->blocks->ranks;
-    stp_cursor told = {r->told.data, r->told.size};
-    r->out.size = 0;
-    for (unsigned rank = 0; rank < ranks->count; rank++) {
-        const size_t before = r->out.size;
-        for (size_t i = 0; i < r->told_bytes[rank] / sizeof(uint32_t); i++) {
-            uint32_t block = 0;
-            STP_TRY(stp_packet_take(&told, &block, sizeof block, err));
-            const stp_rank_part part = part_of(cloud, block, ranks->self);
-            if (arrays & STP_ARRAY_POINTS)
-                STP_TRY(pack(&r->out, cloud->points, sizeof *cloud->points, part, err));
-            if (arrays & STP_ARRAY_SHEETS)
-                STP_TRY(pack(&r->out, cloud->sheets, sizeof *cloud->sheets, part, err));
-            if (arrays & STP_ARRAY_MARKS)
-                STP_TRY(pack(&r->out, cloud->marks, sizeof *cloud->marks, part, err));
-            if (arrays & STP_ARRAY_NUMBERS)
-                STP_TRY(pack(&r->out, cloud->blocks->numbers, sizeof(uint32_t), part, err));
-        }
-        r->sent[rank] = r->out.size - before;
-    }
+    const round_of_blocks *r = context;
+    const stp_cloud *cloud = r->cloud;
+    const stp_rank_part part = part_of(cloud, (uint32_t)block, cloud->blocks->ranks->self);
+    if (r->arrays & STP_ARRAY_POINTS)
+        STP_TRY(pack(out, cloud->points, sizeof *cloud->points, part, err));
+    if (r->arrays & STP_ARRAY_SHEETS)
+        STP_TRY(pack(out, cloud->sheets, sizeof *cloud->sheets, part, err));
+    if (r->arrays & STP_ARRAY_MARKS)
+        STP_TRY(pack(out, cloud->marks, sizeof *cloud->marks, part, err));
+    if (r->arrays & STP_ARRAY_NUMBERS)
+        STP_TRY(pack(out, cloud->blocks->numbers, sizeof(uint32_t), part, err));
 done:
     return status;
 }
 
-static stp_status take_all(const round_of_blocks *r, stp_cloud *cloud, unsigned arrays,
-                           stp_error *err)
+static stp_status take_all(const round_of_blocks *r, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_cloud *cloud = r->cloud;
     stp_cursor from = {r->in.data, r->in.size};
-    const uint32_t *block = r->asked;
+    const uint64_t *block = r->asked;
     for (unsigned rank = 0; rank < cloud->blocks->ranks->count; rank++)
-        for (size_t i = 0; i < r->asked_bytes[rank] / sizeof *block; i++, block++) {
-            const stp_rank_part part = part_of(cloud, *block, rank);
-            if (arrays & STP_ARRAY_POINTS)
+        for (size_t i = 0; i < r->counts[rank]; i++, block++) {
+            const stp_rank_part part = part_of(cloud, (uint32_t)*block, rank);
+            if (r->arrays & STP_ARRAY_POINTS)
                 STP_TRY(take(&from, cloud->points, sizeof *cloud->points, part, err));
-            if (arrays & STP_ARRAY_SHEETS)
+            if (r->arrays & STP_ARRAY_SHEETS)
                 STP_TRY(take(&from, cloud->sheets, sizeof *cloud->sheets, part, err));
-            if (arrays & STP_ARRAY_MARKS)
+            if (r->arrays & STP_ARRAY_MARKS)
                 STP_TRY(take(&from, cloud->marks, sizeof *cloud->marks, part, err));
-            if (arrays & STP_ARRAY_NUMBERS)
+            if (r->arrays & STP_ARRAY_NUMBERS)
                 STP_TRY(take(&from, cloud->blocks->numbers, sizeof(uint32_t), part, err));
         }
 done:
@@ -318,18 +310,14 @@ done:
 }
 
 /* Copies some blocks: a round. */
-static stp_status run_round(round_of_blocks *r, stp_cloud *cloud, const uint32_t *list,
-                            uint32_t count, unsigned arrays, stp_error *err)
+static stp_status run_round(round_of_blocks *r, const uint32_t *list, uint32_t count,
+                            stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_ranks *ranks = cloud->blocks->ranks;
-    ask(r, cloud, list, count);
-    STP_TRY(
-        stp_ranks_exchange_bytes(ranks, r->asked, r->asked_bytes, &r->told, r->told_bytes, err));
-    STP_TRY(answer(r, cloud, arrays, err));
-    stp_spill_relieve(cloud->spill);
-    STP_TRY(stp_ranks_exchange_bytes(ranks, r->out.data, r->sent, &r->in, r->received, err));
-    STP_TRY(take_all(r, cloud, arrays, err));
+    ask(r, list, count);
+    stp_spill_relieve(r->cloud->spill);
+    STP_TRY(stp_ranks_ask(r->cloud->blocks->ranks, r->asked, r->counts, answer, r, &r->in, err));
+    STP_TRY(take_all(r, err));
 done:
     return status;
 }
@@ -341,30 +329,22 @@ static stp_status copy_blocks(stp_cloud *cloud, const uint32_t *list, uint32_t c
     stp_status status = STP_OK;
     stp_ranks *ranks = cloud->blocks->ranks;
     const uint32_t share = ranks->count < ROUND_BLOCKS ? ROUND_BLOCKS / ranks->count : 1;
-    round_of_blocks r = {0};
+    round_of_blocks r = {.cloud = cloud, .arrays = arrays};
     /* a block lies in one run, or once more in each run that ends in it */
     STP_TRY(stp_alloc(&r.asked, (size_t)share + ranks->count, sizeof *r.asked, "blocks", err));
-    STP_TRY(stp_alloc(&r.asked_bytes, ranks->count, sizeof *r.asked_bytes, "ranks", err));
-    STP_TRY(stp_alloc(&r.told_bytes, ranks->count, sizeof *r.told_bytes, "ranks", err));
-    STP_TRY(stp_alloc(&r.sent, ranks->count, sizeof *r.sent, "ranks", err));
-    STP_TRY(stp_alloc(&r.received, ranks->count, sizeof *r.received, "ranks", err));
+    STP_TRY(stp_alloc(&r.counts, ranks->count, sizeof *r.counts, "ranks", err));
     for (uint32_t at = 0;;) {
         uint64_t left = count - at;
         STP_TRY(stp_ranks_sum(ranks, &left, 1, err));
         if (left == 0)
             break;
         const uint32_t here = share < count - at ? share : count - at;
-        STP_TRY(run_round(&r, cloud, list + at, here, arrays, err));
+        STP_TRY(run_round(&r, list + at, here, err));
         at += here;
     }
 done:
     free(r.asked);
-    free(r.told.data);
-    free(r.asked_bytes);
-    free(r.told_bytes);
-    free(r.sent);
-    free(r.received);
-    free(r.out.data);
+    free(r.counts);
     free(r.in.data);
     return status;
 }

@@ -70,10 +70,10 @@ done:
 static stp_status list_all(stp_bytes *out, const stp_maps *maps, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint32_t *firsts = maps->ranks ? maps->firsts + maps->ranks->self : NULL;
-    const uint32_t end = firsts ? firsts[1] : maps->count;
-    for (uint32_t i = firsts ? firsts[0] : 0; i < end; i++)
-        STP_TRY(list_map(out, maps, i, err));
+    const uint64_t *firsts = maps->ranks ? maps->firsts + maps->ranks->self : NULL;
+    const uint64_t end = firsts ? firsts[1] : maps->count;
+    for (uint64_t i = firsts ? firsts[0] : 0; i < end; i++)
+        STP_TRY(list_map(out, maps, (uint32_t)i, err));
     if (maps->ranks)
         STP_TRY(stp_ranks_join(maps->ranks, out, err));
 done:

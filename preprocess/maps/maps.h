@@ -37,7 +37,7 @@ typedef struct stp_maps {
     bool paper;        /* as the parameters say */
     stp_spill *spill;  /* where samples lie, borrowed */
     stp_ranks *ranks;  /* each of which has the samples of its maps, borrowed; NULL: all are here */
-    uint32_t *firsts;  /* by rank: its first map; then the number of maps; NULL without ranks */
+    uint64_t *firsts;  /* by rank: its first map; then the number of maps; NULL without ranks */
 } stp_maps;
 
 /* Counts a point that a map stands for. */

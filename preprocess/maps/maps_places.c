@@ -11,29 +11,16 @@ typedef struct member {
     uint32_t list, place;
 } member;
 
-/* The rank whose run, as firsts tell, has an item. */
-static unsigned rank_in(const uint32_t *firsts, uint32_t item)
-{
-    unsigned rank = 0;
-    while (item >= firsts[rank + 1])
-        rank++;
-    return rank;
-}
-
 static unsigned rank_of_member(const void *context, const void *item)
 {
     const stp_maps_work *w = context;
-    return rank_in(w->list_firsts, ((const member *)item)->list);
+    return stp_ranks_find(w->ranks, w->list_firsts, ((const member *)item)->list);
 }
 
 static unsigned rank_of_place(const void *context, const void *item)
 {
     const stp_maps_work *w = context;
-    const uint64_t place = *(const uint32_t *)item;
-    unsigned rank = 0;
-    while (place >= w->cloud->blocks->begins[rank + 1])
-        rank++;
-    return rank;
+    return stp_ranks_find(w->ranks, w->cloud->blocks->begins, *(const uint32_t *)item);
 }
 
 static unsigned rank_of_guest(const void *context, const void *item)
@@ -44,7 +31,7 @@ static unsigned rank_of_guest(const void *context, const void *item)
 static unsigned rank_of_host(const void *context, const void *item)
 {
     const stp_maps_work *w = context;
-    return rank_in(w->list_firsts, ((const stp_map_guest *)item)->list);
+    return stp_ranks_find(w->ranks, w->list_firsts, ((const stp_map_guest *)item)->list);
 }
 
 stp_status stp_maps_number_lists(stp_maps_work *w, const uint32_t *roots, stp_error *err)

@@ -5,6 +5,7 @@
 #include "preprocess/cloud/cloud_blocks.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* A packet ends with the item that makes it as long. */
 #define PACKET_BYTES (1u << 22)
@@ -17,7 +18,7 @@ typedef struct giving {
     const stp_cloud *cloud;
     stp_cell_parts *cells;
     stp_map_list *lists;
-    const uint32_t *firsts;
+    const uint64_t *firsts;
     bool samples;
     stp_rank_part (*part)(const struct giving *, unsigned rank); /* the items that a rank has */
     stp_status (*pack)(const struct giving *, uint32_t index, stp_bytes *, stp_error *);
@@ -165,7 +166,7 @@ static stp_rank_part lists_of(const giving *g, unsigned rank)
 }
 
 stp_status stp_map_lists_share(stp_ranks *ranks, const stp_cloud *cloud, stp_map_list *lists,
-                               const uint32_t *firsts, bool samples, stp_error *err)
+                               const uint64_t *firsts, bool samples, stp_error *err)
 {
     giving g = {.ranks = ranks,
                 .cloud = cloud,
@@ -180,7 +181,7 @@ stp_status stp_map_lists_share(stp_ranks *ranks, const stp_cloud *cloud, stp_map
 
 /* ---- samples that a rank needs ---- */
 
-static stp_status pack_samples(const void *context, uint32_t map, stp_bytes *out, stp_error *err)
+static stp_status pack_samples(const void *context, uint64_t map, stp_bytes *out, stp_error *err)
 {
     const stp_maps *maps = context;
     stp_spill_relieve(maps->spill);
@@ -188,15 +189,13 @@ static stp_status pack_samples(const void *context, uint32_t map, stp_bytes *out
 }
 
 /* Gets some maps: a round. */
-static stp_status fetch_some(const stp_maps *maps, const uint32_t *list, uint32_t count,
+static stp_status fetch_some(const stp_maps *maps, const uint64_t *list, uint32_t count,
                              size_t *counts, stp_bytes *in, stp_error *err)
 {
     stp_status status = STP_OK;
-    for (unsigned rank = 0; rank < maps->ranks->count; rank++) {
-        counts[rank] = 0;
-        for (uint32_t i = 0; i < count; i++)
-            counts[rank] += list[i] >= maps->firsts[rank] && list[i] < maps->firsts[rank + 1];
-    }
+    memset(counts, 0, maps->ranks->count * sizeof *counts);
+    for (uint32_t i = 0; i < count; i++)
+        counts[stp_ranks_find(maps->ranks, maps->firsts, list[i])]++;
     STP_TRY(stp_ranks_ask(maps->ranks, list, counts, pack_samples, maps, in, err));
     stp_cursor from = {in->data, in->size};
     for (uint32_t i = 0; i < count; i++)
@@ -208,7 +207,8 @@ done:
 stp_status stp_maps_fetch(const stp_maps *maps, const bool *wanted, stp_error *err)
 {
     stp_status status = STP_OK;
-    uint32_t *list = NULL, count = 0;
+    uint64_t *list = NULL;
+    uint32_t count = 0;
     size_t *counts = NULL;
     stp_bytes in = {0};
     if (!maps->ranks)

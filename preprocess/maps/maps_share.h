@@ -13,7 +13,7 @@ stp_status stp_cell_parts_share(stp_ranks *ranks, const stp_cloud *cloud, stp_ce
 /* Gives the maps of each rank's lists and their counts to all. firsts: by rank, its first list;
  * then the number of lists. samples: those of the maps, too. Errors: likewise. */
 stp_status stp_map_lists_share(stp_ranks *ranks, const stp_cloud *cloud, stp_map_list *lists,
-                               const uint32_t *firsts, bool samples, stp_error *err);
+                               const uint64_t *firsts, bool samples, stp_error *err);
 /* Gets the samples of wanted maps, by number, from the ranks that have them. Errors: likewise. */
 stp_status stp_maps_fetch(const stp_maps *maps, const bool *wanted, stp_error *err);
 

@@ -25,13 +25,13 @@ typedef struct stp_maps_work {
     uint32_t cell_count;   /* before points leave the cloud, and cells with them */
     bool *done;            /* by cell, then by list */
     uint32_t *cell_first;  /* by cell: the number of its first part among all */
-    uint32_t *part_firsts; /* by rank: its first part; then the number of parts */
+    uint64_t *part_firsts; /* by rank: its first part; then the number of parts */
     uint32_t part_count;
     stp_part *parts;   /* of all cells */
     uint32_t *numbers; /* by point: its part in its cell, then among all, then its list */
     bool *mapped;      /* by own point: a map stands for it */
     uint32_t list_count;
-    uint32_t *list_firsts; /* by rank: its first list; then the number of lists */
+    uint64_t *list_firsts; /* by rank: its first list; then the number of lists */
     stp_rank_part own;     /* lists of this rank */
     uint32_t *begins;      /* by list: where its places begin among all; then their number */
     uint32_t *places;      /* of own lists, list after list */

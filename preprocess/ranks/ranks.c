@@ -17,6 +17,19 @@ stp_rank_part stp_ranks_own(const stp_ranks *ranks, uint64_t count)
     return stp_ranks_part(ranks, ranks ? ranks->self : 0, count);
 }
 
+unsigned stp_ranks_find(const stp_ranks *ranks, const uint64_t *begins, uint64_t item)
+{
+    unsigned low = 0, high = ranks->count - 1;
+    while (low < high) {
+        const unsigned middle = low + (high - low + 1) / 2;
+        if (begins[middle] <= item)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    return low;
+}
+
 stp_status stp_ranks_broadcast(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
                                stp_error *err)
 {
@@ -209,7 +222,7 @@ done:
     return status;
 }
 
-stp_status stp_ranks_ask(stp_ranks *ranks, const uint32_t *numbers, const size_t *counts,
+stp_status stp_ranks_ask(stp_ranks *ranks, const uint64_t *numbers, const size_t *counts,
                          stp_rank_answer *answer, const void *context, stp_bytes *in,
                          stp_error *err)
 {
@@ -226,7 +239,7 @@ stp_status stp_ranks_ask(stp_ranks *ranks, const uint32_t *numbers, const size_t
     for (unsigned rank = 0; rank < count; rank++) {
         const size_t before = out.size;
         for (size_t i = 0; i < heard[rank] / sizeof *numbers; i++) {
-            uint32_t number = 0;
+            uint64_t number = 0;
             STP_TRY(stp_packet_take(&from, &number, sizeof number, err));
             STP_TRY(answer(context, number, &out, err));
         }

@@ -55,6 +55,8 @@ static inline unsigned stp_ranks_count(const stp_ranks *ranks)
 /* The part of `count` things that a rank does; this rank's own. */
 stp_rank_part stp_ranks_part(const stp_ranks *ranks, unsigned rank, uint64_t count);
 stp_rank_part stp_ranks_own(const stp_ranks *ranks, uint64_t count);
+/* The rank that has an item, if rank r has those from begins[r] on, and one of them has it. */
+unsigned stp_ranks_find(const stp_ranks *ranks, const uint64_t *begins, uint64_t item);
 
 /* Gives bytes of rank `from` to every rank. The others' data, as long, are replaced. */
 stp_status stp_ranks_broadcast(stp_ranks *ranks, unsigned from, void *data, size_t bytes,
@@ -93,9 +95,9 @@ stp_status stp_ranks_deal(stp_ranks *ranks, stp_bytes *items, size_t size,
                           stp_rank_of_item *rank_of, const void *context, stp_error *err);
 /* Asks other ranks for things by number, rank after rank: counts[r] of rank r. `answer` packs one
  * that this rank has. Replaces *in by the answers, in order. Errors: likewise. */
-typedef stp_status stp_rank_answer(const void *context, uint32_t number, stp_bytes *out,
+typedef stp_status stp_rank_answer(const void *context, uint64_t number, stp_bytes *out,
                                    stp_error *err);
-stp_status stp_ranks_ask(stp_ranks *ranks, const uint32_t *numbers, const size_t *counts,
+stp_status stp_ranks_ask(stp_ranks *ranks, const uint64_t *numbers, const size_t *counts,
                          stp_rank_answer *answer, const void *context, stp_bytes *in,
                          stp_error *err);
 

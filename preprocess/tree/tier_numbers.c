@@ -19,9 +19,9 @@ typedef struct maker {
 
 /* One round of fetching. */
 typedef struct number_round {
-    uint64_t *asked; /* records, rank after rank */
-    size_t *asked_bytes, *told_bytes, *sent, *received, *next;
-    stp_bytes told, out, in; /* records that others ask for; numbers that go and come */
+    uint64_t *asked;       /* records, rank after rank */
+    size_t *counts, *next; /* by rank: how many; where its next record, or number, is */
+    stp_bytes in;          /* numbers that come */
 } number_round;
 
 static uint32_t sample_count(const stp_tier_chunk *c)
@@ -33,16 +33,7 @@ static uint32_t sample_count(const stp_tier_chunk *c)
 /* The rank that read a record. */
 static unsigned reader_of(const stp_tree_params *params, uint64_t record)
 {
-    const uint64_t *begins = params->numbers.begins;
-    unsigned low = 0, high = params->ranks->count - 1;
-    while (low < high) {
-        const unsigned middle = low + (high - low + 1) / 2;
-        if (begins[middle] <= record)
-            low = middle;
-        else
-            high = middle - 1;
-    }
-    return low;
+    return stp_ranks_find(params->ranks, params->numbers.begins, record);
 }
 
 /* Lists records by the rank that read them. */
@@ -50,38 +41,23 @@ static void ask(number_round *r, const stp_tree_params *params, const uint64_t *
                 uint32_t count)
 {
     const unsigned ranks = params->ranks->count;
-    memset(r->asked_bytes, 0, ranks * sizeof *r->asked_bytes);
+    memset(r->counts, 0, ranks * sizeof *r->counts);
     for (uint32_t i = 0; i < count; i++)
         if (records[i] != STP_SOURCE_NONE)
-            r->asked_bytes[reader_of(params, records[i])] += sizeof *records;
-    for (size_t rank = 0, sum = 0; rank < ranks; sum += r->asked_bytes[rank++])
-        r->next[rank] = sum / sizeof *records;
+            r->counts[reader_of(params, records[i])]++;
+    for (size_t rank = 0, sum = 0; rank < ranks; sum += r->counts[rank++])
+        r->next[rank] = sum;
     for (uint32_t i = 0; i < count; i++)
         if (records[i] != STP_SOURCE_NONE)
             r->asked[r->next[reader_of(params, records[i])]++] = records[i];
 }
 
-/* Packs the numbers that other ranks asked for. */
-static stp_status answer(number_round *r, const stp_tree_params *params, stp_error *err)
+/* Packs the numbers of a record that another rank asks for. */
+static stp_status answer(const void *context, uint64_t record, stp_bytes *out, stp_error *err)
 {
-    stp_status status = STP_OK;
-    const stp_ranks *ranks = params->ranks;
-    const size_t stride = stp_attribute_list_bytes(params->numbers.list);
-    stp_cursor told = {r->told.data, r->told.size};
-    r->out.size = 0;
-    for (unsigned rank = 0; rank < ranks->count; rank++) {
-        const size_t count = r->told_bytes[rank] / sizeof(uint64_t);
-        r->sent[rank] = count * stride;
-        for (size_t i = 0; i < count; i++) {
-            uint64_t record = 0;
-            STP_TRY(stp_packet_take(&told, &record, sizeof record, err));
-            const size_t place = record - params->numbers.first;
-            STP_TRY(
-                stp_bytes_append(&r->out, params->numbers.packed + place * stride, stride, err));
-        }
-    }
-done:
-    return status;
+    const stp_point_numbers *numbers = context;
+    const size_t stride = stp_attribute_list_bytes(numbers->list);
+    return stp_bytes_append(out, numbers->packed + (record - numbers->first) * stride, stride, err);
 }
 
 /* Fetches the numbers of some records into out. */
@@ -92,12 +68,9 @@ static stp_status run_round(number_round *r, const maker *m, const uint64_t *rec
     stp_ranks *ranks = m->params->ranks;
     const size_t stride = stp_attribute_list_bytes(m->params->numbers.list);
     ask(r, m->params, records, count);
-    STP_TRY(
-        stp_ranks_exchange_bytes(ranks, r->asked, r->asked_bytes, &r->told, r->told_bytes, err));
-    STP_TRY(answer(r, m->params, err));
     stp_spill_relieve(m->spill);
-    STP_TRY(stp_ranks_exchange_bytes(ranks, r->out.data, r->sent, &r->in, r->received, err));
-    for (size_t rank = 0, sum = 0; rank < ranks->count; sum += r->received[rank++])
+    STP_TRY(stp_ranks_ask(ranks, r->asked, r->counts, answer, &m->params->numbers, &r->in, err));
+    for (size_t rank = 0, sum = 0; rank < ranks->count; sum += stride * r->counts[rank++])
         r->next[rank] = sum;
     for (uint32_t i = 0; i < count; i++) {
         if (records[i] == STP_SOURCE_NONE)
@@ -118,14 +91,9 @@ static stp_status fetch(const maker *m, const uint64_t *records, uint32_t count,
     const size_t stride = stp_attribute_list_bytes(m->params->numbers.list);
     const uint32_t most = (uint32_t)(ROUND_BYTES / (stride * ranks->count)) + 1;
     number_round r = {0};
-    size_t *sizes = NULL;
     STP_TRY(stp_alloc(&r.asked, most, sizeof *r.asked, "attributes", err));
-    STP_TRY(stp_alloc(&sizes, 5 * (size_t)ranks->count, sizeof *sizes, "ranks", err));
-    r.asked_bytes = sizes;
-    r.told_bytes = sizes + ranks->count;
-    r.sent = r.told_bytes + ranks->count;
-    r.received = r.sent + ranks->count;
-    r.next = r.received + ranks->count;
+    STP_TRY(stp_alloc(&r.counts, 2 * (size_t)ranks->count, sizeof *r.counts, "ranks", err));
+    r.next = r.counts + ranks->count;
     for (uint32_t at = 0;;) {
         uint64_t left = count - at;
         STP_TRY(stp_ranks_sum(ranks, &left, 1, err));
@@ -137,9 +105,7 @@ static stp_status fetch(const maker *m, const uint64_t *records, uint32_t count,
     }
 done:
     free(r.asked);
-    free(sizes);
-    free(r.told.data);
-    free(r.out.data);
+    free(r.counts);
     free(r.in.data);
     return status;
 }

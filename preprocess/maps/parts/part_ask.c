@@ -10,7 +10,7 @@
 typedef struct asking {
     stp_part_field *field;
     stp_ranks *ranks;
-    uint32_t *wanted; /* parts, rank after rank */
+    uint64_t *wanted; /* parts, rank after rank */
     size_t wanted_count, capacity;
     size_t *counts; /* by rank: of these */
     stp_bytes in;   /* what comes */
@@ -18,10 +18,7 @@ typedef struct asking {
 
 static unsigned owner_of(const stp_part_field *field, uint32_t part)
 {
-    unsigned rank = 0;
-    while (part >= field->firsts[rank + 1])
-        rank++;
-    return rank;
+    return stp_ranks_find(field->cloud->blocks->ranks, field->firsts, part);
 }
 
 /* Wants the parts of other ranks that a part was joined with. */
@@ -43,7 +40,7 @@ done:
 }
 
 /* Packs a part that another rank asks for. */
-static stp_status answer(const void *context, uint32_t part, stp_bytes *out, stp_error *err)
+static stp_status answer(const void *context, uint64_t part, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_part_field *f = context;
@@ -87,9 +84,9 @@ static stp_status fetch(asking *a, const stp_part_question *questions, uint32_t 
     if (all == 0)
         return STP_OK;
     STP_TRY(stp_alloc(&a->counts, a->ranks->count, sizeof *a->counts, "ranks", err));
-    stp_sort_u32(a->wanted, a->wanted_count);
+    stp_sort_u64(a->wanted, a->wanted_count);
     for (size_t i = 0; i < a->wanted_count; i++)
-        a->counts[owner_of(a->field, a->wanted[i])]++;
+        a->counts[owner_of(a->field, (uint32_t)a->wanted[i])]++;
     STP_TRY(stp_ranks_ask(a->ranks, a->wanted, a->counts, answer, a->field, &a->in, err));
     STP_TRY(take(a, err));
 done:

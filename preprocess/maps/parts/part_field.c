@@ -171,7 +171,7 @@ void stp_part_field_part(stp_part_field *field, uint32_t begin, uint32_t end)
 
 stp_status stp_part_field_create(stp_part_field *out, const stp_cloud *cloud,
                                  const uint32_t *numbers, uint32_t part_count,
-                                 const uint32_t *firsts, double cone_rad, stp_error *err)
+                                 const uint64_t *firsts, double cone_rad, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_rank_part own = stp_cloud_own(cloud);

@@ -41,7 +41,7 @@ typedef struct stp_part_field {
     uint32_t *begins;       /* by part: where its places begin; then their number */
     uint32_t *next, *last;  /* by part: the next that it was merged with; the last of them */
     stp_part_copy *copies;  /* by part; NULL: no ranks share the cloud */
-    const uint32_t *firsts; /* by rank: its first part; then the number of parts; borrowed */
+    const uint64_t *firsts; /* by rank: its first part; then the number of parts; borrowed */
     struct stp_field_square *squares; /* of the grid */
     size_t capacity;
     uint64_t seen_points; /* so far */
@@ -58,7 +58,7 @@ typedef struct stp_part_question {
  * unless ranks share the cloud. Errors: OUT_OF_MEMORY, IO. Free with stp_part_field_clear. */
 stp_status stp_part_field_create(stp_part_field *out, const stp_cloud *cloud,
                                  const uint32_t *numbers, uint32_t part_count,
-                                 const uint32_t *firsts, double cone_rad, stp_error *err);
+                                 const uint64_t *firsts, double cone_rad, stp_error *err);
 void stp_part_field_clear(stp_part_field *field);
 /* Answers questions: all ranks ask the same ones. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
 stp_status stp_part_field_ask(stp_part_field *field, stp_part_question *questions, uint32_t count,

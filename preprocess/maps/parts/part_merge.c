@@ -415,8 +415,8 @@ static stp_status rehearse(const stp_part *parts, const stp_part_pair *pairs, si
 {
     stp_status status = STP_OK;
     stp_ranks *ranks = field->cloud->blocks->ranks;
-    const uint32_t first = field->firsts[ranks->self];
-    const uint32_t count = field->firsts[ranks->self + 1] - first;
+    const uint32_t first = (uint32_t)field->firsts[ranks->self];
+    const uint32_t count = (uint32_t)field->firsts[ranks->self + 1] - first;
     merging m = {.cosine = cosine, .first = first, .log = out};
     stp_part_pair *own = NULL;
     size_t n = 0;
