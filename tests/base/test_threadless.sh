@@ -4,6 +4,7 @@
 # threads, so none of these programs may contain one of the five.
 set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
+[ -z "${STIPPLE_SANITIZE:-}" ] || skip_test "programs with sanitizers keep what they do not use, the pool too"
 
 starts=$(grep -rlE 'pthread_create|thrd_create|std::(thread|async)' "$SOURCE"/{base,formats,preprocess} \
     "$SOURCE"/{runtime,tools,tests} --include='*.c' --include='*.cpp' --exclude-dir=inject | sort)
