@@ -1,4 +1,4 @@
-/* Output files that appear whole or not at all; input files; folders. */
+/* Output files that appear whole or not at all; input files; folders; endings of names. */
 #include "base/file.h"
 
 #include "base/memory.h"
@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -498,4 +499,10 @@ done:
     free(part);
     errno = reason;
     return status;
+}
+
+bool stp_path_ends_in(const char *path, const char *ending)
+{
+    const size_t length = strlen(path), ending_length = strlen(ending);
+    return length >= ending_length && strcasecmp(path + length - ending_length, ending) == 0;
 }

@@ -77,4 +77,7 @@ stp_status stp_file_load(const char *path, uint8_t **out, size_t *size, stp_erro
  * the folder that cannot be made; errno holds the reason too), OUT_OF_MEMORY. */
 stp_status stp_folder_make(const char *path, unsigned mode, stp_error *err);
 
+/* Whether a name ends in, say, ".laz", in capitals or not. */
+bool stp_path_ends_in(const char *path, const char *ending);
+
 #endif

@@ -10,9 +10,6 @@
 #include <string.h>
 #include <unistd.h>
 
-/* A camera path of 100,000 keyframes takes half of this. */
-#define FILE_BYTES_LIMIT (64u << 20)
-
 stp_status stp_json_parse(cJSON **out, const char *text, size_t size, const char *name,
                           const char *expected, stp_error *err)
 {
@@ -32,9 +29,9 @@ stp_status stp_json_load(cJSON **out, const char *path, const char *expected, st
     uint64_t size = 0;
     char *text = NULL;
     STP_TRY(stp_file_open(path, &descriptor, &size, err));
-    if (size > FILE_BYTES_LIMIT) {
+    if (size > STP_JSON_BYTES_LIMIT) {
         status = stp_error_set(err, STP_FORMAT, "%s: over %u MiB are too large for %s", path,
-                               FILE_BYTES_LIMIT >> 20, expected);
+                               STP_JSON_BYTES_LIMIT >> 20, expected);
         goto done;
     }
     STP_TRY(stp_alloc(&text, (size_t)size + 1, 1, "a JSON file", err));

@@ -14,7 +14,7 @@
 
 /* Files with more bytes are no JSON of ours. A camera path of 100,000 keyframes has half of them.
  */
-#define STP_JSON_BYTES_MOST (64u << 20)
+#define STP_JSON_BYTES_LIMIT (64u << 20)
 
 /* Reads a file that holds one JSON object. Free *out with cJSON_Delete. expected: what the file
  * should be, for the message. Errors: NOT_FOUND, IO, FORMAT, OUT_OF_MEMORY. */

@@ -43,6 +43,18 @@ static inline void stp_sort_u64(uint64_t *values, size_t count)
         qsort(values, count, sizeof *values, stp_compare_u64);
 }
 
+static inline int stp_compare_i64(const void *a, const void *b)
+{
+    const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static inline void stp_sort_i64(int64_t *values, size_t count)
+{
+    if (count > 0)
+        qsort(values, count, sizeof *values, stp_compare_i64);
+}
+
 /* Something of a file: its number, and the byte where it lies. */
 typedef struct stp_placed {
     uint64_t offset;

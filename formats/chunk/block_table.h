@@ -1,5 +1,6 @@
 /* The table of blocks of a file of version 2: a record of STP_BLOCK_BYTES for each block, by which
- * a view chooses, finds and checks the block before it reads it (formats/SPEC.md, "Blocks").
+ * a view chooses, finds and checks the block before it reads it (formats/SPEC.md, "The table of
+ * blocks").
  *
  * Pure conversions and checks. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_BLOCK_TABLE_H

@@ -10,7 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -188,8 +187,7 @@ done:
 
 bool stp_image_keeps_floats(const char *path)
 {
-    size_t length = strlen(path);
-    return length > 4 && strcasecmp(path + length - 4, ".exr") == 0;
+    return stp_path_ends_in(path, ".exr");
 }
 
 stp_status stp_image_save_floats(const stp_float_image *image, const char *path, bool force,

@@ -8,13 +8,11 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
 bool stp_png_is_named(const char *path)
 {
-    size_t length = strlen(path);
-    return length > 4 && strcasecmp(path + length - 4, ".png") == 0;
+    return stp_path_ends_in(path, ".png");
 }
 
 bool stp_png_is_file(int descriptor)

@@ -10,7 +10,6 @@
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
 #define STP_DETECT_BYTES 65536u
@@ -36,12 +35,6 @@ static bool starts_with(const prefix *p, const char *magic, size_t length)
 static bool is_space(char c)
 {
     return c == ' ' || c == '\t' || c == '\r' || c == '\n';
-}
-
-static bool name_ends_with(const char *path, const char *ending)
-{
-    const size_t length = strlen(path), ending_length = strlen(ending);
-    return length >= ending_length && strcasecmp(path + length - ending_length, ending) == 0;
 }
 
 /* True if the first word of the first line that is no comment is one of words. */
@@ -234,17 +227,17 @@ static const char *known_but_unsupported(const prefix *p, const char **advice)
  * without its first word is also lines of numbers. */
 static bool detect_by_name(const prefix *p, stp_scan_format *format)
 {
-    if (name_ends_with(p->name, ".obj"))
+    if (stp_path_ends_in(p->name, ".obj"))
         *format = STP_SCAN_OBJ;
-    else if (name_ends_with(p->name, ".stl"))
+    else if (stp_path_ends_in(p->name, ".stl"))
         *format = STP_SCAN_STL_BINARY;
-    else if (name_ends_with(p->name, ".off"))
+    else if (stp_path_ends_in(p->name, ".off"))
         *format = STP_SCAN_OFF;
-    else if (name_ends_with(p->name, ".gltf"))
+    else if (stp_path_ends_in(p->name, ".gltf"))
         *format = STP_SCAN_GLTF;
-    else if (name_ends_with(p->name, ".ply"))
+    else if (stp_path_ends_in(p->name, ".ply"))
         *format = STP_SCAN_PLY;
-    else if (name_ends_with(p->name, ".pcd"))
+    else if (stp_path_ends_in(p->name, ".pcd"))
         *format = STP_SCAN_PCD;
     else if (stp_ept_is_named(p->name))
         *format = STP_SCAN_EPT;

@@ -1,11 +1,11 @@
 /* Finds which text format of points a file has. */
 #include "formats/scan/detect_text.h"
 
+#include "base/file.h"
 #include "formats/scan/text/columns.h"
 #include "formats/scan/text/text_count.h"
 
 #include <string.h>
-#include <strings.h>
 
 /* Enough lines to see the first row of a pose. */
 #define STP_LINES 7
@@ -113,11 +113,8 @@ bool stp_detect_text_name(const char *path, const char *bytes, size_t length,
         {".asc", STP_SCAN_XYZ},    {".xyzi", STP_SCAN_XYZ}, {".xyzn", STP_SCAN_XYZ},
         {".xyzrgb", STP_SCAN_XYZ}, {".pts", STP_SCAN_PTS},  {".ptx", STP_SCAN_PTX},
     };
-    const size_t path_length = strlen(path);
     for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
-        const size_t ending_length = strlen(endings[i].ending);
-        if (path_length < ending_length ||
-            strcasecmp(path + path_length - ending_length, endings[i].ending) != 0)
+        if (!stp_path_ends_in(path, endings[i].ending))
             continue;
         *format = endings[i].format;
         if (*format == STP_SCAN_PTS && length > 0) {

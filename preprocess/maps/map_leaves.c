@@ -2,6 +2,7 @@
 #include "preprocess/maps/map_leaves.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/cloud/morton.h"
@@ -274,12 +275,6 @@ static void add_square(making *m, const stp_map_square *square)
     m->ends[m->squares++] = m->count;
 }
 
-static int compare(const void *a, const void *b)
-{
-    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-    return (x > y) - (x < y);
-}
-
 /* Sorts the squares of a leaf by map, and maps by their first squares.
  * out: for each square the first of its map << 32 | its place. map_count: of different maps. */
 static void sort_by_map(const stp_map_square *squares, uint32_t count, uint64_t *out,
@@ -287,7 +282,7 @@ static void sort_by_map(const stp_map_square *squares, uint32_t count, uint64_t 
 {
     for (uint32_t i = 0; i < count; i++)
         out[i] = (uint64_t)squares[i].map << 32 | i;
-    qsort(out, count, sizeof *out, compare);
+    stp_sort_u64(out, count);
     uint64_t map = UINT64_MAX, first = 0;
     *map_count = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -299,7 +294,7 @@ static void sort_by_map(const stp_map_square *squares, uint32_t count, uint64_t 
         }
         out[i] = first | place;
     }
-    qsort(out, count, sizeof *out, compare);
+    stp_sort_u64(out, count);
 }
 
 /* How far the normals of four samples that are merged are from their mean, radians, on average. */

@@ -33,7 +33,6 @@ typedef struct node {
     uint32_t run_count;
     uint32_t handle;
     uint64_t points_under;
-    uint32_t depth_below; /* leaf 0 */
 } node;
 
 /* Which nodes become one chunk of the next tier. */

@@ -23,12 +23,12 @@ static stp_status check_file(stp_first_camera *out, stp_cloud *cloud, const stp_
                              stp_pool *pool, stp_prep_stats *stats, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_image image = {0};
+    stp_file_image image = {0};
     const bool one = file->station_count == 1;
     const stp_dvec3 position = one ? stations[file->station_begin] : (stp_dvec3){0.0, 0.0, 0.0};
     bool seen = one;
     if (file->grid.columns > 0)
-        STP_TRY(stp_image_create(&image, points, &file->grid, err));
+        STP_TRY(stp_file_image_create(&image, points, &file->grid, err));
     if (one && file->station_word != STP_STATION_TOLD)
         STP_TRY(stp_seen_from(&seen, points, image.count > 0 ? &image : NULL, position,
                               file->station_word, err));
@@ -48,7 +48,7 @@ static stp_status check_file(stp_first_camera *out, stp_cloud *cloud, const stp_
         stp_image_view_along(&image, out);
     }
 done:
-    stp_image_clear(&image);
+    stp_file_image_clear(&image);
     return status;
 }
 

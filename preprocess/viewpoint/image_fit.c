@@ -34,7 +34,7 @@ uint64_t stp_find_source(const stp_cloud *cloud, uint64_t begin, uint64_t end, u
     return begin;
 }
 
-static void add_pixel(stp_image *image, uint32_t column, uint32_t row, stp_dvec3 position)
+static void add_pixel(stp_file_image *image, uint32_t column, uint32_t row, stp_dvec3 position)
 {
     image->pixels[image->count++] = (stp_pixel){.x = (2.0 * column + 1.0) / image->columns - 1.0,
                                                 .y = (2.0 * row + 1.0) / image->rows - 1.0,
@@ -66,10 +66,10 @@ bool stp_grid_find(stp_grid_point *out, const stp_file_points *p, const stp_scan
     return out->column < grid->columns && out->row < grid->rows;
 }
 
-stp_status stp_image_create(stp_image *out, const stp_file_points *p, const stp_scan_grid *grid,
-                            stp_error *err)
+stp_status stp_file_image_create(stp_file_image *out, const stp_file_points *p,
+                                 const stp_scan_grid *grid, stp_error *err)
 {
-    stp_image image = {.columns = grid->columns, .rows = grid->rows};
+    stp_file_image image = {.columns = grid->columns, .rows = grid->rows};
     const uint64_t count = stp_grid_count(p, grid);
     const uint64_t stride = count / STP_IMAGE_PIXELS + 1;
     stp_status status =
@@ -86,10 +86,10 @@ stp_status stp_image_create(stp_image *out, const stp_file_points *p, const stp_
     return STP_OK;
 }
 
-void stp_image_clear(stp_image *image)
+void stp_file_image_clear(stp_file_image *image)
 {
     free(image->pixels);
-    *image = (stp_image){0};
+    *image = (stp_file_image){0};
 }
 
 /* ---- least squares ---- */
@@ -166,13 +166,13 @@ static bool ray_of(const stp_image_map *map, const stp_pixel *pixel, stp_dvec3 e
 }
 
 /* The distance of a map's pixel from the true one, in pixels. */
-static double off_by(const stp_image *image, const double found[3], const stp_pixel *pixel)
+static double off_by(const stp_file_image *image, const double found[3], const stp_pixel *pixel)
 {
     return 0.5 * hypot((found[0] / found[2] - pixel->x) * image->columns,
                        (found[1] / found[2] - pixel->y) * image->rows);
 }
 
-stp_image_map stp_image_fit(const stp_image *image, stp_dvec3 eye)
+stp_image_map stp_image_fit(const stp_file_image *image, stp_dvec3 eye)
 {
     stp_image_map map = {0};
     stp_dvec3 sum = {0.0, 0.0, 0.0};
@@ -226,7 +226,7 @@ static stp_dvec3 direction_at(const stp_image_map *map, double x, double y)
 
 /* Median depth along an axis of the points in the middle half of the image; of all points if there
  * are none. */
-static double middle_depth(const stp_image *image, stp_dvec3 eye, stp_dvec3 forward)
+static double middle_depth(const stp_file_image *image, stp_dvec3 eye, stp_dvec3 forward)
 {
     double depths[1024];
     for (double half = 0.5;; half = 2.0) {
@@ -258,7 +258,7 @@ static double tangent_between(stp_dvec3 a, stp_dvec3 b)
     return stp_dvec3_length(stp_dvec3_cross(a, b)) / stp_dvec3_dot(a, b);
 }
 
-stp_first_camera stp_image_view_from(const stp_image *image, const stp_image_map *map,
+stp_first_camera stp_image_view_from(const stp_file_image *image, const stp_image_map *map,
                                      stp_dvec3 eye)
 {
     const stp_dvec3 forward = stp_dvec3_normalize(direction_at(map, 0.0, 0.0));
@@ -280,7 +280,7 @@ stp_first_camera stp_image_view_from(const stp_image *image, const stp_image_map
 /* ---- along parallel rays ---- */
 
 /* position ~ axes[0] x + axes[1] y + axes[2]. */
-static bool fit_plane(const stp_image *image, stp_dvec3 axes[3])
+static bool fit_plane(const stp_file_image *image, stp_dvec3 axes[3])
 {
     double out[3][3];
     for (int axis = 0; axis < 3; axis++) {
@@ -310,7 +310,7 @@ static stp_dvec3 plane_at(const stp_dvec3 axes[3], const stp_pixel *p)
 
 /* The direction in which points leave the plane: the main axis of their offsets, by power iteration
  * with the covariance. */
-static stp_dvec3 offset_axis(const stp_image *image, const stp_dvec3 axes[3])
+static stp_dvec3 offset_axis(const stp_file_image *image, const stp_dvec3 axes[3])
 {
     double c[3][3] = {{0.0}};
     for (uint32_t i = 0; i < image->count; i++) {
@@ -338,7 +338,7 @@ static double squared_from(const stp_pixel *p, double x, double y)
     return (p->x - x) * (p->x - x) + (p->y - y) * (p->y - y);
 }
 
-bool stp_image_view_along(const stp_image *image, stp_first_camera *out)
+bool stp_image_view_along(const stp_file_image *image, stp_first_camera *out)
 {
     stp_dvec3 axes[3], box[2] = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     double bulge = 0.0, middle = 0.0, x = 0.0, y = 0.0;

@@ -35,10 +35,10 @@ typedef struct stp_pixel {
     stp_dvec3 position;
 } stp_pixel;
 
-typedef struct stp_image {
+typedef struct stp_file_image {
     stp_pixel *pixels;
     uint32_t count, columns, rows;
-} stp_image;
+} stp_file_image;
 
 /* A map between rays and pixels. axes: the third points forwards. to_pixel: from tangents to
  * pixels; to_ray: back. */
@@ -58,17 +58,17 @@ uint64_t stp_grid_count(const stp_file_points *points, const stp_scan_grid *grid
 bool stp_grid_find(stp_grid_point *out, const stp_file_points *points, const stp_scan_grid *grid,
                    uint64_t i);
 /* Makes the image. The grid has columns. Errors: OUT_OF_MEMORY. */
-stp_status stp_image_create(stp_image *out, const stp_file_points *points,
-                            const stp_scan_grid *grid, stp_error *err);
-void stp_image_clear(stp_image *image);
+stp_status stp_file_image_create(stp_file_image *out, const stp_file_points *points,
+                                 const stp_scan_grid *grid, stp_error *err);
+void stp_file_image_clear(stp_file_image *image);
 /* The best map from an eye. fitting is 0 if there is none. */
-stp_image_map stp_image_fit(const stp_image *image, stp_dvec3 eye);
+stp_image_map stp_image_fit(const stp_file_image *image, stp_dvec3 eye);
 /* The view from the eye through the whole image. Up is against the rows; if that gives a mirror
  * image, along them. The camera looks at a point as far as the middle half of the points. */
-stp_first_camera stp_image_view_from(const stp_image *image, const stp_image_map *map,
+stp_first_camera stp_image_view_from(const stp_file_image *image, const stp_image_map *map,
                                      stp_dvec3 eye);
 /* The view along parallel rays that shows the points. Its side is the one towards which the middle
  * of the image bulges, since surfaces turn away at outlines. False if the rays are not parallel. */
-bool stp_image_view_along(const stp_image *image, stp_first_camera *out);
+bool stp_image_view_along(const stp_file_image *image, stp_first_camera *out);
 
 #endif

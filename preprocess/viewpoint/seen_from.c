@@ -39,7 +39,7 @@ static stp_dvec3 ray_to(const stp_file_points *p, uint64_t i, stp_dvec3 from, do
 }
 
 /* Whether the steps of rays from pixel to pixel stay even over jumps of the distance. */
-static bool is_even(const stp_file_points *p, const stp_image *image, stp_dvec3 from)
+static bool is_even(const stp_file_points *p, const stp_file_image *image, stp_dvec3 from)
 {
     uint32_t jumps = 0, even = 0;
     const stp_cloud_point *points = p->cloud->points;
@@ -64,7 +64,7 @@ static bool is_even(const stp_file_points *p, const stp_image *image, stp_dvec3 
     return jumps >= JUMPS_LEAST && even >= EVEN_LEAST * jumps;
 }
 
-static bool image_allows(const stp_file_points *p, const stp_image *image, stp_dvec3 from)
+static bool image_allows(const stp_file_points *p, const stp_file_image *image, stp_dvec3 from)
 {
     return stp_image_fit(image, from).fitting >= FITTING_LEAST || is_even(p, image, from);
 }
@@ -289,7 +289,7 @@ done:
 }
 
 /* Whether the pixels allow the position. */
-static bool pixels_allow(const stp_file_points *p, const stp_image *image, stp_dvec3 position,
+static bool pixels_allow(const stp_file_points *p, const stp_file_image *image, stp_dvec3 position,
                          double distance, stp_station_word word)
 {
     int others = 0;
@@ -301,7 +301,7 @@ static bool pixels_allow(const stp_file_points *p, const stp_image *image, stp_d
     return others <= 2;
 }
 
-stp_status stp_seen_from(bool *out, const stp_file_points *p, const stp_image *image,
+stp_status stp_seen_from(bool *out, const stp_file_points *p, const stp_file_image *image,
                          stp_dvec3 position, stp_station_word word, stp_error *err)
 {
     stp_status status = STP_OK;

@@ -26,7 +26,7 @@
 /* *out: whether the points may have been seen from the position. image: of the points, or NULL.
  * word: not TOLD, which needs no check. All ranks of points->ranks call it. Errors: OUT_OF_MEMORY,
  * IO, CANCELLED. */
-stp_status stp_seen_from(bool *out, const stp_file_points *points, const stp_image *image,
+stp_status stp_seen_from(bool *out, const stp_file_points *points, const stp_file_image *image,
                          stp_dvec3 position, stp_station_word word, stp_error *err);
 
 /* The share of points that lie behind others as seen from a position. positions: a sample of the

@@ -3,6 +3,7 @@
 #include "base/checked.h"
 #include "base/clock.h"
 #include "base/error.h"
+#include "base/file.h"
 #include "base/memory.h"
 #include "base/pool.h"
 #include "base/progress.h"
@@ -324,6 +325,15 @@ static void test_box(void **state)
     assert_false(stp_dvec3_finite((stp_dvec3){0, NAN, 0}));
 }
 
+static void test_endings(void **state)
+{
+    (void)state;
+    assert_true(stp_path_ends_in("a.folder/scan.LAZ", ".laz"));
+    assert_true(stp_path_ends_in(".laz", ".laz"));
+    assert_false(stp_path_ends_in("scan.laz.ply", ".laz"));
+    assert_false(stp_path_ends_in("az", ".laz"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -339,6 +349,7 @@ int main(void)
         cmocka_unit_test(test_progress),
         cmocka_unit_test(test_random_and_clock),
         cmocka_unit_test(test_box),
+        cmocka_unit_test(test_endings),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

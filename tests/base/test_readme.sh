@@ -4,9 +4,9 @@ set -uo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../support/shell.sh"
 
 "$STIPPLE" --help | found '^  render ' || skip_test "built without the renderer"
-# docs/format-2.md and docs/plan.md describe things that do not exist yet.
+# docs/plan.md describes things that do not exist yet.
 mapfile -t pages < <(ls "$SOURCE"/README.md "$SOURCE"/docs/*.md "$SOURCE"/benchmarks/README.md |
-    grep -v '/docs/\(format-2\|plan\)\.md$')
+    grep -v '/docs/plan\.md$')
 text=$(cat "${pages[@]}" | tr '\n' ' ' | tr -s ' ')
 commands=$("$STIPPLE" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]*\) .*/\1/p')
 

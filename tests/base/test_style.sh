@@ -39,6 +39,14 @@ check_text() {
     [ -z "$found" ] || fail "the first line does not say what the file does: $found"
 }
 
+# A name that two headers give to two types works only as long as no file includes both.
+check_types() {
+    local found
+    found=$(files '*.h' | grep -v '^tests/' | xargs grep -hoP '^(typedef (struct|enum) (\w+) \3;|\} [a-z]\w*;)' |
+        sort | awk '$1 == "}" || $0 != last { print $NF } { last = $0 }' | sort | uniq -d)
+    [ -z "$found" ] || fail "two headers define a type of this name: $found"
+}
+
 check_format() {
     if ! command -v clang-format >/dev/null; then
         echo "formatting not checked: clang-format is not installed"
@@ -54,5 +62,6 @@ git rev-parse --git-dir >/dev/null 2>&1 || skip_test "not a git checkout: which 
 check_quiet
 check_size
 check_text
+check_types
 check_format
 end_test

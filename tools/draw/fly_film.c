@@ -13,7 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -53,11 +52,9 @@ static const film_format formats[] = {
 
 static const film_format *find_format(const char *path)
 {
-    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++) {
-        size_t length = strlen(path), ending = strlen(formats[i].ending);
-        if (length > ending && strcasecmp(path + length - ending, formats[i].ending) == 0)
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+        if (stp_path_ends_in(path, formats[i].ending))
             return &formats[i];
-    }
     return NULL;
 }
 

@@ -1,28 +1,21 @@
 /* How a chunk file becomes LAS or LAZ. */
 #include "tools/file/export_las.h"
 
+#include "base/file.h"
 #include "base/memory.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
-#include <strings.h>
-
-static bool ends_with(const char *path, const char *ending)
-{
-    const size_t length = strlen(path), ending_length = strlen(ending);
-    return length > ending_length && strcasecmp(path + length - ending_length, ending) == 0;
-}
 
 bool export_las_is_packed(const char *path)
 {
-    return ends_with(path, ".laz");
+    return stp_path_ends_in(path, ".laz");
 }
 
 bool export_las_is_named(const char *path)
 {
-    return ends_with(path, ".las") || export_las_is_packed(path);
+    return stp_path_ends_in(path, ".las") || export_las_is_packed(path);
 }
 
 /* Whether every point of the box has integers on the lattice. */

@@ -1,9 +1,9 @@
 /* The file that `stipple gen` writes a scan to. */
 #include "tools/gen/gen_scan.h"
 
+#include "base/file.h"
+
 #include <math.h>
-#include <string.h>
-#include <strings.h>
 
 /* Steps per sample spacing, like scanners: well below the resolution, but not so fine that files
  * grow. */
@@ -11,15 +11,9 @@ static const double steps_per_spacing = 100.0;
 /* Gaussian noise stays within this many standard deviations. */
 static const double noise_reach = 10.0;
 
-static bool ends_with(const char *path, const char *ending)
-{
-    const size_t length = strlen(path), ending_length = strlen(ending);
-    return length >= ending_length && strcasecmp(path + length - ending_length, ending) == 0;
-}
-
 bool gen_scan_is_las(const char *path)
 {
-    return ends_with(path, ".las") || ends_with(path, ".laz");
+    return stp_path_ends_in(path, ".las") || stp_path_ends_in(path, ".laz");
 }
 
 static stp_status create_las(gen_scan *out, const char *path, bool force, uint32_t attributes,
@@ -29,7 +23,7 @@ static stp_status create_las(gen_scan *out, const char *path, bool force, uint32
     const gen_surface *surface = sampling->surface;
     const double spacing = gen_sampler_spacing(sampler);
     stp_las_writer_params params = {
-        .force = force, .packed = ends_with(path, ".laz"), .attributes = attributes};
+        .force = force, .packed = stp_path_ends_in(path, ".laz"), .attributes = attributes};
     params.offset = (stp_dvec3){nearbyint(surface->centre.x), nearbyint(surface->centre.y),
                                 nearbyint(surface->centre.z)};
     const double reach = stp_dvec3_length(stp_dvec3_sub(surface->centre, params.offset)) +

@@ -7,8 +7,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
-#include <strings.h>
 
 static int run(int argc, char **argv);
 
@@ -31,12 +29,6 @@ typedef struct request {
     bool force, chart;
     double timeout_s;
 } request;
-
-static bool ends_in(const char *path, const char *ending)
-{
-    const size_t length = strlen(path), own = strlen(ending);
-    return length > own && strcasecmp(path + length - own, ending) == 0;
-}
 
 static stp_status parse_line(const char *text, profile_line *line, stp_error *err)
 {
@@ -102,11 +94,11 @@ static int run(int argc, char **argv)
         return code;
     if (!line)
         return cli_usage(&cli_profile, "no line given: add --line x0,y0,x1,y1");
-    if (!r.output || (!ends_in(r.output, ".csv") && !ends_in(r.output, ".svg")))
+    if (!r.output || (!stp_path_ends_in(r.output, ".csv") && !stp_path_ends_in(r.output, ".svg")))
         return cli_usage(&cli_profile, "no output given: add -o F.csv or -o F.svg");
     if (r.line.width < 0.0)
         return cli_usage(&cli_profile, "--width: give a number above 0");
-    r.chart = ends_in(r.output, ".svg");
+    r.chart = stp_path_ends_in(r.output, ".svg");
     if (parse_line(line, &r.line, &err) != STP_OK ||
         sandbox_options_enter(no_sandbox, r.model, r.output, &err) != STP_OK ||
         write_profile(&r, &common, &err) != STP_OK)

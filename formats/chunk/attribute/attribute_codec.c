@@ -2,6 +2,7 @@
 #include "formats/chunk/attribute/attribute_codec.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 #include "formats/chunk/layout.h"
 
 #include <math.h>
@@ -244,12 +245,6 @@ static double cost_of_which(const int16_t *which, uint32_t count, int64_t *work)
     return cost(work, count);
 }
 
-static int compare_words(const void *a, const void *b)
-{
-    const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
-    return (x > y) - (x < y);
-}
-
 /* The middle one of a sample of the words: most often the commonest, if there are few. */
 static uint64_t middle_word(const uint64_t *words, uint32_t count)
 {
@@ -257,7 +252,7 @@ static uint64_t middle_word(const uint64_t *words, uint32_t count)
     uint32_t n = 0;
     for (uint32_t i = 0; i < 33; i++)
         some[n++] = (int64_t)words[(uint64_t)i * count / 33];
-    qsort(some, n, sizeof *some, compare_words);
+    stp_sort_i64(some, n);
     return (uint64_t)some[n / 2];
 }
 

@@ -2,6 +2,7 @@
 #include "formats/chunk/attribute/attribute_steps.h"
 
 #include "base/memory.h"
+#include "base/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -20,18 +21,12 @@
 /* Greater ones are not parted: doubles hold them no longer. */
 #define PARTED_MOST ((int64_t)1 << 52)
 
-static int compare_numbers(const void *a, const void *b)
-{
-    const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
-    return (x > y) - (x < y);
-}
-
 /* Sorts, and drops equal ones and those farther than PARTED_MOST from the least; counts from the
  * least. */
 static uint32_t sort_distinct(int64_t *numbers, uint32_t count)
 {
     uint32_t kept = 0;
-    qsort(numbers, count, sizeof *numbers, compare_numbers);
+    stp_sort_i64(numbers, count);
     const uint64_t least = count > 0 ? (uint64_t)numbers[0] : 0;
     int64_t before = -1;
     for (uint32_t i = 0; i < count; i++) {
@@ -65,7 +60,7 @@ static void make_gaps(const int64_t *numbers, uint32_t count, int64_t *gaps)
 {
     for (uint32_t i = 0; i + 1 < count; i++)
         gaps[i] = numbers[i + 1] - numbers[i];
-    qsort(gaps, count - 1, sizeof *gaps, compare_numbers);
+    stp_sort_i64(gaps, count - 1);
 }
 
 /* Where among sorted gaps those of one pulse are. */

@@ -19,7 +19,7 @@ typedef struct grid_reader {
     const char *path;
     uint32_t copy_step; /* as the heights were opened */
     stp_grid_params params;
-    stp_raster *heights, *colours, *mask;
+    stp_raster_file *heights, *colours, *mask;
     const stp_raster_info *info, *colour_info, *mask_info;
     double *row, *colour_row, *mask_row; /* as the files have them */
     double *z[ROWS_HELD];                /* heights of row r at r % ROWS_HELD; NaN: no sample */
@@ -428,11 +428,12 @@ done:
 }
 
 /* Opens an image anew, if it is there, so that it is read from its top. */
-static stp_status open_anew(const grid_reader *g, stp_raster **image, const stp_raster_info **info,
-                            const char *path, stp_raster_use use, stp_error *err)
+static stp_status open_anew(const grid_reader *g, stp_raster_file **image,
+                            const stp_raster_info **info, const char *path, stp_raster_use use,
+                            stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_raster *anew = NULL;
+    stp_raster_file *anew = NULL;
     if (*image == NULL)
         return STP_OK;
     const uint32_t step = use == STP_RASTER_HEIGHTS ? g->copy_step : 1;

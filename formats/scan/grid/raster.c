@@ -10,7 +10,7 @@
 #include <strings.h>
 #include <unistd.h>
 
-struct stp_raster {
+struct stp_raster_file {
     stp_raster_info info;
     const stp_raster_reader *reader;
     void *state;
@@ -82,7 +82,7 @@ static stp_status load_tiff(const stp_raster_reader **out, stp_error *err)
                          "TIFF cannot be read: %s: install stipple anew, or libtiff", dlerror());
 }
 
-static stp_status check_info(const stp_raster *r, stp_error *err)
+static stp_status check_info(const stp_raster_file *r, stp_error *err)
 {
     const stp_raster_info *info = &r->info;
     if (info->width == 0 || info->height == 0 || info->width > STP_RASTER_SIDE_LIMIT ||
@@ -96,11 +96,11 @@ static stp_status check_info(const stp_raster *r, stp_error *err)
     return STP_OK;
 }
 
-stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use use, uint32_t step,
-                           stp_error *err)
+stp_status stp_raster_open(stp_raster_file **out, const char *path, stp_raster_use use,
+                           uint32_t step, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_raster *r = NULL;
+    stp_raster_file *r = NULL;
     int descriptor = -1;
     uint64_t size = 0;
     char begin[16];
@@ -129,12 +129,12 @@ done:
     return status;
 }
 
-const stp_raster_info *stp_raster_get_info(const stp_raster *raster)
+const stp_raster_info *stp_raster_get_info(const stp_raster_file *raster)
 {
     return &raster->info;
 }
 
-stp_status stp_raster_read(stp_raster *r, uint32_t row, double *values, stp_error *err)
+stp_status stp_raster_read(stp_raster_file *r, uint32_t row, double *values, stp_error *err)
 {
     stp_status status = STP_OK;
     for (r->next = r->reader->each ? r->next : row; r->next <= row; r->next++)
@@ -143,9 +143,9 @@ done:
     return status;
 }
 
-void stp_raster_close(stp_raster **raster)
+void stp_raster_close(stp_raster_file **raster)
 {
-    stp_raster *r = *raster;
+    stp_raster_file *r = *raster;
     if (r == NULL)
         return;
     if (r->reader != NULL && r->state != NULL)

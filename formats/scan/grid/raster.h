@@ -43,7 +43,7 @@ typedef struct stp_raster_info {
     uint32_t vertical; /* of the system of its heights; likewise */
 } stp_raster_info;
 
-typedef struct stp_raster stp_raster;
+typedef struct stp_raster_file stp_raster_file;
 
 /* Whether a file that begins with these bytes is of a kind that may hold heights. 16 are enough. */
 bool stp_raster_may_hold_heights(const char *bytes, size_t length);
@@ -53,13 +53,13 @@ bool stp_raster_is_named(const char *path);
  * which the file may have for overviews, will do; info tells of that copy. 1: each is. path must
  * outlive the raster. Errors: NOT_FOUND, IO, FORMAT (no raster), CORRUPT, UNSUPPORTED (kinds of
  * numbers), LIMIT, OUT_OF_MEMORY. */
-stp_status stp_raster_open(stp_raster **out, const char *path, stp_raster_use use, uint32_t step,
-                           stp_error *err);
-const stp_raster_info *stp_raster_get_info(const stp_raster *raster);
+stp_status stp_raster_open(stp_raster_file **out, const char *path, stp_raster_use use,
+                           uint32_t step, stp_error *err);
+const stp_raster_info *stp_raster_get_info(const stp_raster_file *raster);
 /* Reads a row below the last one that was read, row 0 is the top: width * channels numbers.
  * Errors: IO, CORRUPT. */
-stp_status stp_raster_read(stp_raster *raster, uint32_t row, double *values, stp_error *err);
-void stp_raster_close(stp_raster **raster);
+stp_status stp_raster_read(stp_raster_file *raster, uint32_t row, double *values, stp_error *err);
+void stp_raster_close(stp_raster_file **raster);
 
 /* ---- for the readers of formats ---- */
 

@@ -8,7 +8,6 @@
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
 #define WGS_84 4326u
@@ -28,8 +27,7 @@ typedef struct hgt_raster {
 
 bool stp_raster_is_named(const char *path)
 {
-    const size_t length = strlen(path);
-    return length >= 4 && strcasecmp(path + length - 4, ".hgt") == 0;
+    return stp_path_ends_in(path, ".hgt");
 }
 
 /* A letter and so many digits; false if there is something else. */

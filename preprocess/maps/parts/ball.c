@@ -101,7 +101,7 @@ static double solve(support *all, stp_dvec3 *centre)
     return least;
 }
 
-stp_ball stp_ball_around(const vec3s *points, size_t count)
+stp_smallest_ball stp_ball_around(const vec3s *points, size_t count)
 {
     support s = {.points = {stp_dvec3_from_float(points[0])}, .count = 1};
     stp_dvec3 centre = s.points[0];
@@ -128,5 +128,5 @@ stp_ball stp_ball_around(const vec3s *points, size_t count)
         centre = moved;
         radius = grown;
     }
-    return (stp_ball){centre, sqrt(stp_max(outermost, radius)) * (1.0 + 1e-15)};
+    return (stp_smallest_ball){centre, sqrt(stp_max(outermost, radius)) * (1.0 + 1e-15)};
 }

@@ -11,7 +11,7 @@
 
 stp_normal_cone stp_normal_cone_of(const vec3s *normals, size_t count)
 {
-    const stp_ball ball = stp_ball_around(normals, count);
+    const stp_smallest_ball ball = stp_ball_around(normals, count);
     stp_normal_cone out = {.cosine = -1.0};
     if (stp_dvec3_length(ball.centre) < CENTRE_LEAST)
         return out;

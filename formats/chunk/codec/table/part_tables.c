@@ -13,7 +13,7 @@ unsigned stp_patch_columns(const stp_chunk *chunk)
     return chunk->linked ? STP_LINKED_PATCH_COLUMN_COUNT : STP_PATCH_COLUMN_COUNT;
 }
 
-/* Columns of blocks that are of one kind (formats/SPEC.md, "Blocks"). Of patches 1-3, 4-6, 7-9,
+/* Columns of blocks that are of one kind (SPEC.md, "Shared streams"). Of patches 1-3, 4-6, 7-9,
  * 10-13, 14-18, 19-23, 24-28, 29-33, 34-37, 38-40, 41-42, 43-44. */
 #define JOINED_PATCH_COLUMNS                                                                       \
     (UINT64_C(0x6) << 1 | UINT64_C(0x6) << 4 | UINT64_C(0x6) << 7 | UINT64_C(0xe) << 10 |          \

@@ -26,7 +26,7 @@
 /* This bit: patches are predicted as in tight parts. */
 #define TIGHT_BIT 55
 /* Draco, in the first files of version 2: tables with fewer rows join columns (formats/SPEC.md,
- * "Blocks"). */
+ * "Shared streams"). */
 #define JOINED_ROWS 768u
 
 static stp_status append_scale(const stp_scale *scale, stp_bytes *out, stp_error *err)

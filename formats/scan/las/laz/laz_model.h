@@ -12,8 +12,6 @@
 /* Bits of a symbol's probability, and of a bit's. */
 #define STP_LAZ_SYMBOL_SHIFT 15u
 #define STP_LAZ_BIT_SHIFT 13u
-/* Symbols of the largest model. */
-#define STP_LAZ_SYMBOLS_LIMIT 516u
 /* Models with more symbols find a symbol by a table first. The others compare with all of these at
  * once, without a branch that could be foretold wrongly. */
 #define STP_LAZ_TABLE_SYMBOLS 16u
@@ -52,7 +50,7 @@ typedef struct stp_laz_arena {
     size_t used;
 } stp_laz_arena;
 
-/* Gives a model its memory. count: 2 to STP_LAZ_SYMBOLS_LIMIT. */
+/* Gives a model its memory. count: 2 to 516 symbols. */
 void stp_laz_symbols_place(stp_laz_symbols *m, unsigned count, stp_laz_arena *arena);
 /* bits: 8, 16 or 32. contexts: 1 to STP_LAZ_INTEGER_CONTEXTS. */
 void stp_laz_integer_place(stp_laz_integer *m, unsigned bits, unsigned contexts,

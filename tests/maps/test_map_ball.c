@@ -113,7 +113,7 @@ static void test_smallest(void **state)
         const size_t count = 1 + round % COUNT;
         for (size_t i = 0; i < count; i++)
             points[i] = point_of(round % 6, round, i);
-        const stp_ball ball = stp_ball_around(points, count);
+        const stp_smallest_ball ball = stp_ball_around(points, count);
         const double least = by_force(points, count), most = reach(points, count, ball.centre);
         if (most > ball.radius || ball.radius > least * (1.0 + 1e-7) + 1e-12)
             fail_msg("round %u: radius %.12g, reaches %.12g, by force %.12g", round, ball.radius,
@@ -131,7 +131,7 @@ static void test_many(void **state)
     assert_non_null(points);
     for (uint64_t i = 0; i < MANY; i++)
         points[i] = point_of(1, 9, i);
-    stp_ball ball = stp_ball_around(points, MANY);
+    stp_smallest_ball ball = stp_ball_around(points, MANY);
     assert_true(fabs(ball.radius - 1.0) < 1e-3);
     for (uint64_t i = 0; i < MANY; i++) { /* within 30 degrees of x */
         const double a = M_PI / 6.0 * (double)i / MANY, b = 3.0 * (double)i;
