@@ -1,14 +1,24 @@
-/* Grids of heights that ranks share: each reads a part of the records, and makes leaves of some of
- * the tiles. */
+/* Grids of heights: what takes the place of the stages of points. If ranks share a grid, each reads
+ * a part of the records, and makes leaves of some of the tiles. */
 #include "preprocess/prep_job.h"
 
 #include "base/memory.h"
 #include "preprocess/grid/grid_range.h"
+#include "preprocess/surface/normal_error.h"
 #include "preprocess/viewpoint/first_view.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Bits of a grid's normals at most: 0.16 degrees. The heights tell them in any case. */
+#define GRID_NORMAL_BITS 10u
+/* Their heights, if they are floats, are off by at most the greatest of their noise, their range
+ * and a cell's side over these. */
+#define GRID_NOISE_PARTS 4.0
+#define GRID_RANGE_PARTS 131072.0
+#define GRID_CELL_PARTS 2048.0 /* 8 x 8 cells fit the 16 bits of a patch */
+#define GRID_PLACE_PARTS 512.0 /* of a cell: samples of a bent grid are moved by no more */
 
 /* Where the records of all files lie in the whole, file after file. */
 static stp_status find_parts(const stp_prep_source *source, stp_grid_part **out, size_t *count,
@@ -198,5 +208,49 @@ stp_status stp_prep_grid_share(stp_prep_job *job, stp_error *err)
     stp_grid_records_clear(&job->grid_records);
 done:
     free(owners);
+    return status;
+}
+
+unsigned stp_prep_grid_bits(unsigned bits)
+{
+    return bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;
+}
+
+void stp_prep_height_precision(stp_prep_job *job, double noise, double finest)
+{
+    const stp_dbox *box = &job->stats->box;
+    const double told =
+        fmax(noise / GRID_NOISE_PARTS, (box->max.z - box->min.z) / GRID_RANGE_PARTS);
+    if (job->params->precision > 0.0 || job->source->coordinate_step > 0.0)
+        return;
+    job->tree.resolution.precision = fmax(told, finest);
+    job->stats->resolution = job->tree.resolution;
+}
+
+stp_status stp_prep_treat_grid(stp_prep_job *job, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_prep_stats *stats = job->stats;
+    const unsigned wanted = job->params->normal_bits;
+    const double cell = stp_raster_cell(&job->grid.raster, job->grid.nodes);
+    job->tree.sources.grid = &job->grid;
+    STP_TRY(stp_prep_grid_share(job, err));
+    stats->each_has_all = stp_ranks_count(job->params->ranks) > 1 && !job->grid.own;
+    STP_TRY(
+        stp_height_grid_finish(&job->grid, job->source->coordinate_step, job->params->ranks, err));
+    STP_TRY(stp_prep_grid_look(job, err));
+    if (stats->holes_grow)
+        STP_TRY(stp_height_grid_keep_open(&job->grid, job->params->ranks, err));
+    stp_prep_height_precision(job, job->grid.noise, cell / GRID_CELL_PARTS);
+    if (!(job->params->precision > 0.0 || job->params->exact))
+        job->grid.move_most = cell / GRID_PLACE_PARTS;
+    stats->normals_wide.normal_error = job->grid.normal_error;
+    const unsigned bits = stp_normal_bits_for(job->grid.normal_error, false);
+    job->tree.normal_bits = wanted ? wanted : stp_prep_grid_bits(bits);
+    stats->normal_bits = job->tree.normal_bits;
+    stats->orientation = STP_ORIENTATION_FILE;
+    STP_TRY(stp_prep_agree(job, "found another surface than", err));
+    STP_TRY(stp_prep_end_stage(job, STP_STAGE_SURFACE, err));
+done:
     return status;
 }

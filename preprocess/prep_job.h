@@ -70,6 +70,13 @@ void stp_prep_job_begin(stp_prep_job *job);
 stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_error *err);
 /* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
 stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err);
+/* Fails unless the points, and what is known of them, are the same on all ranks: else their parts
+ * would not fit together. Files may differ, or processors whose mathematics round otherwise. If
+ * ranks share the points, the cells tell. what: what a rank did that differs, for the message. */
+stp_status stp_prep_agree(const stp_prep_job *job, const char *what, stp_error *err);
+/* Runs all stages of points from the stations that files claim to maps and images. Errors: those
+ * of the stages. */
+stp_status stp_prep_treat_points(stp_prep_job *job, stp_error *err);
 /* Sets what 255 stands for in a sample's intensity. Errors: those of stp_cloud_every. */
 stp_status stp_prep_decide_intensity(stp_prep_job *job, stp_error *err);
 /* Marks outliers, or drops them and tells the source. Errors: those of stp_outliers_find and
@@ -124,6 +131,15 @@ stp_status stp_prep_grid_sift(stp_prep_job *job, stp_error *err);
 /* Gives each rank the samples of the tiles that it will make leaves of. Errors: those of
  * stp_grid_records_give and stp_leaf_order. */
 stp_status stp_prep_grid_share(stp_prep_job *job, stp_error *err);
+/* A grid's neighbours are known, so all stages up to the first view have nothing to find. Errors:
+ * those of the grid's functions. */
+stp_status stp_prep_treat_grid(stp_prep_job *job, stp_error *err);
+/* Heights that are floats have no step, and how far apart they are says little about how fine they
+ * are: they keep a quarter of their noise and a 16th bit of their range, but no more than a part of
+ * a cell: `finest`. */
+void stp_prep_height_precision(stp_prep_job *job, double noise, double finest);
+/* Bits of the normals of leaves that are grids: so many, but no more than these need. */
+unsigned stp_prep_grid_bits(unsigned bits);
 /* Decides whether each rank reads a part of the inputs alone. All ranks decide alike. Errors:
  * CANCELLED, IO. */
 stp_status stp_prep_choose_parts(stp_prep_job *job, stp_error *err);

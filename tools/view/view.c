@@ -1,10 +1,10 @@
 /* stipple view: opens a window to fly through models. */
 #include "tools/draw/draw_beside.h"
 #include "tools/file/source_options.h"
+#include "tools/view/prepare/view_prepare.h"
 #include "tools/view/view_app.h"
 #include "tools/view/view_keys.h"
 #include "tools/view/view_move.h"
-#include "tools/view/view_prepare.h"
 #include "tools/view/view_settings.h"
 #include "tools/view/view_watch.h"
 

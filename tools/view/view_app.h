@@ -1,8 +1,8 @@
 /* The viewer: what the files tools/view/view*.c share.
  *
  * One turn of the loop: events go to the panels or to view_control; view_wishes.c fulfils wishes;
- * the camera moves; view_draw.c draws the scene if something changed, and view_panels*.c and
- * view_marks.c draw panels and marks over it. Threads: the main thread only. */
+ * the camera moves; view_draw.c draws the scene if something changed, and panels/ draws panels and
+ * marks over it. Threads: the main thread only. */
 #ifndef STP_TOOLS_VIEW_VIEW_APP_H
 #define STP_TOOLS_VIEW_VIEW_APP_H
 
@@ -186,7 +186,7 @@ void view_mark_here(viewer *v);
 /* Draws a pin for each mark; dim if the surface hides it. */
 void view_marked_draw(viewer *v);
 
-/* ---- view_profile_show.c ---- */
+/* ---- panels/view_profile_show.c ---- */
 
 /* Begins the profile of the last measured line. Shows a note. */
 void view_profile_last(viewer *v);
@@ -201,7 +201,7 @@ void view_profile_draw(const viewer *v);
 /* Draws the picture if it changed, and the panels if they changed. Errors: those of drawing. */
 stp_status view_draw(viewer *v, stp_error *err);
 
-/* ---- view_panels.c, view_panels_look.c, view_panels_tools.c, view_marks.c, view_legend.c ---- */
+/* ---- panels/: view_panels*.c, view_marks.c, view_legend.c ---- */
 
 void view_panels_draw(viewer *v);
 void view_panel_models(viewer *v);

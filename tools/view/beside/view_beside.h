@@ -16,8 +16,8 @@
 #include "runtime/window/window.h"
 #include "tools/draw/draw_options.h"
 #include "tools/view/beside/view_divider.h"
-#include "tools/view/view_labels.h"
-#include "tools/view/view_prepare_child.h"
+#include "tools/view/panels/view_labels.h"
+#include "tools/view/prepare/view_prepare_child.h"
 #include "tools/view/view_scene.h"
 #include "tools/view/view_shot.h"
 

@@ -1,5 +1,5 @@
 /* Finds places for the labels of contours. */
-#include "tools/view/view_labels.h"
+#include "tools/view/panels/view_labels.h"
 
 #include "base/memory.h"
 #include "runtime/camera/orbit.h"

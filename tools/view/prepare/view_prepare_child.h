@@ -2,8 +2,8 @@
  *
  * The child ends with the viewer and leaves nothing, since outputs appear whole. Threads: the main
  * thread only. */
-#ifndef STP_TOOLS_VIEW_VIEW_PREPARE_CHILD_H
-#define STP_TOOLS_VIEW_VIEW_PREPARE_CHILD_H
+#ifndef STP_TOOLS_VIEW_PREPARE_VIEW_PREPARE_CHILD_H
+#define STP_TOOLS_VIEW_PREPARE_VIEW_PREPARE_CHILD_H
 
 #include "tools/open/open_scan.h"
 

@@ -4,8 +4,8 @@
  * One model is prepared at a time. The child begins when the coarse model is on the screen; when it
  * is done, its model takes the place of the coarse one, at the same camera. If it fails, the coarse
  * one stays, and a sentence says why. Threads: the main thread only. */
-#ifndef STP_TOOLS_VIEW_VIEW_PREPARE_H
-#define STP_TOOLS_VIEW_VIEW_PREPARE_H
+#ifndef STP_TOOLS_VIEW_PREPARE_VIEW_PREPARE_H
+#define STP_TOOLS_VIEW_PREPARE_VIEW_PREPARE_H
 
 #include "tools/view/view_app.h"
 

@@ -1,5 +1,5 @@
 /* Opens scans in the viewer: kept models, coarse ones, whole ones. */
-#include "tools/view/view_prepare.h"
+#include "tools/view/prepare/view_prepare.h"
 
 #include "base/memory.h"
 #include "formats/attribute/where.h"

@@ -1,5 +1,5 @@
 /* Starts stipple prep, reads what it says, and ends it. */
-#include "tools/view/view_prepare_child.h"
+#include "tools/view/prepare/view_prepare_child.h"
 
 #include "base/memory.h"
 #include "tools/view/kept/view_files.h"

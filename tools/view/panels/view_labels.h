@@ -1,7 +1,7 @@
 /* Labels of contours: the heights of some of the wider lines, where the picture shows them.
  * Threads: the main thread only. */
-#ifndef STP_TOOLS_VIEW_VIEW_LABELS_H
-#define STP_TOOLS_VIEW_VIEW_LABELS_H
+#ifndef STP_TOOLS_VIEW_PANELS_VIEW_LABELS_H
+#define STP_TOOLS_VIEW_PANELS_VIEW_LABELS_H
 
 #include "runtime/stipple.h"
 
