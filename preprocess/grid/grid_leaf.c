@@ -45,6 +45,7 @@ typedef struct tile {
     uint32_t columns, rows; /* as far as the grid goes */
     stp_raster_frame frame; /* of the square at hand */
     double diagonal;        /* of its cells, the greater one */
+    double side;            /* the root of a cell's area */
     double reach;           /* where holes grow: no disc of the square is limited to less */
     double spacing, wanted; /* of the sample before, and its lattice; 0: there is none */
     int exponent;
@@ -91,6 +92,8 @@ typedef struct windows {
     double noise;
     lanes z, xz, yz;
     lanes beyond; /* how far one is behind a cliff, at most */
+    /* Of samples whose windows are whole: */
+    lanes normal[3], code[2]; /* code: coordinates of the normal's, as places of their grid */
 } windows;
 
 /* Sets heights by steps. A lesser step that is not there is infinite. */
@@ -147,17 +150,8 @@ static bool is_turned(const stp_height_grid *grid, const stp_raster_frame *frame
 STP_INLINE stp_plane_sums sum_window(const tile *t, const double *middle, const windows *w,
                                      unsigned lane)
 {
-    const int reach = (int)t->grid->reach, side = 2 * reach + 1;
-    const int squares = reach * (reach + 1) * side / 3; /* of a row's columns, summed up */
-    stp_plane_sums s = {.n = side * side,
-                        .z = w->z[lane],
-                        .xx = side * squares,
-                        .yy = side * squares,
-                        .xz = w->xz[lane],
-                        .yz = w->yz[lane]};
-    if (is_whole(w, lane))
-        return s;
-    s = (stp_plane_sums){0};
+    const int reach = (int)t->grid->reach;
+    stp_plane_sums s = {0};
     for (int j = -reach; j <= reach; j++)
         for (int i = -reach; i <= reach; i++) {
             const double z = middle[j * (int)SIDE_WITH_REACH + i] - *middle;
@@ -182,18 +176,43 @@ STP_INLINE stp_dvec3 normal_of(const tile *t, const double *middle, const window
     return stp_dvec3_normalize(n);
 }
 
-/* The nearest code, coordinate by coordinate: that is how a payload expects it. */
-STP_INLINE void encode_normal(stp_dvec3 n, unsigned bits, uint8_t out[3])
+/* The place of a normal's coordinate on the grid of its codes, whose steps are 2^shift: the nearest,
+ * coordinate by coordinate, as a payload expects it. all: the coordinates' magnitudes, summed up. */
+STP_INLINE double place_of_normal(double coordinate, double all, unsigned shift)
 {
-    const unsigned shift = STP_NORMAL_BITS - bits;
-    const double all = fabs(n.x) + fabs(n.y) + n.z, step = (double)(1u << shift);
-    const double most = (1u << STP_NORMAL_BITS) - 1, v[2] = {n.x, n.y};
+    const double step = (double)(1u << shift), most = (1u << STP_NORMAL_BITS) - 1;
+    return floor((coordinate / all + 1.0) * 0.5 * most / step + 0.5);
+}
+
+STP_INLINE void put_normal(const double place[2], unsigned shift, uint8_t out[3])
+{
     int32_t code[2];
-    for (int i = 0; i < 2; i++) {
-        const double place = floor((v[i] / all + 1.0) * 0.5 * most / step + 0.5);
-        code[i] = stp_normal_grid_code((int32_t)place, shift);
-    }
+    for (int i = 0; i < 2; i++)
+        code[i] = stp_normal_grid_code((int32_t)place[i], shift);
     stp_normal_codes_put(code, out);
+}
+
+/* Sets normals and their codes of a row, by the sums of whole windows: the arithmetic is that of
+ * normal_of, a lane a sample. */
+STP_INLINE void find_normals(const tile *t, unsigned shift, windows *restrict w)
+{
+    const int reach = (int)t->grid->reach, side = 2 * reach + 1;
+    const double xx = side * (reach * (reach + 1) * side / 3), det = xx * xx;
+    const double c[2] = {t->frame.by_column[0], t->frame.by_column[1]};
+    const double r[2] = {t->frame.by_row[0], t->frame.by_row[1]}, area = t->frame.area;
+#pragma GCC unroll 1
+    for (unsigned k = 0; k < STP_SQUARE_SIDE; k++) {
+        const double slope = w->xz[k] * xx / det, fall = w->yz[k] * xx / det;
+        const double x = (c[1] * fall - r[1] * slope) / area;
+        const double y = (r[0] * slope - c[0] * fall) / area;
+        const double scale = 1.0 / sqrt(x * x + y * y + 1.0);
+        const double n[3] = {x * scale, y * scale, scale}, all = fabs(n[0]) + fabs(n[1]) + n[2];
+        w->normal[0][k] = n[0];
+        w->normal[1][k] = n[1];
+        w->normal[2][k] = n[2];
+        w->code[0][k] = place_of_normal(n[0], all, shift);
+        w->code[1][k] = place_of_normal(n[1], all, shift);
+    }
 }
 
 /* Whether the sample, which is none, is one of 2 x 2 that are none. */
@@ -241,7 +260,7 @@ STP_INLINE double spacing_of(const tile *t, const double *middle, bool whole, do
     const double stretch = stretch_of(upwards);
     if (!whole && !t->grid->holes && is_border(middle))
         return 0.5 * BORDER_SHARE * stretch * t->diagonal / t->params->lambda;
-    return stp_max(stretch * sqrt(fabs(t->frame.area)), DIAGONAL_SHARE * t->diagonal);
+    return stp_max(stretch * t->side, DIAGONAL_SHARE * t->diagonal);
 }
 
 /* Where holes grow, no disc covers a place without a sample. */
@@ -317,15 +336,24 @@ STP_INLINE void add_sample(tile *t, uint32_t column, uint32_t row, const windows
     if (isnan(*z))
         return;
     const unsigned lane = column % STP_SQUARE_SIDE;
-    const stp_dvec3 normal = normal_of(t, z, sums, lane),
-                    place = place_of(t, &t->frame, column, row);
+    const unsigned shift = STP_NORMAL_BITS - t->params->normal_bits;
+    const bool whole = is_whole(sums, lane);
+    stp_dvec3 normal = {sums->normal[0][lane], sums->normal[1][lane], sums->normal[2][lane]};
+    double code[2] = {sums->code[0][lane], sums->code[1][lane]};
+    if (!whole) {
+        normal = normal_of(t, z, sums, lane);
+        const double all = fabs(normal.x) + fabs(normal.y) + normal.z;
+        code[0] = place_of_normal(normal.x, all, shift);
+        code[1] = place_of_normal(normal.y, all, shift);
+    }
+    const stp_dvec3 place = place_of(t, &t->frame, column, row);
     found *out = &t->found[t->count++];
-    const double wanted = spacing_of(t, z, is_whole(sums, lane), normal.z);
+    const double wanted = spacing_of(t, z, whole, normal.z);
     out->spacing = open_spacing(t, place, wanted);
     out->normal = stp_dvec3_to_float(normal);
     out->column = (uint16_t)column;
     out->row = (uint16_t)row;
-    encode_normal(normal, t->params->normal_bits, out->normal_code);
+    put_normal(code, shift, out->normal_code);
     stp_dbox_add(&t->extent.box, place);
     if (out->spacing != t->spacing || wanted != t->wanted) { /* most have those of the one before */
         t->spacing = out->spacing;
@@ -360,6 +388,7 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
     const double *across = t->frame.by_column, *down = t->frame.by_row;
     t->diagonal = fmax(hypot(across[0] + down[0], across[1] + down[1]),
                        hypot(across[0] - down[0], across[1] - down[1]));
+    t->side = sqrt(fabs(t->frame.area));
     const bool turned = is_turned(t->grid, &t->frame);
     if (t->grid->holes)
         t->reach = reach_of(t, column, row);
@@ -371,6 +400,7 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
         set_cliffs(middle, 1, CLIFF_SLOPE * t->frame.wide, reach, by_row[r].by_columns);
         set_cliffs(middle, SIDE_WITH_REACH, CLIFF_SLOPE * t->frame.deep, reach, by_row[r].by_rows);
         sum_windows(middle, reach, &by_row[r]);
+        find_normals(t, STP_NORMAL_BITS - t->params->normal_bits, &by_row[r]);
     }
     for (uint32_t i = 0; i < STP_SQUARE_SIDE * STP_SQUARE_SIDE; i++) {
         const uint32_t a = stp_square_column(i), b = stp_square_row(i);

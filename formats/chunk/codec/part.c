@@ -26,6 +26,9 @@
 #define TIGHT_SQUARES (UINT32_C(1) << 30)
 #define TIGHT_SQUARES_BYTES 4u
 
+/* Symbols of a tight part, by sample: they get room at once. */
+#define ITEMS_EXPECTED 8u
+
 /* The squares of a block to be written, and their map. */
 typedef struct block_squares {
     stp_square *of, *own; /* by patch; own: to be freed */
@@ -234,6 +237,9 @@ static stp_status tables_encode(const stp_chunk *chunk, int segment, block_squar
 {
     stp_status status = STP_OK;
     table_sink to = {.out = out, .is_tight = may_be_tight(chunk, segment, squares)};
+    const uint32_t samples = chunk->level_begin[stp_segment_finest(segment)][chunk->patch_count];
+    if (to.is_tight)
+        STP_TRY(stp_symbols_reserve(&to.tight.symbols, (size_t)ITEMS_EXPECTED * samples, err));
     if (segment == 0) {
         if (to.is_tight && squares->found)
             STP_TRY(squares_begin(chunk, squares, out, err));

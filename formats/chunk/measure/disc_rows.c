@@ -3,8 +3,10 @@
 
 #include "base/memory.h"
 #include "base/wide.h"
+#include "formats/chunk/measure/patch_bounds.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #define FAR 1e18f /* its square is a float, too */
 #define STEP ((int)STP_LANE_STEP)
@@ -296,24 +298,32 @@ float stp_disc_rows_least(const stp_disc_rows *r, const float x[3], const stp_ov
     return found;
 }
 
+/* Lanes beyond the points are as lane 0: their points are the centre, too. */
 void stp_disc_rows_pair(const stp_disc_rows *r, stp_paired_lanes *lanes)
 {
     const float most[2] = {(float)(r->columns - 1), (float)(r->rows - 1)};
-    uint32_t place[STP_DISC_LANES];
+    int32_t place[STP_DISC_LANES];
     for (unsigned i = 0; i < STP_DISC_LANES; i++) {
         float at[2];
         for (int a = 0; a < 2; a++)
             at[a] = fminf(fmaxf((lanes->point[a][i] - r->first[a]) * r->inverse[a] + 0.5f, 0.0f),
                           most[a]);
-        place[i] = (uint32_t)((int)at[1] * r->columns + (int)at[0]);
+        place[i] = (int)at[1] * r->columns + (int)at[0];
     }
-    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+    for (unsigned i = 0; i < STP_DISC_POINTS; i++) {
         const uint32_t disc = r->disc[place[i]];
         const float *d = r->discs[disc].numbers;
         lanes->index[i] = disc;
-        for (int c = 0; c < STP_LANE_NUMBERS; c++)
+        for (int c = 0; c < STP_LANE_CARRIED; c++)
             lanes->disc[c][i] = d[c];
     }
+    for (unsigned i = STP_DISC_POINTS; i < STP_DISC_LANES; i++)
+        lanes->index[i] = lanes->index[0];
+    for (int c = 0; c < STP_LANE_CARRIED; c++)
+        for (unsigned i = STP_DISC_POINTS; i < STP_DISC_LANES; i++)
+            lanes->disc[c][i] = lanes->disc[c][0];
+    memset(lanes->disc[STP_LANE_CARRIED], 0, /* nothing is carried where discs lie in rows */
+           (STP_LANE_NUMBERS - STP_LANE_CARRIED) * sizeof lanes->disc[0]);
 }
 
 /* The disc's point over or under a place; false if that is beyond its rim. */

@@ -2,6 +2,7 @@
 #include "formats/scan/grid/grid.h"
 
 #include "base/memory.h"
+#include "base/wide.h"
 #include "formats/scan/grid/raster.h"
 
 #include <math.h>
@@ -295,18 +296,37 @@ static void keep_heights(grid_reader *g, double *z)
         leave_out_usual_none(g, z);
 }
 
+/* Added and taken off, it leaves the nearest whole number, of two the even one. */
+#define WHOLE_ADDED 0x1.8p52
+
+/* Numbers up to `full` as 16 bits; NaN becomes 0. */
+STP_WIDE
+static void keep_numbers(const double *restrict numbers, size_t count, double full,
+                         uint16_t *restrict out)
+{
+    for (size_t i = 0; i < count; i++) {
+        const double share = numbers[i] / full;
+        const double place = 65535.0 * stp_min(stp_max(share, 0.0), 1.0);
+        out[i] = (uint16_t)(int32_t)((place + WHOLE_ADDED) - WHOLE_ADDED);
+    }
+}
+
 static void keep_colours(const grid_reader *g, double *z, uint16_t (*rgb)[3])
 {
     const uint32_t channels = g->colour_info->channels;
-    const bool grey = channels < 3;
+    const double full = g->colour_info->full;
+    const size_t stride = (size_t)g->step * channels;
+    if (channels == 3 && g->step == 1) {
+        keep_numbers(g->colour_row, 3 * (size_t)g->columns, full, rgb[0]);
+        return;
+    }
     for (uint32_t i = 0; i < g->columns; i++) {
-        const double *pixel = g->colour_row + (size_t)i * g->step * channels;
+        const double *pixel = g->colour_row + i * stride;
         if (g->colour_info->alpha && pixel[channels - 1] == 0.0)
             z[i] = NAN;
-        for (int k = 0; k < 3; k++) {
-            const double share = pixel[grey ? 0 : k] / g->colour_info->full;
-            rgb[i][k] = (uint16_t)lrint(65535.0 * stp_min(stp_max(share, 0.0), 1.0)); /* NaN: 0 */
-        }
+        keep_numbers(pixel, channels < 3 ? 1 : 3, full, rgb[i]);
+        for (int k = 1; channels < 3 && k < 3; k++)
+            rgb[i][k] = rgb[i][0];
     }
 }
 
@@ -416,8 +436,11 @@ static stp_status read_grid(void *state, stp_point *points, size_t capacity, siz
     while (got < capacity && g->next_row < g->rows) {
         while (g->rows_read < g->rows && g->rows_read < g->next_row + 2)
             STP_TRY(read_row(g, err));
-        make_point(g, g->next_row, g->next_column, &points[got++]);
-        if (++g->next_column == g->columns) {
+        const size_t left = g->columns - g->next_column;
+        const size_t end = got + (capacity - got < left ? capacity - got : left);
+        while (got < end)
+            make_point(g, g->next_row, g->next_column++, &points[got++]);
+        if (g->next_column == g->columns) {
             g->next_column = 0;
             g->next_row++;
         }

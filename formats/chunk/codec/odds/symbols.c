@@ -25,20 +25,6 @@ stp_status stp_symbols_reserve(stp_symbol_writer *w, size_t more, stp_error *err
     return stp_grow(&w->items, &w->capacity, w->count + more, sizeof *w->items, "symbols", err);
 }
 
-/* The state after an item; `words` gets the word that leaves the state, if one must. */
-static inline uint64_t push(uint64_t state, const stp_symbol_item *item, uint32_t *words,
-                            size_t *count)
-{
-    const uint64_t odds = item->odds;
-    /* 2^31 / 2^(15 + bits) * 2^32 * odds */
-    if (state >= odds << (31 - STP_ODDS_BITS + STP_SYMBOL_WORD_BITS - item->bits)) {
-        words[(*count)++] = (uint32_t)state;
-        state >>= STP_SYMBOL_WORD_BITS;
-    }
-    state = state << item->bits | item->plain;
-    return (state / odds << STP_ODDS_BITS) + state % odds + item->below;
-}
-
 /* Items as states that a reader begins with, and words. Free `words`. */
 typedef struct code {
     uint64_t state[STP_SYMBOL_LANES];
@@ -46,20 +32,62 @@ typedef struct code {
     size_t count;
 } code;
 
-/* Begins with the last item, and with both states at `last`. *readable: no state was less than 2^31
- * behind the first word, where a reader would take the next word for it. */
-static void encode(const stp_symbol_writer *w, uint64_t last, code *c, bool *readable)
+/* state / odds, and in *rest state % odds. state < 2^63. The inverse does not wait for the state, as
+ * a division would: 2^64 / odds, less up to 1, so the first quotient is right, or 1 too small. */
+static inline uint64_t divide(uint64_t state, uint64_t odds, uint64_t *rest)
 {
-    *readable = true;
-    c->count = 0;
-    for (unsigned k = 0; k < STP_SYMBOL_LANES; k++)
-        c->state[k] = last;
-    for (size_t i = w->count; i > 0; i--) {
-        const stp_symbol_item *item = &w->items[i - 1];
-        uint64_t *state = &c->state[item->lane];
-        *readable = *readable && (c->count == 0 || *state >= STP_SYMBOL_STATE_LEAST);
-        *state = push(*state, item, c->words, &c->count);
+    const uint64_t inverse = UINT64_MAX / odds;
+    const uint64_t quotient = (uint64_t)((unsigned __int128)state * inverse >> 64);
+    const uint64_t left = state - quotient * odds;
+    const bool more = left >= odds;
+    *rest = more ? left - odds : left;
+    return quotient + more;
+}
+
+/* The state after an item; `words` gets the word that leaves the state, if one must. */
+static inline uint64_t push(uint64_t state, const stp_symbol_item *item, uint32_t *words,
+                            size_t *count)
+{
+    const uint64_t odds = item->odds;
+    /* 2^31 / 2^(15 + bits) * 2^32 * odds */
+    const bool full = state >= odds << (31 - STP_ODDS_BITS + STP_SYMBOL_WORD_BITS - item->bits);
+    uint64_t rest;
+    words[*count] = (uint32_t)state;
+    *count += full;
+    state = (full ? state >> STP_SYMBOL_WORD_BITS : state) << item->bits | item->plain;
+    const uint64_t whole = divide(state, odds, &rest);
+    return (whole << STP_ODDS_BITS) + rest + item->below;
+}
+
+_Static_assert(STP_SYMBOL_LANES == 2, "two states, one of which takes an item");
+
+/* Encodes items from the last one on, from both states at `last`. False if a state was less than
+ * 2^31 behind the first word, where a reader would take the next word for it: then not all items
+ * are encoded. Once both states are greater, they stay so. */
+static bool encode(const stp_symbol_writer *w, uint64_t last, code *c)
+{
+    uint64_t state[STP_SYMBOL_LANES] = {last, last};
+    const stp_symbol_item *item = w->items + w->count;
+    uint32_t *words = c->words;
+    size_t count = 0;
+    while (item > w->items &&
+           (state[0] < STP_SYMBOL_STATE_LEAST || state[1] < STP_SYMBOL_STATE_LEAST)) {
+        uint64_t *own = &state[(--item)->lane];
+        if (count > 0 && *own < STP_SYMBOL_STATE_LEAST)
+            return false;
+        *own = push(*own, item, words, &count);
     }
+    uint64_t first = state[0], second = state[1]; /* not in memory */
+    while (item > w->items) {
+        const unsigned lane = (--item)->lane;
+        const uint64_t next = push(lane ? second : first, item, words, &count);
+        first = lane ? first : next;
+        second = lane ? next : second;
+    }
+    c->state[0] = first;
+    c->state[1] = second;
+    c->count = count;
+    return true;
 }
 
 /* Appends a head and the words behind it. */
@@ -79,11 +107,10 @@ stp_status stp_symbols_write(const stp_symbol_writer *w, stp_bytes *out, stp_err
 {
     code c = {0};
     uint8_t head[STATES_BYTES];
-    bool readable;
-    stp_status status = stp_alloc(&c.words, w->count + 1, sizeof *c.words, "symbols", err);
+    stp_status status = stp_alloc_unset(&c.words, w->count + 1, sizeof *c.words, "symbols", err);
     if (status != STP_OK)
         return status;
-    encode(w, STP_SYMBOL_STATE_LEAST, &c, &readable);
+    (void)encode(w, STP_SYMBOL_STATE_LEAST, &c);
     for (unsigned k = 0; k < STP_SYMBOL_LANES; k++)
         stp_put_u64(head + (size_t)STATE_BYTES * k, c.state[k]);
     status = append(&c, head, sizeof head, out, err);
@@ -112,13 +139,12 @@ stp_status stp_symbols_write_known(const stp_symbol_writer *w, stp_bytes *out, s
 {
     code c = {0};
     uint8_t head[SIZED_AT + STATES_BYTES];
-    bool is_short, readable;
-    stp_status status = stp_alloc(&c.words, w->count + 1, sizeof *c.words, "symbols", err);
+    stp_status status = stp_alloc_unset(&c.words, w->count + 1, sizeof *c.words, "symbols", err);
     if (status != STP_OK)
         return status;
-    encode(w, STP_SYMBOL_STATE_SHORT, &c, &is_short);
+    const bool is_short = encode(w, STP_SYMBOL_STATE_SHORT, &c);
     if (!is_short)
-        encode(w, STP_SYMBOL_STATE_LEAST, &c, &readable);
+        (void)encode(w, STP_SYMBOL_STATE_LEAST, &c);
     size_t first = byte_length(c.state[0], SIZED_AT), second = byte_length(c.state[1], 1);
     if (!is_short)
         first = second = first > second ? first : second;

@@ -8,19 +8,36 @@
 /* Steps that are tried: 1, 0.1, 0.01 and so on. */
 #define STEPS_TRIED 7
 
+/* Samples looked at together. */
+#define LANES 8u
+_Static_assert(STP_PATCH_SAMPLES % LANES == 0, "a patch fills whole lanes");
+
 /* Where the multiples may lie along an axis, in steps from the first position's. */
 typedef struct window {
     double first; /* the first position, in steps */
     double low, high;
 } window;
 
-/* Narrows the window to what rounds to a position. half: of a step of the lattice. */
-STP_INLINE bool window_take(window *w, double position, double half)
+/* Narrows the window to what rounds to each of the positions, of which a multiple of LANES are
+ * there. half: of a step of the lattice. False if nothing is left of it. */
+STP_INLINE bool window_take(window *w, const double *positions, unsigned count, double half)
 {
-    double off = position - w->first;
-    off -= floor(off + 0.5);
-    w->low = fmax(w->low, off - half);
-    w->high = fmin(w->high, off + half);
+    double low[LANES], high[LANES];
+    for (unsigned k = 0; k < LANES; k++) {
+        low[k] = w->low;
+        high[k] = w->high;
+    }
+    for (unsigned i = 0; i < count; i += LANES)
+        for (unsigned k = 0; k < LANES; k++) {
+            double off = positions[i + k] - w->first;
+            off -= floor(off + 0.5);
+            low[k] = off - half > low[k] ? off - half : low[k];
+            high[k] = off + half < high[k] ? off + half : high[k];
+        }
+    for (unsigned k = 0; k < LANES; k++) {
+        w->low = fmax(w->low, low[k]);
+        w->high = fmin(w->high, high[k]);
+    }
     return w->low < w->high;
 }
 
@@ -32,12 +49,15 @@ static bool find_phase(const stp_chunk *chunk, double step, int axis, uint16_t *
         const stp_patch *patch = &chunk->patches[p];
         const double places = ldexp(1.0, patch->exponent) / step;
         const stp_sample *samples = chunk->samples[0] + chunk->level_begin[0][p];
-        for (unsigned i = 0; i < patch->counts[0]; i++) {
-            const double at = ((double)patch->origin[axis] + samples[i].position[axis]) * places;
-            w.first = p + i == 0 ? at : w.first;
-            if (!window_take(&w, at, places / 2.0))
-                return false;
-        }
+        double at[STP_PATCH_SAMPLES];
+        unsigned count = patch->counts[0];
+        for (unsigned i = 0; i < count; i++)
+            at[i] = ((double)patch->origin[axis] + samples[i].position[axis]) * places;
+        for (; count % LANES > 0; count++)
+            at[count] = at[0];
+        w.first = p == 0 ? at[0] : w.first;
+        if (!window_take(&w, at, count, places / 2.0))
+            return false;
     }
     const double phase = w.first + (w.low + w.high) / 2.0;
     *out = (uint16_t)(uint32_t)((phase - floor(phase)) * STP_SCALE_PHASES + 0.5);

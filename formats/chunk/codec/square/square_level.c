@@ -392,10 +392,12 @@ STP_INLINE void code_by_slopes(const coder *c, const stp_square_normals *normals
     stp_sample *s = &c->block->samples[c->level][sample];
     double slopes[2], direction[2];
     stp_square_place at = {0}; /* level grids do not ask for it */
-    find_slopes(c, normals, sample, slopes);
-    if (!c->grid->raster->level)
-        at = stp_square_place_of(normals, c->grid, sample);
-    stp_square_normal_of(normals, c->grid->raster, &at, slopes, direction);
+    if (!stp_square_code_at(normals, c->grid, sample, direction)) {
+        find_slopes(c, normals, sample, slopes);
+        if (!c->grid->raster->level)
+            at = stp_square_place_of(normals, c->grid, sample);
+        stp_square_normal_of(normals, c->grid->raster, &at, slopes, direction);
+    }
     if (stp_raster_spreads(c->grid->raster))
         code_folded(c, r, direction, s);
     else

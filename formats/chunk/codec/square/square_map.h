@@ -14,7 +14,7 @@
 #include <math.h>
 
 /* Numbers of a cell in sums. */
-#define STP_SQUARE_SUMS 5
+#define STP_SQUARE_SUMS 8
 /* Values of a parent that need room: three colours, or three components of its normal. */
 #define STP_SQUARE_PARENT_VALUES 3
 

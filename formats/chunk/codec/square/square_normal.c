@@ -11,8 +11,10 @@
 #include <string.h>
 
 /* Sums of a row of a window: samples, their columns, squares of columns, heights, and columns
- * times heights. Columns count from the middle. Each kind by cell. */
-enum { N, I, II, Z, IZ, SUMS };
+ * times heights; then of a window: samples, columns times heights, rows times heights. Columns and
+ * rows count from the middle. In place of the last two a whole window of a level grid has the code
+ * of its normal. Each kind by cell. */
+enum { N, I, II, Z, IZ, ROW_SUMS, ALL = ROW_SUMS, XZ, YZ, SUMS, U = XZ, V = YZ };
 _Static_assert(SUMS == STP_SQUARE_SUMS, "the map has room for the sums");
 
 /* Cells of a row that are summed up at a time. */
@@ -30,81 +32,181 @@ typedef struct run {
     double there[RUN + 2 * STP_SQUARE_REACH_MOST], height[RUN + 2 * STP_SQUARE_REACH_MOST];
 } run;
 
-/* Heights are whole numbers: sums are exact, whatever their order. */
+/* Heights are whole numbers: sums are exact, whatever their order. known: those of samples are. */
 STP_WIDE
-static void sum_run(const run *r, int reach, int count, double *restrict out[SUMS])
+static void sum_run(const run *r, int reach, int count, bool known, double *restrict out[ROW_SUMS])
 {
     for (int i = 0; i <= 2 * reach; i++) {
         const double *there = r->there + i, *height = r->height + i, by = i - reach;
-        for (int c = 0; c < count; c++) {
+        for (int c = 0; c < count && !known; c++) {
             out[N][c] += there[c];
             out[I][c] += by * there[c];
             out[II][c] += by * by * there[c];
+        }
+        for (int c = 0; c < count; c++) {
             out[Z][c] += height[c];
             out[IZ][c] += by * height[c];
         }
     }
 }
 
-static void sum_row(const stp_square_normals *n, const stp_square_grid *grid, int row)
+/* full: no cell is empty, so all rows have the same sums of samples. */
+static void sum_row(const stp_square_normals *n, const stp_square_grid *grid, int row, bool full)
 {
     const stp_square_level *on = &grid->level[n->level];
     const size_t begin = (size_t)row * (size_t)on->cell_columns;
+    const bool known = full && row > 0;
     for (int column = 0; column < on->cell_columns; column += RUN) {
         const int left = on->cell_columns - column, count = left < RUN ? left : RUN;
-        double *out[SUMS];
+        double *out[ROW_SUMS];
         run r;
         for (int i = 0; i < count + 2 * n->reach; i++) {
             const int32_t sample = stp_square_at(on, column + i - n->reach, row);
             r.there[i] = sample >= 0 ? 1.0 : 0.0;
             r.height[i] = sample >= 0 ? on->height[sample] : 0.0;
         }
-        for (int s = 0; s < SUMS; s++) {
+        for (int s = 0; s < ROW_SUMS; s++) {
+            const size_t bytes = (size_t)count * sizeof *out[s];
             out[s] = sums_of(grid, n->level, s) + begin + column;
-            memset(out[s], 0, (size_t)count * sizeof *out[s]);
+            if (known && s < Z)
+                memcpy(out[s], out[s] - begin, bytes);
+            else
+                memset(out[s], 0, bytes);
         }
-        sum_run(&r, n->reach, count, out);
+        sum_run(&r, n->reach, count, known, out);
+    }
+}
+
+/* Adds up the rows of the windows around the samples of a row. */
+STP_WIDE
+static void sum_windows(const stp_square_normals *n, const stp_square_grid *grid, int row)
+{
+    const stp_square_level *on = &grid->level[n->level];
+    const int columns = on->cell_columns;
+    const size_t begin = (size_t)row * (size_t)columns;
+    double *restrict all = sums_of(grid, n->level, ALL) + begin;
+    double *restrict xz = sums_of(grid, n->level, XZ) + begin;
+    double *restrict yz = sums_of(grid, n->level, YZ) + begin;
+    for (double *restrict *out = (double *restrict[]){all, xz, yz, NULL}; *out; out++)
+        memset(*out, 0, (size_t)columns * sizeof **out);
+    for (int j = -n->reach; j <= n->reach; j++) {
+        if (row + j < 0 || row + j >= on->cell_rows)
+            continue;
+        const size_t at = (size_t)(row + j) * (size_t)columns;
+        const double *count = sums_of(grid, n->level, N) + at;
+        const double *z = sums_of(grid, n->level, Z) + at, *iz = sums_of(grid, n->level, IZ) + at;
+        for (int c = 0; c < columns; c++) {
+            all[c] += count[c];
+            xz[c] += iz[c];
+            yz[c] += j * z[c];
+        }
+    }
+}
+
+/* What slopes add to the normal of a level grid, upwards, along both axes. */
+STP_INLINE void level_factors(const stp_raster *r, double length, double out[2])
+{
+    out[0] = length / r->across[0][1];
+    out[1] = length / r->across[1][2];
+}
+
+/* The slopes that sums of a whole window tell; xx: of its squares of columns, or of rows. */
+STP_INLINE double whole_slope(double sum, double xx)
+{
+    return sum * xx / (xx * xx);
+}
+
+/* Samples of a whole window; *xx: the sum of the squares of their columns, or of their rows. */
+STP_INLINE double whole_window(const stp_square_normals *n, double *xx)
+{
+    const int side = 2 * n->reach + 1;
+    *xx = side * (n->reach * (n->reach + 1) * side / 3);
+    return side * side;
+}
+
+/* The code of a coordinate of a normal that points upwards. all: their magnitudes, summed up. */
+STP_INLINE double code_of(double coordinate, double all)
+{
+    return (coordinate / all + 1.0) * (0.5 * STP_NORMAL_CODE_MAX);
+}
+
+/* Puts the codes of normals in place of the sums of whole windows around the samples of a row. */
+STP_WIDE
+static void find_codes(const stp_square_normals *n, const stp_square_grid *grid, int row)
+{
+    const int columns = grid->level[n->level].cell_columns;
+    const size_t begin = (size_t)row * (size_t)columns;
+    const double *restrict count = sums_of(grid, n->level, ALL) + begin;
+    double *restrict u = sums_of(grid, n->level, U) + begin;
+    double *restrict v = sums_of(grid, n->level, V) + begin;
+    double by[2], xx;
+    const double whole = whole_window(n, &xx);
+    level_factors(grid->raster, n->length, by);
+    for (int c = 0; c < columns; c++) {
+        const double x = -whole_slope(u[c], xx) * by[0], y = -whole_slope(v[c], xx) * by[1];
+        const double all = fabs(x) + fabs(y) + 1.0, own[2] = {u[c], v[c]};
+        u[c] = count[c] == whole ? code_of(x, all) : own[0];
+        v[c] = count[c] == whole ? code_of(y, all) : own[1];
     }
 }
 
 stp_square_normals stp_square_normals_begin(const stp_square_map *map, int level, unsigned reach)
 {
     const stp_square_normals out = {level, (int)reach, ldexp(1.0, map->exponent - level)};
-    for (uint32_t g = 0; g < map->grid_count && reach > 0; g++)
-        for (int row = 0; row < map->grids[g].level[level].cell_rows; row++)
-            sum_row(&out, &map->grids[g], row);
+    for (uint32_t g = 0; g < map->grid_count && reach > 0; g++) {
+        const stp_square_grid *grid = &map->grids[g];
+        for (int row = 0; row < grid->level[level].cell_rows; row++)
+            sum_row(&out, grid, row, map->full[level]);
+        for (int row = 0; row < grid->level[level].cell_rows; row++) {
+            sum_windows(&out, grid, row);
+            if (grid->raster->level)
+                find_codes(&out, grid, row);
+        }
+    }
     return out;
 }
 
-/* The slopes of the plane through a window, by column and by row. */
-static void fit(const stp_square_normals *n, const stp_square_grid *grid, int column, int row,
-                double out[2])
+/* The cell of a sample in the sums of a grid. */
+STP_INLINE size_t cell_of(const stp_square_level *on, int level, uint32_t sample)
+{
+    return (size_t)stp_square_cell(on->row[sample], level) * (size_t)on->cell_columns +
+           (size_t)stp_square_cell(on->column[sample], level);
+}
+
+bool stp_square_code_at(const stp_square_normals *n, const stp_square_grid *grid, uint32_t sample,
+                        double out[2])
+{
+    const size_t cell = cell_of(&grid->level[n->level], n->level, sample);
+    double xx;
+    if (n->reach == 0 || !grid->raster->level ||
+        sums_of(grid, n->level, ALL)[cell] != whole_window(n, &xx))
+        return false;
+    out[0] = sums_of(grid, n->level, U)[cell];
+    out[1] = sums_of(grid, n->level, V)[cell];
+    return true;
+}
+
+void stp_square_slopes_at(const stp_square_normals *n, const stp_square_grid *grid, uint32_t sample,
+                          double out[2])
 {
     const stp_square_level *on = &grid->level[n->level];
-    const int side = 2 * n->reach + 1, squares = n->reach * (n->reach + 1) * side / 3;
+    const int row = stp_square_cell(on->row[sample], n->level);
     const size_t kind = (size_t)on->cell_columns * (size_t)on->cell_rows;
-    stp_plane_sums w = {0};
-    for (int j = -n->reach; j <= n->reach; j++) {
-        if (row + j < 0 || row + j >= on->cell_rows)
-            continue;
-        const double *sums = grid->sums + (size_t)(row + j) * (size_t)on->cell_columns + column;
-        w.n += sums[N * kind];
-        w.z += sums[Z * kind];
-        w.xz += sums[IZ * kind];
-        w.yz += j * sums[Z * kind];
-    }
-    if (w.n == side * side) {             /* none is missing: the other sums are known */
-        const double xx = side * squares; /* and yy; x, y and xy are 0 */
-        out[0] = w.xz * xx / (xx * xx);
-        out[1] = w.yz * xx / (xx * xx);
+    const double *own = grid->sums + cell_of(on, n->level, sample);
+    double xx;
+    stp_plane_sums w = {.n = own[ALL * kind], .xz = own[XZ * kind], .yz = own[YZ * kind]};
+    if (w.n == whole_window(n, &xx)) { /* none is missing: the other sums are known */
+        out[0] = whole_slope(w.xz, xx);
+        out[1] = whole_slope(w.yz, xx);
         return;
     }
     for (int j = -n->reach; j <= n->reach; j++) {
         if (row + j < 0 || row + j >= on->cell_rows)
             continue;
-        const double *sums = grid->sums + (size_t)(row + j) * (size_t)on->cell_columns + column;
+        const double *sums = own + j * on->cell_columns;
         w.x += sums[I * kind];
         w.y += j * sums[N * kind];
+        w.z += sums[Z * kind];
         w.xx += sums[II * kind];
         w.xy += j * sums[I * kind];
         w.yy += j * j * sums[N * kind];
@@ -112,19 +214,13 @@ static void fit(const stp_square_normals *n, const stp_square_grid *grid, int co
     (void)stp_plane_slopes(&w, out);
 }
 
-void stp_square_slopes_at(const stp_square_normals *normals, const stp_square_grid *grid,
-                          uint32_t sample, double out[2])
-{
-    const stp_square_level *on = &grid->level[normals->level];
-    fit(normals, grid, stp_square_cell(on->column[sample], normals->level),
-        stp_square_cell(on->row[sample], normals->level), out);
-}
-
 /* The normal of a level grid, upwards. */
 static void find_level(const stp_raster *r, double length, const double slopes[2], double out[3])
 {
-    out[0] = -slopes[0] * (length / r->across[0][1]);
-    out[1] = -slopes[1] * (length / r->across[1][2]);
+    double by[2];
+    level_factors(r, length, by);
+    out[0] = -slopes[0] * by[0];
+    out[1] = -slopes[1] * by[1];
     out[2] = 1.0;
 }
 

@@ -22,7 +22,12 @@ stp_square_place stp_square_place_of(const stp_square_normals *normals, const st
 
 /* Sums up the rows of all windows, in map->sums. All heights of the level are set. */
 stp_square_normals stp_square_normals_begin(const stp_square_map *map, int level, unsigned reach);
-/* The slopes of the plane through a sample's window, by column and by row, in steps a cell. */
+/* The code of a sample's normal, as stp_square_normal_of gives it, if it is known at once: of a
+ * level grid, whose window lacks no sample. */
+bool stp_square_code_at(const stp_square_normals *normals, const stp_square_grid *grid,
+                        uint32_t sample, double out[2]);
+/* The slopes of the plane through a sample's window, by column and by row, in steps a cell; not of
+ * one whose code is known at once. */
 void stp_square_slopes_at(const stp_square_normals *normals, const stp_square_grid *grid,
                           uint32_t sample, double out[2]);
 /* The octahedral code u, v of a direction of any length, not rounded; 0 to 4095, or no number. */
