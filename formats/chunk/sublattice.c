@@ -5,11 +5,24 @@
 
 enum { WHOLE, FACE_CENTRED, BODY_CENTRED };
 
+#define SLANTED_COUNT (STP_SLANTED_MOST - STP_SLANTED + 1)
+/* Slanted ones have whole numbers up to this near any place's nearest whole numbers. */
+#define SLANTED_WAY 2
+
 double stp_sublattice_reach(unsigned sublattice)
 {
+    static const double slanted[SLANTED_COUNT] = {1.79, 53.0 / 28.0, 2.75, 1451.0 / 484.0};
     static const double squared[STP_SUBLATTICE_KINDS] = {0.75, 1.0, 1.25};
+    if (sublattice >= STP_SLANTED)
+        return sqrt(slanted[sublattice - STP_SLANTED]);
     return ldexp(sqrt(squared[sublattice % STP_SUBLATTICE_KINDS]),
                  (int)(sublattice / STP_SUBLATTICE_KINDS));
+}
+
+unsigned stp_sublattice_quarters(unsigned sublattice)
+{
+    static const uint8_t slanted[SLANTED_COUNT] = {9, 11, 13, 14};
+    return sublattice >= STP_SLANTED ? slanted[sublattice - STP_SLANTED] : 4 * sublattice;
 }
 
 unsigned stp_sublattice_within(double reach)
@@ -17,6 +30,10 @@ unsigned stp_sublattice_within(double reach)
     unsigned out = 0;
     while (out < STP_SUBLATTICE_MOST && stp_sublattice_reach(out + 1) <= reach)
         out++;
+    for (unsigned s = STP_SLANTED; s <= STP_SLANTED_MOST; s++)
+        if (stp_sublattice_reach(s) <= reach &&
+            stp_sublattice_quarters(s) > stp_sublattice_quarters(out))
+            out = s;
     return out;
 }
 
@@ -46,8 +63,37 @@ static void nearest_even_sum(const double place[3], double out[3])
         out[farthest] += place[farthest] < out[farthest] ? -1.0 : 1.0;
 }
 
+/* Of whole numbers around, for each x and y the z that is right and least far off. */
+static void nearest_slanted(unsigned sublattice, const double place[3], double out[3])
+{
+    const int32_t parts = stp_slanted_parts(sublattice);
+    double whole[3], off[3], least = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        whole[i] = floor(place[i] + 0.5);
+        off[i] = place[i] - whole[i];
+    }
+    const int64_t sum = (int64_t)whole[0] + 2 * (int64_t)whole[1] + 4 * (int64_t)whole[2];
+    for (int x = -SLANTED_WAY; x <= SLANTED_WAY; x++)
+        for (int y = -SLANTED_WAY; y <= SLANTED_WAY; y++) {
+            const int32_t up = stp_slanted_offset(sublattice, 2, sum + x + 2 * y);
+            const int32_t z = up > parts / 2 ? up - parts : up;
+            const double far = (off[0] - x) * (off[0] - x) + (off[1] - y) * (off[1] - y) +
+                               (off[2] - z) * (off[2] - z);
+            if (far >= least)
+                continue;
+            least = far;
+            out[0] = whole[0] + x;
+            out[1] = whole[1] + y;
+            out[2] = whole[2] + z;
+        }
+}
+
 void stp_sublattice_nearest(unsigned sublattice, const double place[3], double out[3])
 {
+    if (sublattice >= STP_SLANTED) {
+        nearest_slanted(sublattice, place, out);
+        return;
+    }
     const int octave = (int)(sublattice / STP_SUBLATTICE_KINDS);
     const unsigned kind = sublattice % STP_SUBLATTICE_KINDS;
     double scaled[3], other[3];
@@ -84,6 +130,19 @@ static bits bits_of(const stp_patch *patch, const stp_sample *samples)
     return out;
 }
 
+/* Whether all samples of a patch are on a slanted sublattice. */
+static bool all_slanted(unsigned sublattice, const stp_patch *patch, const stp_sample *samples)
+{
+    const int32_t parts = stp_slanted_parts(sublattice);
+    for (unsigned i = 0; i < patch->counts[0]; i++) {
+        const uint16_t *at = samples[i].position;
+        const int32_t position[3] = {at[0], at[1], at[2]};
+        if (stp_slanted_sum(patch->origin, position) % parts != 0)
+            return false;
+    }
+    return true;
+}
+
 unsigned stp_sublattice_of(const stp_patch *patch, const stp_sample *samples)
 {
     const bits b = bits_of(patch, samples);
@@ -94,11 +153,18 @@ unsigned stp_sublattice_of(const stp_patch *patch, const stp_sample *samples)
         kind = BODY_CENTRED;
     else if (!(b.odd_sum >> octave & 1u))
         kind = FACE_CENTRED;
-    return STP_SUBLATTICE_KINDS * octave + kind;
+    unsigned out = STP_SUBLATTICE_KINDS * octave + kind;
+    for (unsigned s = STP_SLANTED; s <= STP_SLANTED_MOST; s++)
+        if (stp_sublattice_quarters(s) > stp_sublattice_quarters(out) &&
+            all_slanted(s, patch, samples))
+            out = s;
+    return out;
 }
 
 bool stp_sublattice_has(unsigned sublattice, const stp_patch *patch, const stp_sample *samples)
 {
+    if (sublattice >= STP_SLANTED)
+        return all_slanted(sublattice, patch, samples);
     const bits b = bits_of(patch, samples);
     const uint32_t octave = UINT32_C(1) << (sublattice / STP_SUBLATTICE_KINDS);
     const unsigned kind = sublattice % STP_SUBLATTICE_KINDS;

@@ -21,6 +21,9 @@ static bool is_on(unsigned sublattice, const double place[3])
 {
     const double step = ldexp(1.0, (int)(sublattice / 3));
     int odd = 0;
+    if (sublattice >= STP_SLANTED)
+        return fmod(place[0] + 2.0 * place[1] + 4.0 * place[2], 2.0 * sublattice - 25.0) == 0.0 &&
+               fmod(place[0], 1.0) == 0.0 && fmod(place[1], 1.0) == 0.0;
     for (int i = 0; i < 3; i++) {
         if (fmod(place[i], step) != 0.0)
             return false;
@@ -32,8 +35,9 @@ static bool is_on(unsigned sublattice, const double place[3])
 static void nearest_is_nearest(void **state)
 {
     (void)state;
-    for (unsigned s = 0; s <= STP_SUBLATTICE_MOST; s++) {
-        const double step = ldexp(1.0, (int)(s / 3)), reach = stp_sublattice_reach(s);
+    for (unsigned s = 0; s <= STP_SLANTED_MOST; s++) {
+        const double step = s < STP_SLANTED ? ldexp(1.0, (int)(s / 3)) : 1.0;
+        const double reach = stp_sublattice_reach(s);
         double farthest = 0.0;
         for (uint64_t n = 0; n < 3000; n++) {
             double place[3], found[3], other[3];
@@ -50,8 +54,18 @@ static void nearest_is_nearest(void **state)
             }
         }
         assert_true(farthest <= reach && farthest >= 0.9 * reach);
-        assert_int_equal(stp_sublattice_within(reach), s);
-        assert_int_equal(stp_sublattice_within(reach * (1.0 - 1e-9)), s > 0 ? s - 1 : 0);
+    }
+    /* From the one that reaches least to the one that reaches farthest. */
+    static const unsigned in_order[] = {0, 1, 2, 15, 16, 17, 18, 3,  4, 5,
+                                        6, 7, 8, 9,  10, 11, 12, 13, 14};
+    for (unsigned k = 0; k < sizeof in_order / sizeof *in_order; k++) {
+        const double reach = stp_sublattice_reach(in_order[k]);
+        const unsigned expected =
+            in_order[k] == 3 ? 18 : in_order[k]; /* an eleventh, not an eighth */
+        assert_int_equal(stp_sublattice_within(reach), expected);
+        assert_int_equal(stp_sublattice_within(reach * (1.0 - 1e-9)), k == 0   ? 0
+                                                                      : k == 8 ? 18
+                                                                               : in_order[k - 1]);
     }
     assert_int_equal(stp_sublattice_within(1e9), STP_SUBLATTICE_MOST);
     assert_int_equal(stp_sublattice_within(0.0), 0);
@@ -63,7 +77,7 @@ static void coarsen(stp_chunk *chunk, unsigned first, unsigned change, unsigned 
 {
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch *patch = &chunk->patches[p];
-        const unsigned s = (first + p * change) % (STP_SUBLATTICE_MOST + 1);
+        const unsigned s = (first + p * change) % (STP_SLANTED_MOST + 1);
         for (unsigned k = 0; k < patch->counts[0]; k++) {
             stp_sample *sample = &chunk->samples[0][chunk->level_begin[0][p] + k];
             double at[3], on[3];
@@ -86,7 +100,7 @@ static void coarse_blocks_come_back(void **state)
 {
     (void)state;
     stp_chunk_scratch scratch = {0};
-    for (unsigned s = 0; s <= STP_SUBLATTICE_MOST; s++)
+    for (unsigned s = 0; s <= STP_SLANTED_MOST; s++)
         for (uint32_t patches = 1; patches <= 20; patches += 19)
             for (unsigned change = 0; change < 3; change++)
                 for (int kind = 0; kind < 3; kind++) {
@@ -118,28 +132,33 @@ static size_t level_bytes(uint32_t patches, unsigned sublattice, unsigned radius
 }
 
 /* Random positions and radii take as many bits less as the sublattice and the grid leave out, or
- * nine tenths of that. */
+ * nine tenths of that; 0.65 of it if it is slanted, for last children are known to a few steps. */
 static void coarse_blocks_are_smaller(void **state)
 {
     (void)state;
     uint32_t samples;
     const double fine = (double)level_bytes(20, 0, 0, &samples);
-    for (unsigned s = 1; s <= STP_SUBLATTICE_MOST; s++)
-        assert_true((double)level_bytes(20, s, 0, &samples) <= fine - 0.9 * s * samples / 8 + 20);
+    for (unsigned s = 1; s <= STP_SLANTED_MOST; s++) {
+        const double part = s < STP_SLANTED ? 0.9 : 0.65;
+        assert_true((double)level_bytes(20, s, 0, &samples) <=
+                    fine - part * stp_sublattice_quarters(s) * samples / 32 + 20);
+    }
     for (unsigned r = 1; r <= 6; r++)
         assert_true((double)level_bytes(20, 0, r, &samples) <= fine - 0.9 * r * samples / 8 + 20);
 }
 
 /* What precedes the columns of a coarse table of one patch, with this symbol of its sublattice. */
-static void put_head(stp_tight_writer *w, unsigned symbol)
+static void put_head(stp_tight_writer *w, bool slanted, unsigned symbol)
 {
     stp_odds odds; /* formats/SPEC.md, "Coarse levels" */
     for (int i = 0; i < STP_ODDS_SYMBOLS; i++)
-        odds.below[i] = (int16_t)(i == 0    ? 0
-                                  : i <= 14 ? (1 << 14) + (1 << 10) * (i - 1)
-                                            : (1 << 15) - 4 * (32 - i));
+        odds.below[i] =
+            (int16_t)(i == 0                     ? 0
+                      : i <= (slanted ? 18 : 14) ? (1 << 14) + (slanted ? 768 : 1024) * (i - 1)
+                                                 : (1 << 15) - 4 * (32 - i));
     assert_int_equal(stp_symbols_reserve(&w->symbols, 30, NULL), STP_OK);
-    stp_symbol_put_bits(&w->symbols, 0, 15, 4);
+    for (int marks = 1 + slanted; marks > 0; marks--)
+        stp_symbol_put_bits(&w->symbols, 0, 15, 4);
     stp_symbol_put_bits(&w->symbols, 0, 0, 4); /* normals */
     stp_symbol_put_bits(&w->symbols, 0, 0, 3); /* radii */
     stp_symbol_put_bits(&w->symbols, 0, 0, 1); /* no scale */
@@ -153,7 +172,7 @@ static void put_head(stp_tight_writer *w, unsigned symbol)
 }
 
 /* A table of level 0 of one patch that is coarse, with this sublattice. */
-static stp_status head_status(bool may_coarsen, unsigned sublattice, stp_error *err)
+static stp_status head_status(bool may_coarsen, bool slanted, unsigned sublattice, stp_error *err)
 {
     stp_tight_writer w = {0};
     stp_tight_reader r;
@@ -172,7 +191,7 @@ static stp_status head_status(bool may_coarsen, unsigned sublattice, stp_error *
                        .beside = beside,
                        .tight_first = stp_tight_elder,
                        .known = stp_known_level(false, 0, false)};
-    put_head(&w, sublattice);
+    put_head(&w, slanted, sublattice);
     assert_int_equal(stp_symbols_write_known(&w.symbols, &bytes, NULL), STP_OK);
     assert_int_equal(stp_tight_read(&r, bytes.data, bytes.size, NULL), STP_OK);
     stp_status status = stp_tight_get(&r, &table, err);
@@ -187,12 +206,15 @@ static void wrong_heads_are_refused(void **state)
 {
     (void)state;
     stp_error err = {0};
-    assert_int_equal(head_status(true, STP_SUBLATTICE_MOST, &err), STP_OK);
-    assert_int_equal(head_status(false, 1, &err), STP_CORRUPT);
+    assert_int_equal(head_status(false, false, 1, &err), STP_CORRUPT);
     assert_non_null(strstr(err.message, "shifted by 15 bits"));
-    for (unsigned symbol = STP_SUBLATTICE_MOST + 1; symbol < STP_ODDS_SYMBOLS; symbol++) {
-        assert_int_equal(head_status(true, symbol, &err), STP_CORRUPT);
-        assert_non_null(strstr(err.message, "a sublattice that there is not"));
+    for (int slanted = 0; slanted < 2; slanted++) {
+        const unsigned most = slanted ? STP_SLANTED_MOST : STP_SUBLATTICE_MOST;
+        assert_int_equal(head_status(true, slanted, most, &err), STP_OK);
+        for (unsigned symbol = most + 1; symbol < STP_ODDS_SYMBOLS; symbol++) {
+            assert_int_equal(head_status(true, slanted, symbol, &err), STP_CORRUPT);
+            assert_non_null(strstr(err.message, "a sublattice that there is not"));
+        }
     }
 }
 
@@ -200,8 +222,8 @@ static void wrong_heads_are_refused(void **state)
 static void prep_uses_them(void **state)
 {
     (void)state;
-    static const double loose[] = {0.0, 0.9, 1.05, 1.2, 1.9, 9.0};
-    static const unsigned expected[] = {0, 0, 1, 2, 3, 11};
+    static const double loose[] = {0.0, 0.9, 1.05, 1.2, 1.35, 1.4, 1.7, 1.733, 1.9, 9.0};
+    static const unsigned expected[] = {0, 0, 1, 2, 15, 16, 17, 18, 18, 11};
     for (size_t n = 0; n < sizeof loose / sizeof *loose; n++) {
         stp_item items[STP_PATCH_SAMPLES] = {0}, vertex;
         uint32_t order[STP_PATCH_SAMPLES];

@@ -86,10 +86,24 @@ class Sublattice:
     """The positions that a patch may have: 0 all of its lattice."""
 
     def __init__(self, number, origin):
-        self.octave, self.kind, self.origin = number // 3, number % 3, origin
+        self.number, self.octave, self.kind, self.origin = number, number // 3, number % 3, origin
+
+    def add_slanted(self, child, axis, done, predicted, cell):
+        """done: the other two axes."""
+        parts = 2 * (self.number - 15) + 5
+        total = sum((child.position[a] + self.origin[a]) << a for a in done)
+        offset = next(o for o in range(parts) if (total + (o + self.origin[axis] << axis)) % parts == 0)
+        place = (predicted - offset + parts // 2) // parts + cell
+        child.position[axis] = (place * parts + offset) & 65535
 
     def add(self, child, axis, done, predicted, cell):
         """done: the axes that the child has."""
+        if self.number >= 15 and len(done) < 2:
+            child.position[axis] = (predicted + cell) & 65535
+            return
+        if self.number >= 15:
+            self.add_slanted(child, axis, done, predicted, cell)
+            return
         at = [child.position[a] + self.origin[a] for a in done]
         bound = {0: 0, 1: len(done) == 2, 2: len(done) > 0}[self.kind]
         odd = (sum(at) if self.kind == 1 else at[0]) & 1 << self.octave if bound else 0
@@ -155,12 +169,13 @@ class TightTables:
         self.symbols, self.name, self.scale, self.squares = Symbols(cursor, True), cursor.name, None, squares
         self.patch_count, self.coarse, self.sublattices, self.shift = 0, None, [], None
 
-    def read_sublattices(self):
-        odds = [0] + [(1 << 14) + 1024 * (s - 1) for s in range(1, 15)] + [(1 << 15) - 4 * (32 - s) for s in range(15, 32)]
+    def read_sublattices(self, count):
+        each = 1024 if count == 15 else 768
+        odds = [0] + [(1 << 14) + each * (s - 1) if s < count else (1 << 15) - 4 * (32 - s) for s in range(1, 32)]
         for _ in range(self.patch_count):
             change = self.symbols.symbol(0, odds, 4, 0)[0]
-            require(change < 15, f"{self.name}: a sublattice that there is not")
-            self.sublattices.append(((self.sublattices or [0])[-1] + change) % 15)
+            require(change < count, f"{self.name}: a sublattice that there is not")
+            self.sublattices.append(((self.sublattices or [0])[-1] + change) % count)
 
     def read_corners(self, patches):
         """What corners.read_corners returns, or nothing."""
@@ -172,7 +187,7 @@ class TightTables:
 
     def read(self, rows, columns, level=None, last=False, kinds=()):
         """The next table: of patches, of their squares, or of samples; level: None for level 3; kinds: of its rows."""
-        symbols, shift, radii, same, coded = self.symbols, 0, 0, {}, []
+        symbols, shift, radii, same, coded, count = self.symbols, 0, 0, {}, [], 15
         if rows == 0:
             return Table()
         if columns == SAMPLE_COLUMNS and self.coarse:
@@ -180,7 +195,10 @@ class TightTables:
         elif columns == SAMPLE_COLUMNS:
             shift, self.shift = symbols.bits(0, 4) if self.shift is None else self.shift, None
             if shift == 15 and level is not None and not self.squares:
-                self.coarse = shift, radii = symbols.bits(0, 4), symbols.bits(0, 3)
+                shift = symbols.bits(0, 4)
+                if shift == 15 and level == 0:
+                    shift, count = symbols.bits(0, 4), 19
+                self.coarse = shift, radii = shift, symbols.bits(0, 3)
             require(shift <= 11, f"{self.name}: normals are shifted by {shift} bits")
         if level == 0 and self.scale is None:
             self.scale = symbols.bits(0, 1)
@@ -188,7 +206,7 @@ class TightTables:
                 data = b"".join(symbols.bits(0, 16).to_bytes(2, "little") for _ in range(7))
                 self.scale = Scale(Cursor(data, self.name))
             if self.coarse and symbols.bits(0, 1):
-                self.read_sublattices()
+                self.read_sublattices(count)
         known = Known(columns, level, last, self.squares) if symbols.known else None
         for c in range(columns):
             odds = known.how(c, c == 0 or coded[-1:] == [c - 1]) if known else symbols.how

@@ -25,10 +25,13 @@ enum { HOW_VARYING, HOW_ZERO, HOW_CONSTANT, HOW_COUNT };
 /* Likewise: corners that are told once follow, then all that is there without them. */
 #define CORNERS_MARK 14u
 #define RADIUS_BITS 3u
-#define SUBLATTICES (STP_SUBLATTICE_MOST + 1)
+/* How many sublattices there are, without slanted ones, which are announced by another mark, and
+ * with them; and what the odds of each change to another one are at first. */
+#define SUBLATTICES(slanted) ((slanted) ? STP_SLANTED_MOST + 1 : STP_SUBLATTICE_MOST + 1)
+#define CHANGE_ODDS(slanted) ((slanted) ? 768 : 1024)
 #define SUBLATTICE_SHIFT 4
 /* Symbols and plain bits of a table before its rows, without those of sublattices. */
-#define HEAD_ITEMS (6u + SCALE_WORDS + 2u * STP_TABLE_COLUMNS_LIMIT)
+#define HEAD_ITEMS (7u + SCALE_WORDS + 2u * STP_TABLE_COLUMNS_LIMIT)
 
 const uint8_t stp_tight_patches[STP_LINKED_PATCH_COLUMN_COUNT] = {
     4, 14, 8,  15, 8,  10, 8,  0,  0,  12, 12, 9,  10, 8, 13, 11, 11, 11, 11, 10, 10, 10, 10,
@@ -71,11 +74,12 @@ static stp_odds *known_how(const stp_table *table, uint64_t constant, unsigned c
 }
 
 /* Of how sublattices change from patch to patch: a half that they do not, else all alike. */
-static void sublattice_odds_begin(stp_odds *odds)
+static void sublattice_odds_begin(bool slanted, stp_odds *odds)
 {
+    const int count = (int)SUBLATTICES(slanted), each = CHANGE_ODDS(slanted);
     for (int s = 0; s < STP_ODDS_SYMBOLS; s++) {
         const int rest = STP_ODDS_ALL - 4 * (STP_ODDS_SYMBOLS - s);
-        odds->below[s] = (int16_t)(s < (int)SUBLATTICES ? (1 << 14) + 1024 * (s - 1) : rest);
+        odds->below[s] = (int16_t)(s < count ? (1 << 14) + each * (s - 1) : rest);
     }
     odds->below[0] = 0;
 }
@@ -112,37 +116,42 @@ static void put_scale(stp_symbol_writer *w, const stp_scale *scale)
         stp_symbol_put_bits(w, LANE, stp_get_u16(bytes + (size_t)2 * i), 16);
 }
 
-static stp_status put_sublattices(stp_symbol_writer *w, const stp_table *table, stp_error *err)
+static stp_status put_sublattices(stp_symbol_writer *w, const stp_table *table, bool slanted,
+                                  stp_error *err)
 {
     stp_odds odds;
     unsigned before = 0;
-    sublattice_odds_begin(&odds);
+    const unsigned count = SUBLATTICES(slanted);
+    sublattice_odds_begin(slanted, &odds);
     const stp_status status = stp_symbols_reserve(w, table->sublattice_count, err);
     for (uint32_t i = 0; status == STP_OK && i < table->sublattice_count; i++) {
         const unsigned now = table->sublattices[i];
-        stp_symbol_put(w, LANE, &odds, SUBLATTICE_SHIFT, (now + SUBLATTICES - before) % SUBLATTICES,
-                       0, 0);
+        stp_symbol_put(w, LANE, &odds, SUBLATTICE_SHIFT, (now + count - before) % count, 0, 0);
         before = now;
     }
     return status;
 }
 
-static bool has_sublattices(const stp_table *table)
+static unsigned greatest_sublattice(const stp_table *table)
 {
-    bool any = false;
+    unsigned out = 0;
     for (uint32_t i = 0; table->sublattices && i < table->sublattice_count; i++)
-        any = any || table->sublattices[i] > 0;
-    return any;
+        out = table->sublattices[i] > out ? table->sublattices[i] : out;
+    return out;
 }
 
 /* What is common to the rows of a table of samples; if coarse, of both tables of a level. */
 static stp_status put_grids(stp_tight_writer *w, const stp_table *table, stp_error *err)
 {
-    const bool first = table->may_scale && !w->scaled, placed = has_sublattices(table);
+    const unsigned sublattice = greatest_sublattice(table);
+    const bool first = table->may_scale && !w->scaled, placed = sublattice > 0;
+    const bool slanted = sublattice >= STP_SLANTED;
     if (w->coarse)
         return STP_OK;
     w->coarse = table->radius_shift > 0 || placed;
     if (w->coarse)
+        stp_symbol_put_bits(&w->symbols, LANE, COARSE_MARK, SHIFT_BITS);
+    if (slanted)
         stp_symbol_put_bits(&w->symbols, LANE, COARSE_MARK, SHIFT_BITS);
     stp_symbol_put_bits(&w->symbols, LANE, table->normal_shift, SHIFT_BITS);
     if (w->coarse)
@@ -153,7 +162,7 @@ static stp_status put_grids(stp_tight_writer *w, const stp_table *table, stp_err
     if (!w->coarse || !first)
         return STP_OK;
     stp_symbol_put_bits(&w->symbols, LANE, placed, 1);
-    return placed ? put_sublattices(&w->symbols, table, err) : STP_OK;
+    return placed ? put_sublattices(&w->symbols, table, slanted, err) : STP_OK;
 }
 
 stp_status stp_tight_put(stp_tight_writer *w, const stp_table *table, stp_error *err)
@@ -242,17 +251,19 @@ static stp_status get_columns(stp_tight_reader *r, const stp_table *table, uint6
     return STP_OK;
 }
 
-static stp_status get_sublattices(stp_symbol_reader *r, stp_table *table, stp_error *err)
+static stp_status get_sublattices(stp_symbol_reader *r, stp_table *table, bool slanted,
+                                  stp_error *err)
 {
     stp_odds odds;
     unsigned before = 0;
     uint32_t none;
-    sublattice_odds_begin(&odds);
+    const unsigned count = SUBLATTICES(slanted);
+    sublattice_odds_begin(slanted, &odds);
     for (uint32_t i = 0; i < table->sublattice_count; i++) {
         const unsigned change = stp_symbol_get(r, LANE, &odds, SUBLATTICE_SHIFT, 0, &none);
-        if (change >= SUBLATTICES)
+        if (change >= count)
             return stp_error_set(err, STP_CORRUPT, "a sublattice that there is not");
-        before = (before + change) % SUBLATTICES;
+        before = (before + change) % count;
         table->sublattices[i] = (uint8_t)before;
     }
     return STP_OK;
@@ -263,12 +274,16 @@ static stp_status get_grids(stp_tight_reader *r, stp_table *table, stp_error *er
 {
     stp_status status = STP_OK;
     const bool first = table->may_scale && !r->scaled, known = r->coarse;
+    bool slanted = false;
     if (!known && !r->shift_read)
         r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
     r->shift_read = false;
     r->coarse = known || (table->may_coarsen && r->normal_shift == COARSE_MARK);
     if (r->coarse && !known) {
         r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
+        slanted = first && r->normal_shift == COARSE_MARK;
+        if (slanted)
+            r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
         r->radius_shift = stp_symbol_get_bits(&r->symbols, LANE, RADIUS_BITS);
     }
     table->normal_shift = r->normal_shift;
@@ -279,7 +294,7 @@ static stp_status get_grids(stp_tight_reader *r, stp_table *table, stp_error *er
     r->scaled = r->scaled || first;
     table->scale = r->scale;
     if (r->coarse && first && stp_symbol_get_bits(&r->symbols, LANE, 1))
-        STP_TRY(get_sublattices(&r->symbols, table, err));
+        STP_TRY(get_sublattices(&r->symbols, table, slanted, err));
 done:
     return status;
 }

@@ -171,13 +171,35 @@ INLINE void code_step(const coder *c, int column, int axis, uint32_t before, int
         *residual = wrap(((*value - on.offset) >> on.shift) - place, 0xffff >> on.shift);
 }
 
+/* Codes the last coordinate by places on the patch's slanted sublattice. */
+INLINE void code_slanted(const coder *c, int axis, int32_t predicted, parts *p)
+{
+    int16_t *residual = c->cells + (size_t)STP_COLUMN_POSITION_C * c->stride;
+    const int32_t own = p->v[PX + axis], count = stp_slanted_parts(c->sublattice);
+    p->v[PX + axis] = 0;
+    const int32_t offset =
+        stp_slanted_offset(c->sublattice, axis, stp_slanted_sum(c->origin, &p->v[PX]));
+    const int32_t raised = predicted - offset + count / 2;
+    const int32_t place = raised / count - (raised % count < 0);
+    p->v[PX + axis] = own;
+    if (c->decode)
+        p->v[PX + axis] = ((place + *residual) * count + offset) & 0xffff;
+    else
+        *residual = wrap((own - offset) / count - place, 0xffff);
+}
+
 /* Codes a coordinate of a position: if the patch has a scale, by places on the scale. */
 INLINE void code_coordinate(const coder *c, int column, int axis, uint32_t before,
                             int32_t predicted, parts *p)
 {
     int16_t *residual = c->cells + (size_t)column * c->stride;
     int32_t *value = &p->v[PX + axis];
-    if (!c->patch_scale.used && c->sublattice > 0) {
+    const bool slanted = c->sublattice >= STP_SLANTED;
+    if (!c->patch_scale.used && slanted && column == STP_COLUMN_POSITION_C) {
+        code_slanted(c, axis, predicted, p);
+        return;
+    }
+    if (!c->patch_scale.used && c->sublattice > 0 && !slanted) {
         code_step(c, column, axis, before, predicted, p);
         return;
     }

@@ -52,8 +52,9 @@ static const int16_t patch_beside[STP_LINKED_PATCH_COLUMN_COUNT] = {
 /* A grid of radii of this shift has two codes. */
 #define RADIUS_SHIFT_MOST 7u
 
-/* What it takes about to say that a patch has another sublattice than the one before. */
-#define CHANGE_BITS 8u
+/* Quarters of bits that it takes about to say that a patch has another sublattice than the one
+ * before. */
+#define CHANGE_QUARTERS 32u
 
 /* What the means of patch columns are like in blocks of scans (formats/SPEC.md, "Middles"). */
 static const uint8_t patch_first[STP_LINKED_PATCH_COLUMN_COUNT] = {
@@ -134,7 +135,8 @@ static unsigned sublattice_after(unsigned before, const stp_patch *patch, const 
     if (stp_scale_of_patch(&tables->elder.scale, patch).used)
         return before;
     const unsigned own = stp_sublattice_of(patch, samples);
-    const bool worth = own > before && (own - before) * patch->counts[0] > CHANGE_BITS;
+    const unsigned gain = stp_sublattice_quarters(own), had = stp_sublattice_quarters(before);
+    const bool worth = gain > had && (gain - had) * patch->counts[0] > CHANGE_QUARTERS;
     return worth || !stp_sublattice_has(before, patch, samples) ? own : before;
 }
 
