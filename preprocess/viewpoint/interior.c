@@ -32,7 +32,7 @@
 #define LEVEL_LEAST 0.55
 #define UPRIGHT_LEAST 0.4
 #define WITHIN_LEAST 0.1
-#define LINING_LEAST 0.5
+#define LINING_LEAST 0.6
 #define FLAT_MOST 0.8
 #define AGREED 0.8
 /* The view. */
@@ -166,7 +166,9 @@ static bool has_enclosed_side(const stp_space *s, const stp_cloud_point *p,
 static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp_space *s,
                              stp_error *err)
 {
-    uint32_t count = 0, within = 0, given = 0, facing = 0, lining = 0;
+    uint32_t count = 0, within = 0, given = 0, facing = 0;
+    double area = 0.0, lining = 0.0;
+    int at[3];
     stp_dvec3 rays[OUTSIDE_RAYS], few[RAYS_FEW];
     stp_cloud_point *points = NULL;
     const stp_status status =
@@ -180,7 +182,11 @@ static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp
     for (const stp_cloud_point *p = points; p < points + count; p++) {
         const stp_dvec3 d = stp_dvec3_sub(p->position, in->eye);
         within += is_within(s, p->position, rays);
-        lining += in->aside && has_enclosed_side(s, p, few);
+        if (stp_space_voxel(s, p->position, at)) {
+            const double share = 1.0 / s->count[stp_space_at(s, at[0], at[1], at[2])];
+            area += share;
+            lining += has_enclosed_side(s, p, few) ? share : 0.0;
+        }
         if (!p->given)
             continue;
         const stp_space_hit hit = stp_space_cast(s, in->eye, stp_dvec3_normalize(d));
@@ -190,7 +196,7 @@ static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp
         facing += stp_dvec3_dot(d, stp_dvec3_from_float(p->normal)) < 0.0;
     }
     in->within = (double)within / count;
-    in->lining = (double)lining / count;
+    in->lining = area > 0.0 ? lining / area : 0.0;
     in->facing = given >= GIVEN_LEAST ? (double)facing / given : 0.5;
     free(points);
     return STP_OK;
@@ -213,10 +219,11 @@ stp_status stp_interior_find(stp_interior *out, const stp_cloud *cloud, const st
     }
     look_around(&in, s);
     STP_TRY(ask_points(&in, cloud, s, err));
-    const bool built = in.level >= LEVEL_LEAST && in.upright >= UPRIGHT_LEAST &&
+    const bool lined = in.lining >= LINING_LEAST;
+    const bool built = lined && in.level >= LEVEL_LEAST && in.upright >= UPRIGHT_LEAST &&
                        (in.within >= WITHIN_LEAST || in.height <= FLAT_MOST * in.width);
-    in.found = (!in.aside || in.lining >= LINING_LEAST) && in.room >= ROOM_LEAST * in.height &&
-               in.room > 0.0 && in.enclosed >= ENCLOSED_LEAST && in.facing > 1.0 - AGREED &&
+    in.found = (!in.aside || lined) && in.room >= ROOM_LEAST * in.height && in.room > 0.0 &&
+               in.enclosed >= ENCLOSED_LEAST && in.facing > 1.0 - AGREED &&
                (built || in.facing >= AGREED);
     *out = in;
 done:

@@ -351,12 +351,18 @@ static void given_normals_decide(void **state)
     }
 }
 
-/* These are no interiors: balls, a cube, a crate's four walls, hills, a cloud of leaves. */
+/* These are no interiors: balls, a cube, a crate's four walls, hills, a cloud of leaves, a closed
+ * house in a garden. */
 static void objects_are_seen_whole(void **state)
 {
     (void)state;
-    for (int kind = 0; kind < 5; kind++) {
+    for (int kind = 0; kind < 6; kind++) {
         positions p = {0};
+        if (kind == 5)
+            room_box(&p, (stp_dvec3){-6.0, -4.0, 0.0}, (stp_dvec3){6.0, 4.0, 6.0}, 0);
+        for (size_t i = 0; i < 20000 && kind == 5; i++)
+            positions_add(&p, 44.0 * stp_random_unit(44, i) - 22.0,
+                          44.0 * stp_random_unit(45, i) - 22.0, 0.05 * stp_random_unit(46, i));
         if (kind == 1)
             room_box(&p, (stp_dvec3){-1.0, -1.0, -1.0}, (stp_dvec3){1.0, 1.0, 1.0}, 0);
         if (kind == 2)
