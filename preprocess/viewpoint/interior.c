@@ -24,8 +24,14 @@
 #define OUTSIDE_MOST 3
 #define GIVEN_LEAST 64u
 /* y is up only if it has this many times more floor and ceiling: most scans of interiors are
- * surveys, with z up. */
+ * surveys, with z up. Fewer will do if what is inside stands on the low end of y, and not on that
+ * of z: on its half are shares of at least and at most this much. SHELL: the part of the box at
+ * each side that is walls. */
 #define UPWARDS 1.4
+#define UPWARDS_STANDING 1.1
+#define STANDING_LEAST 0.7
+#define LYING_MOST 0.65
+#define SHELL 0.08
 /* The rule. */
 #define ENCLOSED_LEAST 0.8
 #define ROOM_LEAST 0.15 /* of the height */
@@ -60,6 +66,33 @@ static double floors(const stp_space *s, int axis)
                 found += end && s->count[at] > 0 && 2 * s->level[axis][at] > s->count[at];
             }
     return found;
+}
+
+/* Of the voxels with points within the shell, the share in the low half of an axis; 0.5 if there
+ * are none. */
+static double low_share(const stp_space *s, int axis)
+{
+    size_t low = 0, all = 0;
+    int begin[3], end[3];
+    for (int k = 0; k < 3; k++) {
+        begin[k] = (int)ceil(SHELL * s->size[k]);
+        end[k] = s->size[k] - begin[k];
+    }
+    for (int z = begin[2]; z < end[2]; z++)
+        for (int y = begin[1]; y < end[1]; y++)
+            for (int x = begin[0]; x < end[0]; x++) {
+                const bool solid = s->count[stp_space_at(s, x, y, z)] > 0;
+                all += solid;
+                low += solid && 2 * (axis == 1 ? y : z) < s->size[axis];
+            }
+    return all > 0 ? (double)low / (double)all : 0.5;
+}
+
+static int find_up(const stp_space *s)
+{
+    const double more = floors(s, 1) / fmax(floors(s, 2), 1.0);
+    const bool stands = low_share(s, 1) >= STANDING_LEAST && low_share(s, 2) <= LYING_MOST;
+    return more > (stands ? UPWARDS_STANDING : UPWARDS) ? 1 : 2;
 }
 
 /* Whether at least ENCLOSED_LEAST of a few rays end at the cloud. */
@@ -206,7 +239,7 @@ stp_status stp_interior_find(stp_interior *out, const stp_cloud *cloud, const st
                              stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_interior in = {.up_axis = floors(s, 1) > UPWARDS * floors(s, 2) ? 1 : 2};
+    stp_interior in = {.up_axis = find_up(s)};
     const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
     in.height = along(size, in.up_axis);
     in.width = fmax(size.x, in.up_axis == 1 ? size.z : size.y);

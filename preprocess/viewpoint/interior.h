@@ -13,8 +13,8 @@
  * - something stands within that is not seen from outside; or else it is wider than high.
  *
  * If most given normals in sight agree, they decide instead of the build: facing the eye is an
- * interior, turned away is an object. Up is z or y, whichever has more floor and ceiling. Threads:
- * one call at a time. */
+ * interior, turned away is an object. Up is z or y, whichever has more floor and ceiling, and on
+ * whose low end things stand. Threads: one call at a time. */
 #ifndef STP_PREPROCESS_VIEWPOINT_INTERIOR_H
 #define STP_PREPROCESS_VIEWPOINT_INTERIOR_H
 
