@@ -64,8 +64,7 @@ done:
     return status;
 }
 
-/* The voxel of a position. False if it is outside the grid. */
-static bool voxel_of(const stp_space *s, stp_dvec3 position, int at[3])
+bool stp_space_voxel(const stp_space *s, stp_dvec3 position, int at[3])
 {
     const stp_dvec3 p = stp_dvec3_scale(stp_dvec3_sub(position, s->origin), 1.0 / s->side);
     for (int axis = 0; axis < 3; axis++) {
@@ -99,7 +98,7 @@ static void count_points(void *context)
     int at[3];
     for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         const stp_cloud_point *p = &cloud->points[i];
-        if (!is_counted(p, &c->chosen) || !voxel_of(s, p->position, at))
+        if (!is_counted(p, &c->chosen) || !stp_space_voxel(s, p->position, at))
             continue;
         const size_t voxel = stp_space_at(s, at[0], at[1], at[2]);
         count_one(&s->count[voxel]);
@@ -220,7 +219,7 @@ stp_space_hit stp_space_cast(const stp_space *s, stp_dvec3 from, stp_dvec3 direc
     if (!(stp_dvec3_length(direction) > 0.5))
         return hit;
     for (double d = 0.0;;) {
-        if (voxel_of(s, stp_dvec3_add(from, stp_dvec3_scale(direction, d)), at)) {
+        if (stp_space_voxel(s, stp_dvec3_add(from, stp_dvec3_scale(direction, d)), at)) {
             hit.distance = d;
             hit.voxel = stp_space_at(s, at[0], at[1], at[2]);
             hit.solid = s->count[hit.voxel] > 0;

@@ -43,6 +43,8 @@ static inline size_t stp_space_at(const stp_space *s, int x, int y, int z)
 {
     return ((size_t)z * (size_t)s->size[1] + (size_t)y) * (size_t)s->size[0] + (size_t)x;
 }
+/* The voxel of a position. False if it is outside the grid. */
+bool stp_space_voxel(const stp_space *s, stp_dvec3 position, int at[3]);
 /* The middle of a voxel. */
 static inline stp_dvec3 stp_space_middle(const stp_space *s, int x, int y, int z)
 {

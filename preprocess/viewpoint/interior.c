@@ -24,15 +24,21 @@
 #define OUTSIDE_MOST 3
 #define GIVEN_LEAST 64u
 /* y is up only if it has this many times more floor and ceiling: most scans of interiors are
- * surveys, with z up. */
+ * surveys, with z up. Fewer will do if what is inside stands on the low end of y, and not on that
+ * of z: on its half are shares of at least and at most this much. SHELL: the part of the box at
+ * each side that is walls. */
 #define UPWARDS 1.4
+#define UPWARDS_STANDING 1.1
+#define STANDING_LEAST 0.7
+#define LYING_MOST 0.65
+#define SHELL 0.08
 /* The rule. */
 #define ENCLOSED_LEAST 0.8
 #define ROOM_LEAST 0.15 /* of the height */
 #define LEVEL_LEAST 0.55
 #define UPRIGHT_LEAST 0.4
 #define WITHIN_LEAST 0.1
-#define LINING_LEAST 0.5
+#define LINING_LEAST 0.6
 #define FLAT_MOST 0.8
 #define AGREED 0.8
 /* The view. */
@@ -60,6 +66,33 @@ static double floors(const stp_space *s, int axis)
                 found += end && s->count[at] > 0 && 2 * s->level[axis][at] > s->count[at];
             }
     return found;
+}
+
+/* Of the voxels with points within the shell, the share in the low half of an axis; 0.5 if there
+ * are none. */
+static double low_share(const stp_space *s, int axis)
+{
+    size_t low = 0, all = 0;
+    int begin[3], end[3];
+    for (int k = 0; k < 3; k++) {
+        begin[k] = (int)ceil(SHELL * s->size[k]);
+        end[k] = s->size[k] - begin[k];
+    }
+    for (int z = begin[2]; z < end[2]; z++)
+        for (int y = begin[1]; y < end[1]; y++)
+            for (int x = begin[0]; x < end[0]; x++) {
+                const bool solid = s->count[stp_space_at(s, x, y, z)] > 0;
+                all += solid;
+                low += solid && 2 * (axis == 1 ? y : z) < s->size[axis];
+            }
+    return all > 0 ? (double)low / (double)all : 0.5;
+}
+
+static int find_up(const stp_space *s)
+{
+    const double more = floors(s, 1) / fmax(floors(s, 2), 1.0);
+    const bool stands = low_share(s, 1) >= STANDING_LEAST && low_share(s, 2) <= LYING_MOST;
+    return more > (stands ? UPWARDS_STANDING : UPWARDS) ? 1 : 2;
 }
 
 /* Whether at least ENCLOSED_LEAST of a few rays end at the cloud. */
@@ -166,7 +199,9 @@ static bool has_enclosed_side(const stp_space *s, const stp_cloud_point *p,
 static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp_space *s,
                              stp_error *err)
 {
-    uint32_t count = 0, within = 0, given = 0, facing = 0, lining = 0;
+    uint32_t count = 0, within = 0, given = 0, facing = 0;
+    double area = 0.0, lining = 0.0;
+    int at[3];
     stp_dvec3 rays[OUTSIDE_RAYS], few[RAYS_FEW];
     stp_cloud_point *points = NULL;
     const stp_status status =
@@ -180,7 +215,11 @@ static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp
     for (const stp_cloud_point *p = points; p < points + count; p++) {
         const stp_dvec3 d = stp_dvec3_sub(p->position, in->eye);
         within += is_within(s, p->position, rays);
-        lining += in->aside && has_enclosed_side(s, p, few);
+        if (stp_space_voxel(s, p->position, at)) {
+            const double share = 1.0 / s->count[stp_space_at(s, at[0], at[1], at[2])];
+            area += share;
+            lining += has_enclosed_side(s, p, few) ? share : 0.0;
+        }
         if (!p->given)
             continue;
         const stp_space_hit hit = stp_space_cast(s, in->eye, stp_dvec3_normalize(d));
@@ -190,7 +229,7 @@ static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp
         facing += stp_dvec3_dot(d, stp_dvec3_from_float(p->normal)) < 0.0;
     }
     in->within = (double)within / count;
-    in->lining = (double)lining / count;
+    in->lining = area > 0.0 ? lining / area : 0.0;
     in->facing = given >= GIVEN_LEAST ? (double)facing / given : 0.5;
     free(points);
     return STP_OK;
@@ -200,7 +239,7 @@ stp_status stp_interior_find(stp_interior *out, const stp_cloud *cloud, const st
                              stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_interior in = {.up_axis = floors(s, 1) > UPWARDS * floors(s, 2) ? 1 : 2};
+    stp_interior in = {.up_axis = find_up(s)};
     const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
     in.height = along(size, in.up_axis);
     in.width = fmax(size.x, in.up_axis == 1 ? size.z : size.y);
@@ -213,10 +252,11 @@ stp_status stp_interior_find(stp_interior *out, const stp_cloud *cloud, const st
     }
     look_around(&in, s);
     STP_TRY(ask_points(&in, cloud, s, err));
-    const bool built = in.level >= LEVEL_LEAST && in.upright >= UPRIGHT_LEAST &&
+    const bool lined = in.lining >= LINING_LEAST;
+    const bool built = lined && in.level >= LEVEL_LEAST && in.upright >= UPRIGHT_LEAST &&
                        (in.within >= WITHIN_LEAST || in.height <= FLAT_MOST * in.width);
-    in.found = (!in.aside || in.lining >= LINING_LEAST) && in.room >= ROOM_LEAST * in.height &&
-               in.room > 0.0 && in.enclosed >= ENCLOSED_LEAST && in.facing > 1.0 - AGREED &&
+    in.found = (!in.aside || lined) && in.room >= ROOM_LEAST * in.height && in.room > 0.0 &&
+               in.enclosed >= ENCLOSED_LEAST && in.facing > 1.0 - AGREED &&
                (built || in.facing >= AGREED);
     *out = in;
 done:

@@ -116,6 +116,36 @@ static void pictures_of_other_shapes(void **state)
     free(p.at);
 }
 
+/* A survey's room, and a few points at 0 0 0 as some writers leave them: the view from inside shows
+ * the room, though the model's ball is a million times as large. */
+static void rooms_with_strays_at_zero(void **state)
+{
+    (void)state;
+    enum { WIDTH = 120, HEIGHT = 90 };
+    positions p = room_scan(true);
+    gl_fixture f = {0};
+    stp_view view;
+    uint8_t rgba[4 * WIDTH * HEIGHT];
+    size_t covered = 0;
+    for (size_t i = 0; i < p.count; i++)
+        p.at[i] = stp_dvec3_add(p.at[i], (stp_dvec3){432000.0, 5412000.0, 300.0});
+    for (size_t i = 0; i < 20; i++)
+        positions_add(&p, 0.0, 0.0, 0.0);
+    write_points("room.ply", &p, NULL);
+    assert_int_equal(first_prep("room.ply", 2).first.why, STP_FIRST_INTERIOR);
+    gl_fixture_open(&f, "first.stipple", NULL);
+    const stp_camera camera = stp_model_camera(f.model, STP_HOME_FIRST, WIDTH, HEIGHT);
+    const stp_ball ball = stp_model_ball(f.model);
+    check_ok(stp_view_create(&view, &camera, &ball, WIDTH, HEIGHT, err));
+    gl_fixture_draw(&f, &view, &(stp_draw_params){0}, NULL, rgba);
+    for (size_t i = 0; i < sizeof rgba; i += 4)
+        covered += rgba[i + 3] != 0;
+    if (covered < 95 * WIDTH * HEIGHT / 100)
+        fail_msg("only %zu of %d pixels show the room", covered, WIDTH * HEIGHT);
+    gl_fixture_close(&f);
+    free(p.at);
+}
+
 /* Replaces a text of the metadata by another of the same length. */
 static void tamper(const char *from, const char *to)
 {
@@ -227,6 +257,7 @@ int main(void)
         cmocka_unit_test(images_cover_their_pixels),
         cmocka_unit_test(real_images_cover_their_pixels),
         cmocka_unit_test(pictures_of_other_shapes),
+        cmocka_unit_test(rooms_with_strays_at_zero),
         cmocka_unit_test(wrong_first_views),
         cmocka_unit_test(height_points_up),
         cmocka_unit_test(file_says_what_is_up),

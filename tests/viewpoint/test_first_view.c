@@ -325,6 +325,27 @@ static void rooms_are_seen_from_inside(void **state)
         }
 }
 
+/* A small room as phones scan it, with y up, has little more floor and ceiling than walls, but its
+ * furniture tells. A high and narrow corridor has more wall than floor, and still z up. */
+static void furniture_stands_on_the_floor(void **state)
+{
+    (void)state;
+    for (int z_up = 0; z_up < 2; z_up++) {
+        positions p = {0};
+        room_box(&p, (stp_dvec3){0.0, 0.0, 0.0},
+                 z_up ? (stp_dvec3){9.0, 2.2, 2.8} : (stp_dvec3){5.0, 2.6, 4.0}, 0);
+        room_box(&p, (stp_dvec3){1.5, z_up ? 0.6 : 0.0, z_up ? 0.0 : 1.0},
+                 z_up ? (stp_dvec3){3.0, 1.4, 0.75} : (stp_dvec3){3.0, 0.75, 2.0}, 0);
+        room_box(&p, (stp_dvec3){z_up ? 6.0 : 0.5, z_up ? 0.4 : 0.0, z_up ? 0.0 : 2.6},
+                 z_up ? (stp_dvec3){7.0, 0.9, 1.2} : (stp_dvec3){1.3, 2.0, 3.6}, 0);
+        write_points("room.ply", &p, NULL);
+        const stp_first_camera first = first_prep("room.ply", 2).first;
+        assert_int_equal(first.why, STP_FIRST_INTERIOR);
+        assert_true((z_up ? first.up.z : first.up.y) > 0.9);
+        free(p.at);
+    }
+}
+
 /* The file's normals decide: an egg with outward normals is seen from outside, and with inward
  * normals from inside, though no room has its shape. */
 static void given_normals_decide(void **state)
@@ -351,12 +372,18 @@ static void given_normals_decide(void **state)
     }
 }
 
-/* These are no interiors: balls, a cube, a crate's four walls, hills, a cloud of leaves. */
+/* These are no interiors: balls, a cube, a crate's four walls, hills, a cloud of leaves, a closed
+ * house in a garden. */
 static void objects_are_seen_whole(void **state)
 {
     (void)state;
-    for (int kind = 0; kind < 5; kind++) {
+    for (int kind = 0; kind < 6; kind++) {
         positions p = {0};
+        if (kind == 5)
+            room_box(&p, (stp_dvec3){-6.0, -4.0, 0.0}, (stp_dvec3){6.0, 4.0, 6.0}, 0);
+        for (size_t i = 0; i < 20000 && kind == 5; i++)
+            positions_add(&p, 44.0 * stp_random_unit(44, i) - 22.0,
+                          44.0 * stp_random_unit(45, i) - 22.0, 0.05 * stp_random_unit(46, i));
         if (kind == 1)
             room_box(&p, (stp_dvec3){-1.0, -1.0, -1.0}, (stp_dvec3){1.0, 1.0, 1.0}, 0);
         if (kind == 2)
@@ -566,6 +593,7 @@ int main(void)
         cmocka_unit_test(scanners_that_look_around),
         cmocka_unit_test(range_maps_with_a_camera),
         cmocka_unit_test(rooms_are_seen_from_inside),
+        cmocka_unit_test(furniture_stands_on_the_floor),
         cmocka_unit_test(given_normals_decide),
         cmocka_unit_test(objects_are_seen_whole),
         cmocka_unit_test(strays_are_not_the_view),
