@@ -56,6 +56,16 @@ STP_INLINE int32_t code(const coder *c, const table_row *r, unsigned column, int
     return value;
 }
 
+/* The same of a byte of a sample. Encoding writes no samples: other threads may read them. */
+STP_INLINE int32_t code_byte(const coder *c, const table_row *r, unsigned column, int32_t predicted,
+                             uint8_t *byte)
+{
+    const int32_t value = code(c, r, column, predicted, *byte, 0xff);
+    if (c->decode)
+        *byte = (uint8_t)value;
+    return value;
+}
+
 /* ---- a family ---- */
 
 typedef struct family {
@@ -129,7 +139,8 @@ STP_INLINE void code_height(const coder *c, const family *f, const table_row *r,
     } else {
         position = code(c, r, STP_COLUMN_POSITION_C, stp_square_whole(steps), position, 0xffff);
     }
-    s->position[axis] = (uint16_t)position;
+    if (c->decode)
+        s->position[axis] = (uint16_t)position;
     c->grid->level[c->level].height[child] = ((double)origin + position) * f->steps;
 }
 
@@ -142,8 +153,10 @@ STP_INLINE void code_across(const coder *c, const family *f, const table_row *r,
         const unsigned axis = (along + 1 + (unsigned)k) % 3;
         const int32_t expected =
             stp_square_across(c->grid, c->level, child, k, f->patch, s->position[along]);
-        s->position[axis] = (uint16_t)code(c, r, STP_COLUMN_POSITION_A + (unsigned)k, expected,
-                                           s->position[axis], 0xffff);
+        const int32_t position =
+            code(c, r, STP_COLUMN_POSITION_A + (unsigned)k, expected, s->position[axis], 0xffff);
+        if (c->decode)
+            s->position[axis] = (uint16_t)position;
     }
 }
 
@@ -156,12 +169,12 @@ STP_INLINE void code_colours(const coder *c, family *f, const table_row *r,
     for (int v = GREEN; v <= BLUE; v++) {
         /* NOLINTNEXTLINE(clang-analyzer-core.*): expect has set it, unless colours go by rows */
         const double tied = expected[v] + share * f->left[v];
-        uint8_t *value = &s->rgb[channel[v]];
-        *value = (uint8_t)code(
-            c, r, column[v], stp_square_whole(c->choice->loose ? expected[v] : tied), *value, 0xff);
-        f->left[v] += expected[v] - *value;
-        f->tied += c->decode ? 0 : (uint64_t)abs(*value - stp_square_whole(tied));
-        f->loose += c->decode ? 0 : (uint64_t)abs(*value - stp_square_whole(expected[v]));
+        const int32_t value =
+            code_byte(c, r, column[v], stp_square_whole(c->choice->loose ? expected[v] : tied),
+                      &s->rgb[channel[v]]);
+        f->left[v] += expected[v] - value;
+        f->tied += c->decode ? 0 : (uint64_t)abs(value - stp_square_whole(tied));
+        f->loose += c->decode ? 0 : (uint64_t)abs(value - stp_square_whole(expected[v]));
     }
 }
 
@@ -174,9 +187,9 @@ STP_INLINE void code_child(const coder *c, family *f, unsigned k, const table_ro
     double expected[VALUE_COUNT];
     const double share = 1.0 / (f->count - k);
     expect(c, f, k, expected);
-    s->flags = (uint8_t)code(c, r, STP_COLUMN_FLAGS, parent->flags, s->flags, 0xff);
-    s->class_id = (uint8_t)code(c, r, STP_COLUMN_CLASS, parent->class_id, s->class_id, 0xff);
-    s->intensity = (uint8_t)code(c, r, STP_COLUMN_INTENSITY, parent->intensity, s->intensity, 0xff);
+    code_byte(c, r, STP_COLUMN_FLAGS, parent->flags, &s->flags);
+    code_byte(c, r, STP_COLUMN_CLASS, parent->class_id, &s->class_id);
+    code_byte(c, r, STP_COLUMN_INTENSITY, parent->intensity, &s->intensity);
     if (!c->choice->rows)
         code_colours(c, f, r, expected, share, s);
     code_height(c, f, r, child, expected[HEIGHT] + share * f->left[HEIGHT], s);
@@ -262,9 +275,10 @@ STP_INLINE void code_normal(const coder *c, const table_row *r, const double dir
         const int32_t place = stp_square_whole(direction[i] / (double)(1 << shift));
         const int32_t own = c->decode ? 0 : stp_normal_grid_place(uv[i], shift);
         const int32_t coded = code(c, r, STP_COLUMN_NORMAL_U + i, place, own, 0xffff);
-        uv[i] = c->decode ? stp_normal_grid_code(coded, shift) : uv[i];
+        uv[i] = stp_normal_grid_code(coded, shift);
     }
-    stp_normal_codes_put(uv, s->normal);
+    if (c->decode)
+        stp_normal_codes_put(uv, s->normal);
 }
 
 /* The same of a raster that spreads. Normals that face a camera are where codes are folded. */
@@ -331,9 +345,11 @@ STP_INLINE void code_radius(const coder *c, const table_row *r, const stp_patch 
     const int shift = (int)c->choice->radii, half = 1 << shift >> 1;
     const int32_t place = (*of_kind - lattice - 1 + half) >> shift;
     const int32_t own = (s->radius - 1) >> shift;
-    s->radius =
-        (uint8_t)(code(c, r, STP_COLUMN_RADIUS, place, own, 0xff >> shift) * (1 << shift) + 1);
-    *of_kind = s->radius + lattice;
+    const int32_t radius =
+        code(c, r, STP_COLUMN_RADIUS, place, own, 0xff >> shift) * (1 << shift) + 1;
+    if (c->decode)
+        s->radius = (uint8_t)radius;
+    *of_kind = radius + lattice;
 }
 
 /* The slopes at a sample, by column and by row: of the window, or those of heights alone. */
