@@ -101,8 +101,6 @@ stp_status stp_model_show_attribute(stp_model *model, const char *name, double r
  * model, once. Errors: INVALID_ARGUMENT (not a condition, or a name that the model does not have;
  * the message says where, and what it has), those of reading. */
 stp_status stp_model_choose(stp_model *model, const char *condition, stp_error *err);
-/* GPU bytes of the samples and patches of all chunks. A gpu_memory_bytes above this has no use. */
-uint64_t stp_model_gpu_bytes(const stp_model *model);
 
 /* ---- what is drawn ---- */
 

@@ -399,7 +399,7 @@ static stp_status say(const stp_scan *scan, stp_status status, const stp_error *
 /* Chooses what is opened: a file, a mirror, or the address of an EPT. */
 static stp_status choose_path(stp_scan *scan, const char *path, stp_error *err)
 {
-    stp_mirror *mirror = scan->params.mirror;
+    stp_file_mirror *mirror = scan->params.mirror;
     if (stp_is_address(path) && !mirror && !stp_ept_is_named(path))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "%s is an address: copy the file here and give its path", path);

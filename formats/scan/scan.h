@@ -115,9 +115,9 @@ typedef struct stp_scan_params {
     bool salvage;       /* of a file that is cut or damaged, the records up to there are points and
                            all others that it declares are lost (STP_REJECT_LOST) */
     const stp_scan_region
-        *region;               /* NULL: all of it. Must outlive the scan, as the next two must */
-    struct stp_mirror *mirror; /* of the address (remote/mirror.h); NULL: the path is no address,
-                                  or it is an EPT's */
+        *region; /* NULL: all of it. Must outlive the scan, as the next two must */
+    struct stp_file_mirror *mirror; /* of the address (remote/mirror.h); NULL: the path is no
+                                  address, or it is an EPT's */
     const struct stp_byte_source_params *web; /* for addresses; NULL: the defaults */
     struct stp_pool *pool; /* helps reading, and is idle then; NULL: none. Must outlive the scan */
 } stp_scan_params;

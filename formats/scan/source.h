@@ -24,9 +24,10 @@ typedef struct stp_source {
     unsigned char *buffer;
     size_t begin, end; /* unread bytes in buffer */
     size_t capacity;
-    struct stp_mirror *mirror; /* fetches what is read (remote/mirror.h); NULL: it is all there */
-    bool cr_lines;             /* lines end in \r alone */
-    bool narrow;               /* reads no more than is asked for: after seeks to single records */
+    struct stp_file_mirror
+        *mirror;   /* fetches what is read (remote/mirror.h); NULL: it is all there */
+    bool cr_lines; /* lines end in \r alone */
+    bool narrow;   /* reads no more than is asked for: after seeks to single records */
 } stp_source;
 
 /* path must outlive the source. Errors: NOT_FOUND, IO, OUT_OF_MEMORY. */

@@ -5,7 +5,6 @@
 #include "formats/chunk/convert.h"
 #include "formats/chunk/verify/verify_tree.h"
 #include "runtime/camera/camera_json.h"
-#include "runtime/stream/cache/object_texture.h"
 #include "runtime/stream/chosen.h"
 #include "runtime/stream/shown.h"
 
@@ -167,17 +166,6 @@ stp_dbox stp_model_box(const stp_model *model)
 uint64_t stp_model_point_count(const stp_model *model)
 {
     return model->info->point_count;
-}
-
-uint64_t stp_model_gpu_bytes(const stp_model *model)
-{
-    uint64_t bytes = 0;
-    for (uint32_t id = 0; id < model->info->chunk_count; id++) {
-        bytes += model->entries[id].patch_count * (uint64_t)sizeof(stp_gpu_patch);
-        for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            bytes += model->entries[id].sample_count[l] * (uint64_t)sizeof(stp_sample);
-    }
-    return bytes;
 }
 
 stp_shade stp_model_shade(const stp_model *model)

@@ -275,7 +275,7 @@ static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk 
                                  stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_block_mirror *m = &load->mirror;
+    stp_mirror *m = &load->mirror;
     STP_TRY(stp_alloc(&m->patches, chunk->patch_count, sizeof *m->patches, "patches", err));
     STP_TRY(stp_alloc(&m->briefs, chunk->patch_count, sizeof *m->briefs, "patches", err));
     STP_TRY(stp_alloc(&m->records, chunk->patch_count, sizeof *m->records, "patches", err));
@@ -423,7 +423,7 @@ done:
     return status;
 }
 
-void stp_block_mirror_clear(stp_block_mirror *mirror)
+void stp_mirror_clear(stp_mirror *mirror)
 {
     free(mirror->patches);
     free(mirror->briefs);
@@ -431,12 +431,12 @@ void stp_block_mirror_clear(stp_block_mirror *mirror)
     free(mirror->rasters);
     free(mirror->spots);
     free(mirror->records);
-    *mirror = (stp_block_mirror){0};
+    *mirror = (stp_mirror){0};
 }
 
 static void drop_results(stp_load *load)
 {
-    stp_block_mirror_clear(&load->mirror);
+    stp_mirror_clear(&load->mirror);
     stp_patch_levels_clear(&load->place);
 }
 

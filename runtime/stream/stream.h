@@ -69,16 +69,16 @@ typedef struct stp_load_place {
 } stp_load_place;
 
 /* What the CPU keeps of a block on the GPU: arrays by patch. */
-typedef struct stp_block_mirror {
+typedef struct stp_mirror {
     stp_mirror_patch *patches;
     stp_patch_brief *briefs;
     stp_square *squares; /* if level 0 is of squares of a grid; else NULL */
     stp_raster *rasters; /* of the squares */
     stp_spot *spots;     /* of wide patches; may be NULL */
     stp_gpu_patch *records;
-} stp_block_mirror;
+} stp_mirror;
 
-void stp_block_mirror_clear(stp_block_mirror *mirror);
+void stp_mirror_clear(stp_mirror *mirror);
 
 typedef struct stp_load {
     stp_load_state state;
@@ -87,8 +87,8 @@ typedef struct stp_load {
     bool dropped;      /* was not asked for at some time: a failed read is then old news */
     stp_range payload; /* in the store, pinned unless FREE; empty: there was no memory */
     stp_load_place place;
-    stp_block_mirror mirror; /* if DONE; whoever takes the load owns it */
-    stp_error error;         /* when FAILED */
+    stp_mirror mirror; /* if DONE; whoever takes the load owns it */
+    stp_error error;   /* when FAILED */
 } stp_load;
 
 typedef struct stp_stream stp_stream;

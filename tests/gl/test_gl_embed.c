@@ -457,6 +457,7 @@ static void refused_targets(void **state)
     GLuint empty = 0, numbers = 0;
     check_ok(stp_view_from_matrices(&view, s.model_view, s.projection, &ball, W, H, err));
     stp_dbox box = stp_model_box(f->model);
+    assert_int_equal(stp_model_point_count(f->model), COUNT);
     stp_camera camera = stp_camera_default(&box, &ball, W, H);
     check_ok(stp_view_create(&own, &camera, &ball, W, H, err));
     begin_scene(&s);

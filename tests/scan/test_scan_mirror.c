@@ -37,10 +37,10 @@ static int leave(void **state)
     return scan_fixture_leave(state);
 }
 
-static stp_mirror *open_mirror(const char *address)
+static stp_file_mirror *open_mirror(const char *address)
 {
     stp_error err = {0};
-    stp_mirror *mirror = NULL;
+    stp_file_mirror *mirror = NULL;
     const stp_mirror_params params = {.folder = ".", .web = &quick};
     if (stp_mirror_open(&mirror, address, &params, &err) != STP_OK)
         fail_msg("%s", err.message);
@@ -54,7 +54,7 @@ static void needs(void **state)
     stp_error err = {0};
     unsigned char got[3];
     assert_true(fault_server_create(&server, bytes, size));
-    stp_mirror *mirror = open_mirror(server.address);
+    stp_file_mirror *mirror = open_mirror(server.address);
     assert_int_equal(stp_mirror_size(mirror), size);
     assert_int_equal(stp_mirror_need(mirror, size - 3, UINT64_MAX, &err), STP_OK);
     const uint64_t once = stp_mirror_fetched(mirror);
@@ -82,7 +82,7 @@ static void copc_by_ranges(void **state)
     stp_scan_info info;
     const stp_scan_region region = {.resolution = 2.5};
     assert_true(fault_server_create(&server, bytes, size));
-    stp_mirror *mirror = open_mirror(server.address);
+    stp_file_mirror *mirror = open_mirror(server.address);
     const stp_scan_params part = {.region = &region, .mirror = mirror};
     free(scan_fixture_read(server.address, &part, &info));
     assert_int_equal(info.point_count, 9);
@@ -103,7 +103,7 @@ static void servers_that_fail(void **state)
     stp_error err = {0};
     stp_scan *scan = NULL;
     assert_true(fault_server_create(&server, bytes, size));
-    stp_mirror *mirror = open_mirror(server.address);
+    stp_file_mirror *mirror = open_mirror(server.address);
     const stp_scan_params whole = {.mirror = mirror};
     fault_server_order(&server, &(fault_orders){.kind = FAULT_STATUS, .count = 1000, .code = 404});
     stp_status status = stp_scan_open(&scan, server.address, &whole, &err);

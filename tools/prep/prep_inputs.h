@@ -20,14 +20,14 @@ typedef struct prep_input {
     ino_t inode; /* 0: the file is unknown */
     off_t size;
     struct timespec changed;
-    uint64_t points;      /* as the survey counted them */
-    uint64_t seek_points; /* stp_scan_info */
-    bool plant;           /* its mesh became lines and triangles: it has no points */
-    bool mesh;            /* it has faces, and they became points */
-    prep_way way;         /* how positions are moved */
-    stp_mirror *mirror;   /* of an address; NULL: none is needed */
-    char *name;           /* for the metadata */
-    char *why;            /* the reason why the file is left out; NULL: it is read */
+    uint64_t points;         /* as the survey counted them */
+    uint64_t seek_points;    /* stp_scan_info */
+    bool plant;              /* its mesh became lines and triangles: it has no points */
+    bool mesh;               /* it has faces, and they became points */
+    prep_way way;            /* how positions are moved */
+    stp_file_mirror *mirror; /* of an address; NULL: none is needed */
+    char *name;              /* for the metadata */
+    char *why;               /* the reason why the file is left out; NULL: it is read */
 } prep_input;
 
 /* Several scans, one after the other. Start with zero, then set paths, count, params and plants.

@@ -23,7 +23,8 @@ const stp_byte_source_params *prep_web_params(void)
     return &params;
 }
 
-stp_status prep_web_open(stp_mirror **mirror, const char *path, const char *folder, stp_error *err)
+stp_status prep_web_open(stp_file_mirror **mirror, const char *path, const char *folder,
+                         stp_error *err)
 {
     const stp_mirror_params params = {.folder = folder, .web = prep_web_params()};
     if (!stp_is_address(path) || stp_ept_is_named(path))

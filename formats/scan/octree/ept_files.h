@@ -24,8 +24,8 @@ typedef struct stp_ept_files {
 
 /* A tile that may be opened by its path. Zero is closed. */
 typedef struct stp_ept_tile_file {
-    char *path, *name;  /* name: for messages */
-    stp_mirror *mirror; /* NULL: path is a file */
+    char *path, *name;       /* name: for messages */
+    stp_file_mirror *mirror; /* NULL: path is a file */
 } stp_ept_tile_file;
 
 /* Whether a path or an address, with or without a query, ends in ept.json. */

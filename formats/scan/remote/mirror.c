@@ -15,7 +15,7 @@
 /* Larger files would need a table of blocks too large for memory. */
 #define BYTES_MOST (UINT64_C(1) << 46)
 
-struct stp_mirror {
+struct stp_file_mirror {
     stp_byte_source *source;
     int descriptor;
     char path[STP_MIRROR_PATH_BYTES], *folder;
@@ -24,7 +24,7 @@ struct stp_mirror {
     uint8_t *buffer; /* RUN_BLOCKS */
 };
 
-static stp_status make_file(stp_mirror *m, const char *given, stp_error *err)
+static stp_status make_file(stp_file_mirror *m, const char *given, stp_error *err)
 {
     stp_status status = STP_OK;
     const char *temporary = getenv("TMPDIR");
@@ -42,11 +42,11 @@ done:
     return status;
 }
 
-stp_status stp_mirror_open(stp_mirror **out, const char *address, const stp_mirror_params *params,
-                           stp_error *err)
+stp_status stp_mirror_open(stp_file_mirror **out, const char *address,
+                           const stp_mirror_params *params, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_mirror *m = NULL;
+    stp_file_mirror *m = NULL;
     STP_TRY(stp_alloc(&m, 1, sizeof *m, "an address", err));
     m->descriptor = -1;
     STP_TRY(stp_byte_source_open(&m->source, address, params->web, err));
@@ -70,9 +70,9 @@ done:
     return status;
 }
 
-void stp_mirror_close(stp_mirror **mirror)
+void stp_mirror_close(stp_file_mirror **mirror)
 {
-    stp_mirror *m = *mirror;
+    stp_file_mirror *m = *mirror;
     if (!m)
         return;
     stp_byte_source_close(&m->source);
@@ -85,32 +85,32 @@ void stp_mirror_close(stp_mirror **mirror)
     *mirror = NULL;
 }
 
-const char *stp_mirror_path(const stp_mirror *m)
+const char *stp_mirror_path(const stp_file_mirror *m)
 {
     return m->path;
 }
 
-const char *stp_mirror_name(const stp_mirror *m)
+const char *stp_mirror_name(const stp_file_mirror *m)
 {
     return stp_byte_source_name(m->source);
 }
 
-uint64_t stp_mirror_size(const stp_mirror *m)
+uint64_t stp_mirror_size(const stp_file_mirror *m)
 {
     return m->size;
 }
 
-uint64_t stp_mirror_fetched(const stp_mirror *m)
+uint64_t stp_mirror_fetched(const stp_file_mirror *m)
 {
     return m->fetched;
 }
 
-static bool is_there(const stp_mirror *m, uint64_t block)
+static bool is_there(const stp_file_mirror *m, uint64_t block)
 {
     return m->there[block / 8] >> block % 8 & 1;
 }
 
-static stp_status write_all(const stp_mirror *m, uint64_t offset, size_t size, stp_error *err)
+static stp_status write_all(const stp_file_mirror *m, uint64_t offset, size_t size, stp_error *err)
 {
     for (size_t done = 0; done < size;) {
         const ssize_t part =
@@ -126,7 +126,7 @@ static stp_status write_all(const stp_mirror *m, uint64_t offset, size_t size, s
 }
 
 /* Fetches blocks [first, last], which are all missing. */
-static stp_status fetch(stp_mirror *m, uint64_t first, uint64_t last, stp_error *err)
+static stp_status fetch(stp_file_mirror *m, uint64_t first, uint64_t last, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint64_t begin = first * STP_MIRROR_BLOCK_BYTES;
@@ -141,7 +141,7 @@ done:
     return status;
 }
 
-stp_status stp_mirror_need(stp_mirror *m, uint64_t begin, uint64_t end, stp_error *err)
+stp_status stp_mirror_need(stp_file_mirror *m, uint64_t begin, uint64_t end, stp_error *err)
 {
     stp_status status = STP_OK;
     end = end < m->size ? end : m->size;

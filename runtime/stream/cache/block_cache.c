@@ -109,7 +109,7 @@ static void evict(stp_block_cache *c, uint32_t slot)
     stp_resident *r = &c->slots[slot];
     stp_object_texture_release(&c->texture, &r->placement);
     c->gpu_used -= stp_placement_bytes(&r->placement);
-    stp_block_mirror_clear(&r->mirror);
+    stp_mirror_clear(&r->mirror);
     c->slot_of[r->block] = STP_SLOT_NONE;
     *r = (stp_resident){.block = STP_BLOCK_NONE};
     c->free_slots[c->free_count++] = slot;
@@ -285,7 +285,7 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
                         .mirror = load->mirror};
     c->slot_of[r->block] = p->slot;
     c->gpu_used += stp_placement_bytes(at);
-    load->mirror = (stp_block_mirror){0};
+    load->mirror = (stp_mirror){0};
 }
 
 /* Gives back the place of a load that failed after it was placed. */

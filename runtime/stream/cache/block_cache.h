@@ -26,7 +26,7 @@ typedef struct stp_resident {
     uint32_t shown; /* of the view that was asked which levels it shows, to give back others */
     uint64_t last_used;
     stp_placement placement;
-    stp_block_mirror mirror; /* for choosing on the CPU */
+    stp_mirror mirror; /* for choosing on the CPU */
 } stp_resident;
 
 typedef struct stp_block_cache stp_block_cache;

@@ -104,7 +104,7 @@ void stp_block_cache_destroy(stp_block_cache **cache)
         return;
     stp_stream_destroy(&c->stream); /* first, since decoders write into the ring */
     for (uint32_t s = 0; c->slots != NULL && s < c->texture.slot_capacity; s++)
-        stp_block_mirror_clear(&c->slots[s].mirror);
+        stp_mirror_clear(&c->slots[s].mirror);
     stp_upload_ring_destroy(&c->ring);
     stp_object_texture_destroy(&c->texture);
     free(c->slots);
