@@ -176,8 +176,9 @@ STP_INLINE stp_dvec3 normal_of(const tile *t, const double *middle, const window
     return stp_dvec3_normalize(n);
 }
 
-/* The place of a normal's coordinate on the grid of its codes, whose steps are 2^shift: the nearest,
- * coordinate by coordinate, as a payload expects it. all: the coordinates' magnitudes, summed up. */
+/* The place of a normal's coordinate on the grid of its codes, whose steps are 2^shift: the
+ * nearest, coordinate by coordinate, as a payload expects it. all: the coordinates' magnitudes,
+ * summed up. */
 STP_INLINE double place_of_normal(double coordinate, double all, unsigned shift)
 {
     const double step = (double)(1u << shift), most = (1u << STP_NORMAL_BITS) - 1;

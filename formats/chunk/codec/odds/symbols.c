@@ -32,8 +32,9 @@ typedef struct code {
     size_t count;
 } code;
 
-/* state / odds, and in *rest state % odds. state < 2^63. The inverse does not wait for the state, as
- * a division would: 2^64 / odds, less up to 1, so the first quotient is right, or 1 too small. */
+/* state / odds, and in *rest state % odds. state < 2^63. The inverse does not wait for the state,
+ * as a division would: 2^64 / odds, less up to 1, so the first quotient is right, or 1 too small.
+ */
 static inline uint64_t divide(uint64_t state, uint64_t odds, uint64_t *rest)
 {
     const uint64_t inverse = UINT64_MAX / odds;
