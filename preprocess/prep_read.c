@@ -43,7 +43,7 @@ static stp_status add_point(stp_prep_job *job, const stp_point *point, stp_error
     stp_prep_stats *stats = job->stats;
     uint64_t place = stats->points_in++;
     stp_reject reject = (stp_reject)point->reject;
-    if (reject == STP_REJECT_NONE && !stp_dvec3_finite(point->position))
+    if (reject == STP_REJECT_NONE && stp_scan_is_nowhere(point->position))
         reject = STP_REJECT_NOT_FINITE;
     const bool parts = stp_prep_grid_has_parts(job);
     const uint64_t end = parts ? job->part.first + job->part.count : source->point_count;

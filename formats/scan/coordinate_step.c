@@ -42,7 +42,7 @@ typedef struct common {
 static void look_at(common *all, const stp_point *point)
 {
     const double at[3] = {point->position.x, point->position.y, point->position.z};
-    if (point->reject != STP_REJECT_NONE || !stp_dvec3_finite(point->position))
+    if (point->reject != STP_REJECT_NONE || stp_scan_is_nowhere(point->position))
         return;
     stp_dbox_add(&all->box, point->position);
     for (int axis = all->heights ? 2 : 0; axis < 3; axis++)

@@ -6,11 +6,11 @@
  * OBJ, OFF and STL. The points of a mesh are its vertices, or sample_count points spread over its
  * faces (area-uniform, seeded). Normals are the file's, else the faces' (area-weighted), else none.
  * Edges of PLY and OBJ are lines (line_chain.h); a vertex of a line is no point. Points come as the
- * file has them. The caller counts and drops NaN and infinite points, and records that the file
- * itself marks as none (stp_reject). Coordinates are the file's own, in double. If the file says
- * where scanners stood and which one saw a point, the reader passes that on (ply_stations.h, pcd.h,
- * e57.h). Memory: bounded for point files of any size; a mesh with faces or edges is held whole.
- * Threads: one at a time per stp_scan. */
+ * file has them. The caller counts and drops points that are nowhere (stp_scan_is_nowhere), and
+ * records that the file itself marks as none (stp_reject). Coordinates are the file's own, in
+ * double. If the file says where scanners stood and which one saw a point, the reader passes that
+ * on (ply_stations.h, pcd.h, e57.h). Memory: bounded for point files of any size; a mesh with faces
+ * or edges is held whole. Threads: one at a time per stp_scan. */
 #ifndef STP_FORMATS_SCAN_SCAN_H
 #define STP_FORMATS_SCAN_SCAN_H
 
@@ -23,11 +23,22 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Programs write the largest float where there is no sample, with a digit more or less, or half of
+ * it. No coordinate is so large. */
+#define STP_SCAN_NONE_FROM 1e30
+
+/* Whether a coordinate is NaN, infinite or STP_SCAN_NONE_FROM and more. */
+static inline bool stp_scan_is_nowhere(stp_dvec3 p)
+{
+    return !(fmax(fmax(fabs(p.x), fabs(p.y)), fabs(p.z)) < STP_SCAN_NONE_FROM) ||
+           !stp_dvec3_finite(p);
+}
+
 /* Why a record is not stored. A reader returns every record that the file counts, so that read =
  * stored + rejected. */
 typedef enum stp_reject {
     STP_REJECT_NONE,
-    STP_REJECT_NOT_FINITE, /* a coordinate is NaN or infinite; set by the caller of the reader */
+    STP_REJECT_NOT_FINITE, /* stp_scan_is_nowhere; set by the caller of the reader */
     STP_REJECT_NO_RETURN,  /* the scanner's ray met nothing */
     STP_REJECT_INVALID,    /* the file marks it: withheld, deleted, of unknown position */
     STP_REJECT_OUTLIER,    /* far from everything else; set when all points are read */

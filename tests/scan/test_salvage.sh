@@ -37,6 +37,11 @@ begin=$(od -An -tu4 -j96 -N4 "$FOLDER/a.las" | tr -d ' ')
 bytes=$(od -An -tu2 -j105 -N2 "$FOLDER/a.las" | tr -d ' ')
 expect_salvaged a.las $((begin + 2999 * bytes + 1)) 2999 3000
 expect_salvaged a.las $((begin + 7 * bytes)) 7 3000
+# A header that counts otherwise than its file loses nothing without a word.
+cp "$FOLDER/a.las" "$FOLDER/counts.las"
+printf '\005' | dd of="$FOLDER/counts.las" bs=1 seek=107 conv=notrunc status=none
+run "$STIPPLE" prep "$FOLDER/counts.las" -o "$FOLDER/counts.stipple"
+expect_text err "the legacy one 5: 3000 were read"
 # Of layered LAZ, whole chunks of 50,000 points.
 expect_salvaged a.laz $(($(wc -c <"$FOLDER/a.laz") * 3 / 4)) 50000 90000
 python3 - "$FOLDER" <<'END' || skip_test "python3 is not installed"

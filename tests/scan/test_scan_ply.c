@@ -302,6 +302,29 @@ static void splats_have_colours(void **state)
     stp_scan_close(&scan);
 }
 
+/* Whole colours, as PCL writes them: integers, and floats of the same bits. */
+static void packed_colours(void **state)
+{
+    (void)state;
+    static const char *const types[] = {"uint rgba", "int rgb", "float rgb"};
+    /* 0xff324380, and 0x324380 as an integer and as a float */
+    static const char *const values[] = {"4281484160", "3294080", "4.61598925e-39"};
+    for (size_t i = 0; i < 3; i++) {
+        char text[512];
+        stp_scan_info info;
+        snprintf(text, sizeof text,
+                 "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+                 "property float z\nproperty %s\nend_header\n0 0 0 %s\n1 1 1 0\n",
+                 types[i], values[i]);
+        scan_fixture_text("packed.ply", text);
+        stp_point *points = scan_fixture_read("packed.ply", NULL, &info);
+        assert_int_equal(info.attributes, STP_POINT_HAS_COLOUR);
+        scan_fixture_rgb(&points[0], 257 * 0x32, 257 * 0x43, 257 * 0x80);
+        scan_fixture_rgb(&points[1], 0, 0, 0);
+        free(points);
+    }
+}
+
 /* The values that tell 8 from 16 bits are looked for in the whole file, even if it begins dark. */
 static void colour_depth_of_late_values(void **state)
 {
@@ -429,13 +452,21 @@ static void many_ascii_lines(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lines_in_cr),         cmocka_unit_test(ascii_in_any_order),
-        cmocka_unit_test(ascii_numbers),       cmocka_unit_test(binary_little_endian),
-        cmocka_unit_test(binary_big_endian),   cmocka_unit_test(binary_after_crlf),
-        cmocka_unit_test(colour_depths),       cmocka_unit_test(all_black_is_no_colour),
-        cmocka_unit_test(splats_have_colours), cmocka_unit_test(colour_depth_of_late_values),
-        cmocka_unit_test(scalar_fields),       cmocka_unit_test(range_grid),
-        cmocka_unit_test(no_points),           cmocka_unit_test(recomputed_normals),
+        cmocka_unit_test(lines_in_cr),
+        cmocka_unit_test(ascii_in_any_order),
+        cmocka_unit_test(ascii_numbers),
+        cmocka_unit_test(binary_little_endian),
+        cmocka_unit_test(binary_big_endian),
+        cmocka_unit_test(binary_after_crlf),
+        cmocka_unit_test(colour_depths),
+        cmocka_unit_test(all_black_is_no_colour),
+        cmocka_unit_test(splats_have_colours),
+        cmocka_unit_test(packed_colours),
+        cmocka_unit_test(colour_depth_of_late_values),
+        cmocka_unit_test(scalar_fields),
+        cmocka_unit_test(range_grid),
+        cmocka_unit_test(no_points),
+        cmocka_unit_test(recomputed_normals),
         cmocka_unit_test(many_ascii_lines),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -95,7 +95,8 @@ static void far_apart(void **state)
     (void)state;
     expect(0.1, (double[]){0.1, 0, 0, 9e7, 0, 0}, 2, true);
     expect(0.0, (double[]){0.1, 0, 0, 2e8, 0, 0}, 2, true);
-    expect(0.0, (double[]){0.1, 0, 0, 1e30, 0, 0}, 2, false);
+    expect(0.0, (double[]){0.1, 0, 0, 9e29, 0, 0}, 2, true);
+    expect(0.1, (double[]){0.1, 0, 0, 1e30, 0, 0}, 2, true); /* none, like NaN */
     expect(0.0, (double[]){-1.7e308, 0, 0, 1.7e308, 0, 0}, 2, true);
 }
 

@@ -143,20 +143,6 @@ static void points_without_rows(void **state)
     free(p.at);
 }
 
-/* Hills with houses, seen from above. */
-static positions survey(stp_dvec3 middle)
-{
-    positions p = {0};
-    for (size_t i = 0; i < 60000; i++) {
-        const double x = 300.0 * (stp_random_unit(21, i) - 0.5);
-        const double y = 300.0 * (stp_random_unit(22, i) - 0.5);
-        const bool house = fabs(remainder(x, 60.0)) < 9.0 && fabs(remainder(y, 75.0)) < 7.0;
-        const double z = 6.0 * sin(0.03 * x) * cos(0.025 * y) + (house ? 8.0 : 0.0);
-        positions_add(&p, middle.x + x, middle.y + y, middle.z + z);
-    }
-    return p;
-}
-
 /* The 0 0 0 of a survey is no scanner, whether it lies far from the points or among them. */
 static void surveys_at_the_origin(void **state)
 {

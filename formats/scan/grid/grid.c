@@ -238,9 +238,6 @@ done:
 
 /* ---- reading ---- */
 
-/* Programs write the largest float for no sample, with a digit more or less, or half of it. No
- * height is so large. */
-#define NONE_FROM 1e30
 /* Far off: by so much of a number. */
 #define FAR_PART 0.1
 
@@ -248,7 +245,7 @@ done:
 static double value_of(const grid_reader *g, double number)
 {
     const stp_grid_params *p = &g->params;
-    if (!(fabs(number) < NONE_FROM) || (g->info->has_none && number == g->info->none) ||
+    if (!(fabs(number) < STP_SCAN_NONE_FROM) || (g->info->has_none && number == g->info->none) ||
         (p->has_invalid && number == p->invalid) || (is_pinhole(g) && !(number > 0.0)))
         return NAN;
     if (g->info->scale != 0.0)

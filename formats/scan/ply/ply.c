@@ -34,7 +34,8 @@ static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
                                  path, axes[i], (unsigned long long)ply->header.header_lines);
     if (has_targets(ply, STP_PLY_NX, 3))
         ply->attributes |= STP_POINT_HAS_NORMAL;
-    if (has_targets(ply, STP_PLY_RED, 3))
+    const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
+    if (has_targets(ply, STP_PLY_RED, 3) || (red && stp_ply_is_packed(red)))
         ply->attributes |= STP_POINT_HAS_COLOUR;
     if (has_targets(ply, STP_PLY_INTENSITY, 1))
         ply->attributes |= STP_POINT_HAS_INTENSITY;

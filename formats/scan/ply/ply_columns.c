@@ -1,6 +1,10 @@
 /* Records of a PLY file into columns, one for each target. */
 #include "formats/scan/ply/ply_columns.h"
 
+#include <math.h>
+#include <string.h>
+#include <strings.h>
+
 const stp_ply_property *stp_ply_target_property(const stp_ply *ply, stp_ply_target target)
 {
     for (size_t i = 0; i < ply->vertex->property_count; i++) {
@@ -63,13 +67,39 @@ done:
     return status;
 }
 
+bool stp_ply_is_packed(const stp_ply_property *property)
+{
+    return property->target == STP_PLY_RED && strncasecmp(property->name, "rgb", 3) == 0 &&
+           stp_ply_type_size(property->type) >= 4;
+}
+
+/* Parts packed colours. */
+static void part_colours(stp_ply *ply, bool floats, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const double value = ply->columns[STP_PLY_RED][i];
+        const float number = (float)value;
+        uint32_t bits = 0;
+        if (floats)
+            memcpy(&bits, &number, sizeof bits);
+        else if (fabs(value) < 4294967296.0)
+            bits = (uint32_t)(int64_t)value;
+        for (unsigned k = 0; k < 3; k++)
+            ply->columns[STP_PLY_RED + k][i] = bits >> (16u - 8u * k) & 255u;
+    }
+}
+
 stp_status stp_ply_read_columns(stp_ply *ply, size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
-    if (ply->cursor.encoding != STP_PLY_ASCII && !ply->vertex->has_lists)
-        return read_fixed(ply, count, err);
-    for (size_t row = 0; row < count; row++)
-        STP_TRY(read_record(ply, row, err));
+    const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
+    if (stp_ply_has_fixed_records(ply))
+        STP_TRY(read_fixed(ply, count, err));
+    else
+        for (size_t row = 0; row < count; row++)
+            STP_TRY(read_record(ply, row, err));
+    if (red && stp_ply_is_packed(red))
+        part_colours(ply, red->type == STP_PLY_FLOAT32, count);
 done:
     return status;
 }

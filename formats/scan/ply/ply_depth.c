@@ -120,7 +120,8 @@ stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
         ply->colour_low = -sqrt(M_PI);
         ply->colour_scale = 65535.0 / (2.0 * sqrt(M_PI));
     } else if (red) {
-        ply->colour_scale = find_colour_scale(red->type, spans.colour.max);
+        ply->colour_scale =
+            find_colour_scale(stp_ply_is_packed(red) ? STP_PLY_UINT8 : red->type, spans.colour.max);
     }
     if (intensity)
         find_intensity_scale(ply, intensity->type, spans.intensity);

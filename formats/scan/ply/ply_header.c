@@ -85,6 +85,7 @@ static stp_ply_target find_target(const char *name, size_t *rank)
         {"radius", STP_PLY_RADIUS}, {"station", STP_PLY_STATION},
         {"f_dc_0", STP_PLY_RED},    {"f_dc_1", STP_PLY_GREEN}, /* of Gaussian splats: */
         {"f_dc_2", STP_PLY_BLUE},                              /* stp_ply_is_harmonic */
+        {"rgba", STP_PLY_RED},      {"rgb", STP_PLY_RED},      /* stp_ply_is_packed */
     };
     *rank = stp_column_find_name(name, name + strlen(name));
     name += strncasecmp(name, "scalar_", 7) == 0 ? 7 : 0;
