@@ -33,6 +33,8 @@
 #define MAIN_STEPS 4
 #define MAIN_SLACK 1.1
 #define MAIN_FOVY_DEG 45.0
+/* With noise that its class tells, the model is so many times as wide: the others are shown. */
+#define NOISE_TIMES 1.25
 /* A broad side is seen from so far to the right and above, in parts of the way off it. */
 #define SIDE_RIGHT 0.35
 #define SIDE_ABOVE 0.2
@@ -271,6 +273,11 @@ static stp_dvec3 up_of(const stp_space *s, const stp_interior *interior,
     return stp_dbox_up(&s->box).z == 0.0 && stp_up_is_z(s) ? z : (stp_dvec3){0.0, 0.0, 0.0};
 }
 
+static double diagonal(const stp_dbox *box)
+{
+    return stp_dvec3_length(stp_dvec3_sub(box->max, box->min));
+}
+
 /* Shows the box of the main part as the whole model would be shown. */
 static stp_first_camera view_of_main(const stp_dbox *box, stp_dvec3 model_up,
                                      const stp_prep_source *source)
@@ -282,8 +289,8 @@ static stp_first_camera view_of_main(const stp_dbox *box, stp_dvec3 model_up,
         up = model_up;
     else if (!source->heights && !stp_dbox_is_map(box))
         up = stp_dbox_up(box);
-    const stp_dvec3 size = stp_dvec3_sub(box->max, box->min), look = stp_dbox_middle(box);
-    const double radius = 0.5 * MAIN_SLACK * stp_dvec3_length(size);
+    const stp_dvec3 look = stp_dbox_middle(box);
+    const double radius = 0.5 * MAIN_SLACK * diagonal(box);
     const stp_dvec3 away = stp_dvec3_scale(stp_dvec3_normalize(stp_whole_direction(up)),
                                            radius / sin(0.5 * MAIN_FOVY_DEG * DEGREES));
     return (stp_first_camera){.eye = stp_dvec3_add(look, away),
@@ -306,7 +313,7 @@ static stp_status view_of_side(stp_first_camera *out, const stp_cloud *cloud,
     const stp_dvec3 away = stp_dvec3_normalize(
         stp_dvec3_add(side->normal, stp_dvec3_add(stp_dvec3_scale(right, SIDE_RIGHT),
                                                   stp_dvec3_scale(side->up, SIDE_ABOVE))));
-    const double radius = 0.5 * stp_dvec3_length(stp_dvec3_sub(space->box.max, space->box.min));
+    const double radius = 0.5 * diagonal(&space->box);
     stp_first_camera camera = {
         .up = side->up,
         .eye = stp_dvec3_add(middle,
@@ -334,7 +341,8 @@ static stp_status find_main(stp_space *out, stp_first_why *why, const stp_cloud 
     *why = STP_FIRST_WHOLE;
     STP_TRY(stp_space_create(out, cloud, 0, NULL, err));
     part.box = out->box;
-    if (stp_main_part_stands_out(&part, &cloud->box))
+    if (stp_main_part_stands_out(&part, &cloud->box) ||
+        (out->lacks_noise && diagonal(&cloud->box) > NOISE_TIMES * diagonal(&out->box)))
         *why = STP_FIRST_MAIN;
     for (int i = 0; i < MAIN_STEPS; i++) {
         STP_TRY(stp_main_part_find(&part, out, err));

@@ -14,6 +14,11 @@
  * is across it. */
 #define ALONG_COSINE 0.94f
 #define ACROSS_COSINE 0.34f
+/* Points of the classes low and high noise (LAS 1.4 R15, 7 and 18) do not count, unless more than
+ * one in NOISE_LEAST is one: then these numbers mean something else. */
+#define LOW_NOISE 7u
+#define HIGH_NOISE 18u
+#define NOISE_LEAST 10u
 /* Free voxels around the points. */
 #define MARGIN 1
 #define GOLDEN_RAD 2.39996322972865332
@@ -22,11 +27,17 @@
 typedef struct choice {
     uint16_t station;
     const stp_dbox *within;
+    bool noise_too;
 } choice;
+
+static bool is_noise(const stp_cloud_point *p)
+{
+    return p->class_id == LOW_NOISE || p->class_id == HIGH_NOISE;
+}
 
 static bool is_counted(const stp_cloud_point *p, const choice *c)
 {
-    return (c->station == 0 || p->station == c->station) &&
+    return (c->station == 0 || p->station == c->station) && (c->noise_too || !is_noise(p)) &&
            !(c->within && stp_dbox_distance_squared(c->within, p->position) > 0.0);
 }
 
@@ -35,15 +46,17 @@ static double coordinate(stp_dvec3 p, int axis)
     return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
 }
 
-/* The box of the points without those far out. */
-static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, const choice *chosen,
-                           stp_error *err)
+/* The box of the points without those far out. Decides whether noise counts. */
+static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, choice *chosen, stp_error *err)
 {
     stp_status status = STP_OK;
     double *values = NULL, ends[3][2];
     stp_cloud_point *points = NULL;
-    uint32_t listed = 0;
+    uint32_t listed = 0, noise = 0;
     STP_TRY(stp_cloud_every(cloud, cloud->count / SAMPLE + 1, &points, &listed, err));
+    for (uint32_t i = 0; i < listed; i++)
+        noise += is_noise(&points[i]);
+    chosen->noise_too = noise > listed / NOISE_LEAST;
     STP_TRY(stp_alloc(&values, listed, sizeof *values, "coordinates", err));
     for (int axis = 0; axis < 3; axis++) {
         size_t count = 0;
@@ -86,6 +99,7 @@ typedef struct counting {
     stp_space *space;
     const stp_cloud *cloud;
     choice chosen;
+    uint16_t *noise; /* how many points of noise do not count */
 } counting;
 
 /* Counts this process's points. */
@@ -98,6 +112,8 @@ static void count_points(void *context)
     int at[3];
     for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i)) {
         const stp_cloud_point *p = &cloud->points[i];
+        if (!c->chosen.noise_too && is_noise(p))
+            count_one(c->noise);
         if (!is_counted(p, &c->chosen) || !stp_space_voxel(s, p->position, at))
             continue;
         const size_t voxel = stp_space_at(s, at[0], at[1], at[2]);
@@ -168,7 +184,7 @@ stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t sta
     stp_status status = STP_OK;
     stp_space s = {0};
     size_t voxels = 1;
-    counting c = {&s, cloud, {station, within}};
+    counting c = {&s, cloud, {.station = station, .within = within}, NULL};
     STP_TRY(find_box(&s.box, cloud, &c.chosen, err));
     s.side = stp_dbox_side(&s.box) / (STP_SPACE_SIDE - 2 * MARGIN - 1);
     const double least = 1e-9 * (stp_dvec3_length(s.box.min) + stp_dvec3_length(s.box.max));
@@ -180,13 +196,16 @@ stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t sta
     }
     s.origin =
         stp_dvec3_sub(s.box.min, stp_dvec3_scale((stp_dvec3){1.0, 1.0, 1.0}, MARGIN * s.side));
-    STP_TRY(stp_alloc(&s.count, 5 * voxels, sizeof *s.count, "voxels", err));
+    STP_TRY(stp_alloc(&s.count, 5 * voxels + 1, sizeof *s.count, "voxels", err));
     STP_TRY(stp_alloc(&s.room, voxels, sizeof *s.room, "voxels", err));
     for (size_t axis = 1; axis < 3; axis++) {
         s.level[axis] = s.count + axis * voxels;
         s.upright[axis] = s.count + (2 + axis) * voxels;
     }
-    STP_TRY(stp_cloud_in_turn(cloud, count_points, &c, s.count, 5 * voxels * sizeof *s.count, err));
+    c.noise = s.count + 5 * voxels;
+    STP_TRY(stp_cloud_in_turn(cloud, count_points, &c, s.count, (5 * voxels + 1) * sizeof *s.count,
+                              err));
+    s.lacks_noise = *c.noise > 0;
     find_room(&s, voxels);
     *out = s;
     s = (stp_space){0};

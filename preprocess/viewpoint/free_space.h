@@ -2,8 +2,9 @@
  * through the grid.
  *
  * The longest side has at most STP_SPACE_SIDE voxels. Points far out, one in a hundred at either
- * end of each axis, do not widen the grid. A voxel with points is solid. Memory: 12 bytes per
- * voxel, at most 17 MB, and 1 MB. Threads: one at a time. */
+ * end of each axis, do not widen the grid, and few points of LAS's classes of noise do not count. A
+ * voxel with points is solid. Memory: 12 bytes per voxel, at most 17 MB, and 1 MB. Threads: one at
+ * a time. */
 #ifndef STP_PREPROCESS_VIEWPOINT_FREE_SPACE_H
 #define STP_PREPROCESS_VIEWPOINT_FREE_SPACE_H
 
@@ -19,7 +20,8 @@ typedef struct stp_space {
     uint16_t *count;                 /* points, by voxel, x fastest; then level and upright */
     uint16_t *level[3], *upright[3]; /* points whose normal is along an axis (level) or across it
                                         (upright), for axis 1: y and 2: z; NULL for x */
-    uint16_t *room; /* distance to the nearest solid voxel, in voxels times STP_SPACE_ROOM */
+    bool lacks_noise; /* points that their class calls noise do not count, and there are some */
+    uint16_t *room;   /* distance to the nearest solid voxel, in voxels times STP_SPACE_ROOM */
 } stp_space;
 
 /* stp_space.room counts this many per voxel. */
