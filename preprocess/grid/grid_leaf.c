@@ -198,7 +198,8 @@ STP_INLINE void put_normal(const double place[2], unsigned shift, uint8_t out[3]
 STP_INLINE void find_normals(const tile *t, unsigned shift, windows *restrict w)
 {
     const int reach = (int)t->grid->reach, side = 2 * reach + 1;
-    const double xx = side * (reach * (reach + 1) * side / 3), det = xx * xx;
+    const int squares = reach * (reach + 1) * side / 3; /* of a row's columns, summed up */
+    const double xx = side * squares, det = xx * xx;
     const double c[2] = {t->frame.by_column[0], t->frame.by_column[1]};
     const double r[2] = {t->frame.by_row[0], t->frame.by_row[1]}, area = t->frame.area;
 #pragma GCC unroll 1

@@ -5,6 +5,7 @@
 
 #include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define STATE_BYTES 8u
 #define STATES_BYTES (STATE_BYTES * STP_SYMBOL_LANES)
@@ -32,19 +33,6 @@ typedef struct code {
     size_t count;
 } code;
 
-/* state / odds, and in *rest state % odds. state < 2^63. The inverse does not wait for the state,
- * as a division would: 2^64 / odds, less up to 1, so the first quotient is right, or 1 too small.
- */
-static inline uint64_t divide(uint64_t state, uint64_t odds, uint64_t *rest)
-{
-    const uint64_t inverse = UINT64_MAX / odds;
-    const uint64_t quotient = (uint64_t)((unsigned __int128)state * inverse >> 64);
-    const uint64_t left = state - quotient * odds;
-    const bool more = left >= odds;
-    *rest = more ? left - odds : left;
-    return quotient + more;
-}
-
 /* The state after an item; `words` gets the word that leaves the state, if one must. */
 static inline uint64_t push(uint64_t state, const stp_symbol_item *item, uint32_t *words,
                             size_t *count)
@@ -52,15 +40,13 @@ static inline uint64_t push(uint64_t state, const stp_symbol_item *item, uint32_
     const uint64_t odds = item->odds;
     /* 2^31 / 2^(15 + bits) * 2^32 * odds */
     const bool full = state >= odds << (31 - STP_ODDS_BITS + STP_SYMBOL_WORD_BITS - item->bits);
-    uint64_t rest;
     words[*count] = (uint32_t)state;
     *count += full;
     state = (full ? state >> STP_SYMBOL_WORD_BITS : state) << item->bits | item->plain;
-    const uint64_t whole = divide(state, odds, &rest);
-    return (whole << STP_ODDS_BITS) + rest + item->below;
+    return (state / odds << STP_ODDS_BITS) + state % odds + item->below;
 }
 
-_Static_assert(STP_SYMBOL_LANES == 2, "two states, one of which takes an item");
+_Static_assert(STP_SYMBOL_LANES == 2, "both states are looked at below");
 
 /* Encodes items from the last one on, from both states at `last`. False if a state was less than
  * 2^31 behind the first word, where a reader would take the next word for it: then not all items
@@ -78,15 +64,11 @@ static bool encode(const stp_symbol_writer *w, uint64_t last, code *c)
             return false;
         *own = push(*own, item, words, &count);
     }
-    uint64_t first = state[0], second = state[1]; /* not in memory */
-    while (item > w->items) {
-        const unsigned lane = (--item)->lane;
-        const uint64_t next = push(lane ? second : first, item, words, &count);
-        first = lane ? first : next;
-        second = lane ? next : second;
+    while (item > w->items) { /* a choice of two registers would tie the lanes to each other */
+        uint64_t *own = &state[(--item)->lane];
+        *own = push(*own, item, words, &count);
     }
-    c->state[0] = first;
-    c->state[1] = second;
+    memcpy(c->state, state, sizeof state);
     c->count = count;
     return true;
 }

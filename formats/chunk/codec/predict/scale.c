@@ -49,7 +49,7 @@ static bool find_phase(const stp_chunk *chunk, double step, int axis, uint16_t *
         const stp_patch *patch = &chunk->patches[p];
         const double places = ldexp(1.0, patch->exponent) / step;
         const stp_sample *samples = chunk->samples[0] + chunk->level_begin[0][p];
-        double at[STP_PATCH_SAMPLES];
+        double at[STP_PATCH_SAMPLES] = {0.0};
         unsigned count = patch->counts[0];
         for (unsigned i = 0; i < count; i++)
             at[i] = ((double)patch->origin[axis] + samples[i].position[axis]) * places;

@@ -10,6 +10,10 @@
 #include <math.h>
 #include <stdlib.h>
 
+/* All that the functions of loops call with numbers is a part of them. GCC 12 leaves out vzeroupper
+ * before a call of a static function that it knows to keep some registers: code for AVX2
+ * (base/wide.h) then waits at each such call, and again behind it. */
+
 /* Values that have slopes. */
 enum { HEIGHT, GREEN, RED, BLUE, VALUE_COUNT };
 static const uint8_t channel[VALUE_COUNT] = {[GREEN] = 1, [RED] = 0, [BLUE] = 2};
@@ -91,8 +95,8 @@ STP_INLINE void expect(const coder *c, const family *f, unsigned k, double out[V
 }
 
 /* The position along the height, coded as a rung. */
-static int32_t code_rung(const coder *c, const family *f, const table_row *r, double expected,
-                         int32_t position)
+STP_INLINE int32_t code_rung(const coder *c, const family *f, const table_row *r, double expected,
+                             int32_t position)
 {
     const int32_t origin = f->patch->origin[c->grid->raster->axis];
     const double least = ((double)origin + position - 0.5) * f->steps;
@@ -105,8 +109,8 @@ static int32_t code_rung(const coder *c, const family *f, const table_row *r, do
 }
 
 /* The position along the height, where heights are multiples of 2^steps. expected: not rounded. */
-static int32_t code_step(const coder *c, const family *f, const table_row *r, double expected,
-                         int32_t position)
+STP_INLINE int32_t code_step(const coder *c, const family *f, const table_row *r, double expected,
+                             int32_t position)
 {
     const int32_t origin = f->patch->origin[c->grid->raster->axis];
     const int own_steps = f->patch->exponent - c->map->exponent, steps = (int)c->choice->steps;
@@ -282,8 +286,8 @@ STP_INLINE void code_normal(const coder *c, const table_row *r, const double dir
 }
 
 /* The same of a raster that spreads. Normals that face a camera are where codes are folded. */
-static void code_folded(const coder *c, const table_row *r, const double direction[2],
-                        stp_sample *s)
+STP_INLINE void code_folded(const coder *c, const table_row *r, const double direction[2],
+                            stp_sample *s)
 {
     const unsigned shift = c->tables->last.normal_shift;
     const int32_t top = stp_normal_grid_place(STP_NORMAL_CODE_MAX, shift);
@@ -367,7 +371,7 @@ STP_INLINE void find_slopes(const coder *c, const stp_square_normals *normals, u
     }
 }
 
-static stp_ivec3 unit_normal_of(const stp_sample *s)
+STP_INLINE stp_ivec3 unit_normal_of(const stp_sample *s)
 {
     int32_t uv[2];
     stp_normal_codes_get(s->normal, uv);
@@ -376,7 +380,7 @@ static stp_ivec3 unit_normal_of(const stp_sample *s)
 
 /* Sets the parents' unit normals as values, x in the place of GREEN and so on: nobody needs their
  * colours any more. */
-static void set_parents_normals(const coder *c)
+STP_INLINE void set_parents_normals(const coder *c)
 {
     const uint32_t count = c->block->level_begin[c->level + 1][c->block->patch_count];
     for (uint32_t i = 0; i < count; i++) {
@@ -387,13 +391,13 @@ static void set_parents_normals(const coder *c)
 }
 
 /* Codes the normal of child k as its parent, and those around, let expect it. */
-static void code_turned(const coder *c, family *f, unsigned k, bool loose, const table_row *r)
+STP_INLINE void code_turned(const coder *c, family *f, unsigned k, bool loose, const table_row *r)
 {
     stp_sample *s = &c->block->samples[c->level][f->first + k];
     const double share = loose ? 0.0 : 1.0 / (f->count - k);
-    double expected[VALUE_COUNT], toward[3], direction[2];
+    double expected[VALUE_COUNT] = {0.0}, toward[3], direction[2];
     expect(c, f, k, expected);
-    for (int i = 0; i < 3; i++) /* NOLINTNEXTLINE(clang-analyzer-core.*): expect has set it */
+    for (int i = 0; i < 3; i++)
         toward[i] = expected[GREEN + i] + share * f->left[GREEN + i];
     stp_square_direction(toward, direction);
     code_folded(c, r, direction, s);

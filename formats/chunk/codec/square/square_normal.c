@@ -119,8 +119,8 @@ STP_INLINE double whole_slope(double sum, double xx)
 /* Samples of a whole window; *xx: the sum of the squares of their columns, or of their rows. */
 STP_INLINE double whole_window(const stp_square_normals *n, double *xx)
 {
-    const int side = 2 * n->reach + 1;
-    *xx = side * (n->reach * (n->reach + 1) * side / 3);
+    const int side = 2 * n->reach + 1, squares = n->reach * (n->reach + 1) * side / 3;
+    *xx = side * squares;
     return side * side;
 }
 
