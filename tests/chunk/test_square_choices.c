@@ -9,10 +9,11 @@
 #define CHOICE_LADDER 16u
 #define CHOICE_LOOSE 32u
 #define CHOICE_MORE 64u
-/* What lines may take: by rows they take 305, family by family 524. */
-#define LINES_BYTES 400u
+/* What lines may take: by rows they take 453 (305 if parents do not tell), family by family 524. */
+#define LINES_BYTES 480u
 /* In the byte that follows then. */
 #define CHOICE_ROWS 1u /* of level 0 */
+#define CHOICE_BY_PARENTS 2u
 #define CHOICE_SIDES 16u
 
 /* Normals that are all alike follow from those of the parents, if heights do not tell them. */
@@ -127,11 +128,13 @@ static void test_loose(void **state)
     }
 }
 
-/* Whether colours of level 0 are coded by rows. */
+/* Whether colours of level 0 are coded by rows, which are told by parents then. */
 static bool has_rows(const coded *bytes)
 {
     const uint8_t *choice = begin_of(bytes, 2);
-    return choice[0] & CHOICE_MORE && choice[1] & CHOICE_ROWS;
+    const bool rows = choice[0] & CHOICE_MORE && choice[1] & CHOICE_ROWS;
+    assert_true(!rows || choice[1] & CHOICE_BY_PARENTS);
+    return rows;
 }
 
 /* Colours that vary are coded by rows, on all kinds of rasters, and come back. */

@@ -4,7 +4,7 @@ import bisect
 import math
 import struct
 
-from known_odds import Known
+from known_odds import Known, runs
 from model import Sample, integer_normal, require, unit_normal
 from odds import KnownNumbers, Numbers, Row
 
@@ -267,6 +267,7 @@ NEAR = ((-1, 0, 2), (0, -1, 2), (-1, -1, 1), (1, -1, 1))  # column, row, what a 
 WEIGHTS = ((6, 7, -2, -1, 0, 6, 1, 0), (1, 5, 0, 1, 12, 8, 0, 0), (4, 4, -1, -3, 13, 4, -1, 0), (1, 1, 0, 0, 15, 1, 0, 0),
            (0, 0, 0, 0, 16, 0, 0, 0), (2, 2, 0, 0, 10, 10, 2, 0))
 FOLLOWING = (0, 0, 0, 0, 0, 16, 0, 0)
+BY_PARENTS = runs("../square/colour_weights.inc", 24)
 
 
 def single(x):
@@ -274,20 +275,28 @@ def single(x):
 
 
 def sum_of(a, b):
-    p = [single(single(a[i] * b[i]) + single(a[i + 4] * b[i + 4])) for i in range(4)]
+    p = [single(x * y) for x, y in zip(a[:4], b)]
+    for begin in range(4, len(a), 4):
+        p = [single(p[i] + single(a[begin + i] * b[begin + i])) for i in range(4)]
     return single(single(p[0] + p[1]) + single(p[2] + p[3]))
 
 
 class Rows:
     """Colours of level 0 by rows: green, red and blue of each sample in the order of cells."""
 
-    def __init__(self, block, parents, symbols):
-        self.block, self.symbols, follow = block, symbols, symbols.bits(0, 1)
+    def __init__(self, block, parents, symbols, by_parents):
+        self.block, self.symbols, self.by_parents, follow = block, symbols, by_parents, symbols.bits(0, 1)
+        require(symbols.known or not by_parents, "colours by parents have no known odds")
         self.weights = [[[w / 16 for w in (FOLLOWING if follow and v else k)] for v in range(3)] for k in WEIGHTS]
+        if by_parents:
+            self.weights = [[[w / 64 for w in BY_PARENTS[18 * follow + 3 * k + v]] for v in range(3)] for k in range(6)]
+            self.last_odds = [Known(3, 0, 2, True).cells(v) for v in range(3)]
+        self.colours = [[s.colour[k] for s in parents] for k in range(3)]
         self.off, self.size, self.values, self.parent = [], [], [], []
         self.left, self.counts, self.known, self.rows = [], [], [0] * len(parents), [0, 0]
         self.numbers = [[self.numbers_of(v, t) for v in range(3)] for t in range(2)]
-        self.expect([[s.colour[k] for s in parents] for k in range(3)])
+        self.rest, self.around = [], []
+        self.expect(self.colours)
 
     def numbers_of(self, channel, last):
         lane, first = channel & 1, 9 if channel == last == 0 else 8
@@ -303,10 +312,18 @@ class Rows:
                 family.count = high - low
                 self.left.append([0.0] * 3)
                 self.counts.append(family.count)
+                self.rest.append([family.count * values[v][parent] for v in range(3)])
+                self.around.append(self.differences(parent, values) if self.by_parents else None)
                 for _ in range(family.count):
                     self.off.append([single(e) for e in family.expected(places[len(self.off)])])
                     self.parent.append(parent)
                 parent += 1
+
+    def differences(self, parent, values):
+        """How much the parents around one differ from it, by channel."""
+        number, column, row = self.block.cell(1, parent)
+        around = [self.block.at(1, number, column + c, row + r) for r in (-1, 0, 1) for c in (-1, 0, 1) if c or r]
+        return [[(of[i] - of[parent]) / 4 if i >= 0 else 0.0 for i in around] for of in values]
 
     def read(self):
         """The colours of all samples."""
@@ -331,6 +348,9 @@ class Rows:
         for v in range(3):
             inputs[:4] = [self.off[i][v] if i >= 0 else 0.0 for i in near]
             inputs[4] = single(share * self.left[parent][v])
+            if self.by_parents:
+                inputs[8:] = [self.off[i][u] if i >= 0 and u < v else 0.0 for u in range(2) for i in near]
+                inputs += self.around[parent][v]
             weights, expected = self.weights[kind][v], self.off[sample][v]
             hoped = single(expected + sum_of(weights, inputs))
             number = self.numbers[last][v]
@@ -339,8 +359,13 @@ class Rows:
                 total = sum(n[2] * self.size[i][v] for n, i in zip(NEAR, near) if i >= 0)
                 mean = (mean + (total * (65536 // all_shares) >> 8)) // 2
             number.beside = beside
-            cell = number.read(self.symbols, Row(), shift, mean, 8)
-            value.append(int(single(min(max(hoped, 0.0), 255.0) + 0.5)) + cell & 255)
+            if last and self.by_parents:
+                cell = self.read_last(parent, v, hoped, shift)
+                value.append(self.rest[parent][v] + cell & 255)
+            else:
+                cell = number.read(self.symbols, Row(), shift, mean, 8)
+                value.append(int(single(min(max(hoped, 0.0), 255.0) + 0.5)) + cell & 255)
+            self.rest[parent][v] -= value[v]
             error = single(value[v] - hoped)
             step = single(single(error * (5 / 64)) / single(4.0 + sum_of(inputs, inputs)))
             self.weights[kind][v] = [single(w + single(x * step)) for w, x in zip(weights, inputs)]
@@ -353,15 +378,24 @@ class Rows:
         self.rows[last] += 1
         self.values[sample] = value
 
+    def read_last(self, parent, v, hoped, shift):
+        """The cell of a last child: what is off the rest of its parent's."""
+        off = min(max(single(hoped - self.rest[parent][v]), -1.5), 1.5)
+        count = self.counts[parent]
+        kind = self.colours[v][parent] & 1 if count == 4 else 3 if count == 3 else 2
+        number = KnownNumbers(v & 1, 0, None, None, False)
+        number.odds_of = lambda *_: self.last_odds[v][7 * kind + int(single(2 * off + 3.5))]
+        return number.read(self.symbols, Row(), shift, 0, 8)
+
 
 def decode_level(block, level, how, more, parents, tables, ladder, symbols):
     """The samples of a level. tables: of elder and of last children. ladder: heights; empty: there is none. symbols: what
     follows the tables."""
     require(how & 7 <= 6, "a level of squares begins wrong")
     multiple = more & 15 if level else 0
-    require(level or not more & 14, "a level of squares goes on wrong")
+    require(level or not more & 12 and more & 3 != 2, "a level of squares goes on wrong")
     require(level or not more & 1 or not how & 40, "colours by rows follow or are loose")
-    colours = Rows(block, parents, symbols).read() if level == 0 and more & 1 else None
+    colours = Rows(block, parents, symbols, bool(more & 2)).read() if level == 0 and more & 1 else None
     on, samples, cells = block.levels[level], [], []
     rows = [iter(t.rows) for t in tables]
     block.set_heights(level + 1, parents)

@@ -20,7 +20,7 @@ COLOURS = 13
 
 
 class Known:
-    """The columns of a table; columns: 3 of colours by rows."""
+    """The columns of a table; columns: 3 of colours by rows, where last is 2 of last children by parents."""
 
     def __init__(self, columns, level, last, squares=False):
         samples, behind = 0 if level is None else 1 + 2 * (2 - level) + last, PATCH_COLUMNS + 7 * SAMPLE_COLUMNS

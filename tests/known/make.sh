@@ -285,4 +285,11 @@ done
 for name in level depth; do
     python3 "$known/read.py" "known/${name}_2_0_raw.stipple" >"known/${name}_2_0.samples"
 done
+# From here on colours by rows are told by parents, too.
+mkdir -p parents
+for codec in raw draco zstd; do
+    "$program" prep depth.pgm --colour paint.ppm --pinhole 60,60,35.5,19.5 --height-scale 0.001 \
+        -o "parents/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" parents/2_0_raw.stipple >parents/2_0.samples
 rm paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -170,7 +170,7 @@ static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_
     choice.rungs = ladder.count;
     if (level == 0 && to->is_tight)
         STP_TRY(stp_square_colours_pay(chunk, map, rows, err));
-    choice.rows = *rows;
+    choice.rows = choice.by_parents = *rows;
     stp_square_level_encode(chunk, level, map, ladder.count > 0 ? &ladder : NULL, &choice, tables);
     STP_TRY(stp_square_choice_write(&choice, to->out, err));
     if (ladder.count > 0)
@@ -364,7 +364,8 @@ static stp_status colours_read(table_source *from, const stp_square_map *map, st
                                stp_error *err)
 {
     const uint8_t *begin = from->tight.symbols.next;
-    const stp_status status = stp_square_colours_decode(chunk, map, &from->tight, err);
+    const stp_status status =
+        stp_square_colours_decode(chunk, map, from->choice.by_parents, &from->tight, err);
     if (from->shares)
         from->shares->bytes[STP_SHARE_COLOURS] += (size_t)(from->tight.symbols.next - begin);
     return status;

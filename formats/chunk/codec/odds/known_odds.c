@@ -27,13 +27,13 @@ static const uint8_t columns[] = {
 #include "formats/chunk/codec/odds/known_columns.inc"
 };
 _Static_assert(sizeof columns == STP_KNOWN_COUNT * COMMON_COLUMNS, "numbers of all columns");
-/* The same of squares; then come their own table, ladders, and colours of elder and last children.
- */
+/* The same of squares; then come their own table, ladders, colours of elder and last children, and
+ * of last ones that are told by parents. */
 static const uint8_t square_columns[] = {
 #include "formats/chunk/codec/odds/known_squares.inc"
 };
 _Static_assert(sizeof square_columns == STP_KNOWN_COUNT * (COMMON_COLUMNS + SQUARE_COLUMNS +
-                                                           LADDER_COLUMNS + (size_t)2 * CHANNELS),
+                                                           LADDER_COLUMNS + (size_t)3 * CHANNELS),
                "numbers of all columns");
 
 const uint8_t *stp_known_patches(bool squares)
@@ -66,6 +66,11 @@ const uint8_t *stp_known_colours(bool last)
 {
     return stp_known_ladder() +
            (size_t)STP_KNOWN_COUNT * (LADDER_COLUMNS + (size_t)(last ? CHANNELS : 0));
+}
+
+const uint8_t *stp_known_last_colours(void)
+{
+    return stp_known_colours(true) + (size_t)STP_KNOWN_COUNT * CHANNELS;
 }
 
 void stp_known_begin(unsigned curve, stp_odds *out)

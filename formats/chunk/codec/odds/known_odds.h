@@ -28,6 +28,8 @@ const uint8_t *stp_known_squares(void);
 const uint8_t *stp_known_ladder(void);
 /* Of colours by rows: of green, red, blue. */
 const uint8_t *stp_known_colours(bool last);
+/* Of last children that are told by parents: by class and how far they are off. */
+const uint8_t *stp_known_last_colours(void);
 
 void stp_known_begin(unsigned curve, stp_odds *out);
 /* The same of several curves. */

@@ -19,7 +19,9 @@
 #define LADDER_BYTES 2u
 /* The other byte. */
 #define STEPS 15u
-#define ROWS 1u /* of level 0, which has no steps */
+/* Of level 0, which has no steps. */
+#define ROWS 1u
+#define BY_PARENTS 2u
 #define SIDES 16u
 #define RADII_SHIFT 5
 
@@ -78,6 +80,7 @@ stp_status stp_square_choice_write(const stp_square_choice *choice, stp_bytes *o
                   (choice->loose ? LOOSE : 0) | (more ? MORE : 0) | (choice->tight ? TIGHT : 0));
     if (more)
         bytes[size++] = (uint8_t)(choice->steps | (choice->rows ? ROWS : 0) |
+                                  (choice->by_parents ? BY_PARENTS : 0) |
                                   (choice->sides ? SIDES : 0) | choice->radii << RADII_SHIFT);
     stp_put_u16(bytes + size, (uint16_t)(choice->rungs - 1u));
     return stp_bytes_append(out, bytes, size + (ladder ? LADDER_BYTES : 0), err);
@@ -96,10 +99,11 @@ static stp_status read_more(stp_cursor *c, int level, stp_square_choice *out, st
     const uint8_t byte = *c->bytes;
     out->steps = level > 0 ? byte & STEPS : 0;
     out->rows = level == 0 && byte & ROWS;
+    out->by_parents = level == 0 && byte & BY_PARENTS;
     out->sides = byte & SIDES;
     out->radii = byte >> RADII_SHIFT;
-    if ((level == 0 && byte & STEPS & ~ROWS) || (out->rows && (out->follow || out->loose)) ||
-        !out->tight)
+    if ((level == 0 && byte & STEPS & ~(ROWS | BY_PARENTS)) || (out->by_parents && !out->rows) ||
+        (out->rows && (out->follow || out->loose)) || !out->tight)
         return stp_error_set(err, STP_CORRUPT, "a level of squares goes on with byte %u", byte);
     stp_cursor_skip(c, MORE_BYTES);
     return STP_OK;

@@ -6,15 +6,16 @@
 #include "formats/chunk/codec/table/column.h"
 
 typedef struct stp_square_choice {
-    unsigned reach; /* of the windows of normals, 1 to 4; 0, 5 and 6: square.h */
-    bool follow;    /* red and blue change as green does */
-    bool loose;     /* colours do not follow from what is left of the parent's */
-    bool rows;      /* of level 0, tight: colours are coded by rows (square_colours.h) */
-    bool tight;     /* the tables that follow are one run (tight.h) */
-    bool sides;     /* of normals that two codes tell, the lesser one is meant (square_normal.h) */
-    unsigned steps; /* of levels 1 and 2: heights are multiples of 2^steps */
-    unsigned radii; /* codes of radii are 1 + multiples of 2^radii */
-    uint32_t rungs; /* of the ladder, whose table comes first (ladder.h); 0: there is none */
+    unsigned reach;  /* of the windows of normals, 1 to 4; 0, 5 and 6: square.h */
+    bool follow;     /* red and blue change as green does */
+    bool loose;      /* colours do not follow from what is left of the parent's */
+    bool rows;       /* of level 0, tight: colours are coded by rows (square_colours.h) */
+    bool by_parents; /* likewise: the parents around tell, too */
+    bool tight;      /* the tables that follow are one run (tight.h) */
+    bool sides;      /* of normals that two codes tell, the lesser one is meant (square_normal.h) */
+    unsigned steps;  /* of levels 1 and 2: heights are multiples of 2^steps */
+    unsigned radii;  /* codes of radii are 1 + multiples of 2^radii */
+    uint32_t rungs;  /* of the ladder, whose table comes first (ladder.h); 0: there is none */
 } stp_square_choice;
 
 /* Sets `steps`, `sides` and `radii` of a tight level. normal_shift: of its normals' grid. */

@@ -14,23 +14,42 @@
 static const uint8_t channel[CHANNELS] = {1, 0, 2}; /* green, red, blue */
 /* Samples around that come before: left, above, and above to the left and the right. */
 #define NEAR 4
+/* Other parents around a parent. */
+#define PARENTS 8
+#define PARENTS_SHARE 0.25f /* so that they do not outweigh all else where weights learn */
 /* What tells of a channel: how far those around are off what was expected of them; what is left of
- * the parent; how far the first channel is off, and of the third one the second. */
-enum { LEFT = NEAR, FIRST, SECOND, INPUT_COUNT = 8 };
+ * the parent; how far the first channel is off, and of the third one the second. If it is told by
+ * parents, also how far those around are off in these two channels, and how much the other parents
+ * around differ from the own one. */
+enum { LEFT = NEAR, FIRST, SECOND, PLAIN_COUNT = 8, OTHERS = 8, BESIDE = 16, INPUT_COUNT = 24 };
 typedef float four __attribute__((vector_size(sizeof(float) * NEAR)));
 typedef union inputs {
-    float of[INPUT_COUNT]; /* the last one is 0 */
-    four half[2];
+    float of[INPUT_COUNT]; /* that of PLAIN_COUNT - 1 is 0 */
+    four part[INPUT_COUNT / NEAR];
 } inputs;
 /* Kinds of a child: the place among four; the last one of less than four; others. */
 enum { LAST_OF_FEW = 4, OF_FEW, KIND_COUNT };
 /* In sixteenths: how much each input counts at first. */
-static const int8_t first_weights[KIND_COUNT][INPUT_COUNT] = {
+static const int8_t first_weights[KIND_COUNT][PLAIN_COUNT] = {
     {6, 7, -2, -1, 0, 6, 1}, {1, 5, 0, 1, 12, 8, 0}, {4, 4, -1, -3, 13, 4, -1},
     {1, 1, 0, 0, 15, 1, 0},  {0, 0, 0, 0, 16, 0, 0}, {2, 2, 0, 0, 10, 10, 2},
 };
 /* The same of channels behind the first one, if they follow that. */
-static const int8_t following[INPUT_COUNT] = {[FIRST] = 16};
+static const int8_t following[PLAIN_COUNT] = {[FIRST] = 16};
+/* If it is told by parents, in 64ths: of blocks whose channels do not follow, then of those that
+ * do, by kind, channel and input. */
+static const int8_t first_by_parents[] = {
+#include "formats/chunk/codec/square/colour_weights.inc"
+};
+_Static_assert(sizeof first_by_parents == (size_t)2 * KIND_COUNT * CHANNELS * INPUT_COUNT,
+               "weights of all inputs");
+/* The last child is off what is left of the parent's by its rounding alone. What odds it has, if it
+ * is told by parents: by how far what is hoped is off that, in halves up to OFF_MOST, and by a
+ * class: four children of an even or an odd parent, one or two, three. */
+#define OFF_MOST 1.5f
+#define OFF_STEPS 7u
+enum { OF_ONE_OR_TWO = 2, OF_THREE, CLASS_COUNT };
+_Static_assert(CLASS_COUNT *OFF_STEPS == STP_KNOWN_NUMBERS, "odds of last children");
 /* How fast weights move, and what keeps them where inputs are small. */
 #define RATE (5.0f / 64.0f)
 #define POWER_LEAST 4.0f
@@ -54,8 +73,9 @@ typedef struct spot {
 } spot;
 
 typedef struct brood {
-    float left[CHANNELS]; /* what is expected less what came, of all children so far */
-    uint8_t count, known; /* children in all, and so far */
+    float left[CHANNELS];   /* what is expected less what came, of all children so far */
+    int16_t rest[CHANNELS]; /* of the parent's times `count`, less the children so far */
+    uint8_t count, known;   /* children in all, and so far */
 } brood;
 
 /* The samples around one that come before. */
@@ -77,7 +97,8 @@ typedef struct coder {
     const stp_chunk *block;
     spot *spots;
     brood *broods;
-    bool *done; /* by grid */
+    float (*beside)[CHANNELS][PARENTS]; /* by parent: what others differ; NULL: nobody asks */
+    bool *done;                         /* by grid */
     inputs weights[KIND_COUNT][CHANNELS];
     numbers of[2]; /* elder, last */
 } coder;
@@ -89,6 +110,21 @@ typedef struct cells {
 } cells;
 
 /* ---- what the parents tell ---- */
+
+/* How much the parents around one differ from it. */
+STP_INLINE void compare_parents(const stp_square_level *on, uint32_t parent,
+                                const double *const *values, float out[CHANNELS][PARENTS])
+{
+    const int column = stp_square_cell(on->column[parent], 1);
+    const int row = stp_square_cell(on->row[parent], 1);
+    for (int i = 0; i < PARENTS; i++) {
+        const int place = i < PARENTS / 2 ? i : i + 1; /* the parent's own place is left out */
+        const int32_t other = stp_square_at(on, column + place % 3 - 1, row + place / 3 - 1);
+        for (int v = 0; v < CHANNELS; v++)
+            out[v][i] =
+                other < 0 ? 0.0f : (float)(values[v][other] - values[v][parent]) * PARENTS_SHARE;
+    }
+}
 
 /* values: of the parents, by channel. Of every so manieth patch. */
 STP_WIDE
@@ -105,7 +141,12 @@ static void expect(coder *c, const stp_square_map *map, const double *const *val
             const unsigned count = stp_level_children_begin(j + 1, parents, children) - begin;
             const stp_square_field field =
                 stp_square_field_at(&grid->level[1], 1, (int32_t)parent, values, CHANNELS);
-            c->broods[parent] = (brood){.count = (uint8_t)count};
+            brood *b = &c->broods[parent];
+            *b = (brood){.count = (uint8_t)count};
+            for (int v = 0; v < CHANNELS; v++)
+                b->rest[v] = (int16_t)(count * (unsigned)values[v][parent]);
+            if (c->beside)
+                compare_parents(&grid->level[1], parent, values, c->beside[parent]);
             for (unsigned k = 0; k < count; k++) {
                 const uint32_t child = block->level_begin[0][p] + begin + k;
                 double expected[CHANNELS];
@@ -121,18 +162,39 @@ static void expect(coder *c, const stp_square_map *map, const double *const *val
 
 /* ---- a sample ---- */
 
-/* The sum of the products. */
-STP_INLINE float sum_of(const inputs *a, const inputs *b)
+/* The sum of the products of so many parts of inputs. */
+STP_INLINE float sum_of(const inputs *a, const inputs *b, unsigned parts)
 {
-    const four p = a->half[0] * b->half[0] + a->half[1] * b->half[1];
+    four p = a->part[0] * b->part[0];
+    for (unsigned i = 1; i < parts; i++)
+        p += a->part[i] * b->part[i];
     return (p[0] + p[1]) + (p[2] + p[3]);
 }
 
-STP_INLINE void learn(inputs *weights, const inputs *in, float off)
+STP_INLINE void learn(inputs *weights, const inputs *in, float off, unsigned parts)
 {
-    const float step = off * RATE / (POWER_LEAST + sum_of(in, in));
-    weights->half[0] += in->half[0] * step;
-    weights->half[1] += in->half[1] * step;
+    const float step = off * RATE / (POWER_LEAST + sum_of(in, in, parts));
+    for (unsigned i = 0; i < parts; i++)
+        weights->part[i] += in->part[i] * step;
+}
+
+STP_INLINE four off_around(const around *near, int v)
+{
+    return (four){near->of[0]->off[v], near->of[1]->off[v], near->of[2]->off[v],
+                  near->of[3]->off[v]};
+}
+
+/* What tells of a channel. left: of the parent's; before: how far the first two channels are off.
+ */
+STP_INLINE void gather(const coder *c, const around *near, uint32_t parent, int v, float left,
+                       const float before[CHANNELS], bool by_parents, inputs *out)
+{
+    out->part[0] = off_around(near, v);
+    out->part[1] = (four){left, before[0], before[1], 0.0f};
+    for (int u = 0; by_parents && u < 2; u++)
+        out->part[OTHERS / NEAR + u] = u < v ? off_around(near, u) : (four){0.0f};
+    if (by_parents)
+        memcpy(&out->of[BESIDE], c->beside[parent][v], sizeof c->beside[parent][v]);
 }
 
 /* The mean of a channel's magnitudes around, in 1/256; `mean` if there is none. */
@@ -164,17 +226,35 @@ STP_INLINE int32_t code(cells *to, stp_odds *odds, stp_number_way *way, int32_t 
     return cell;
 }
 
+/* Codes the last child: `rest` is all but the rounding of its parent's. */
+STP_INLINE int32_t code_last(cells *to, stp_odds *odds, stp_number_way *way, const brood *b, int v,
+                             uint8_t parent, float hoped, uint8_t *value, bool decode)
+{
+    const int32_t rest = b->rest[v];
+    const unsigned few = b->count == 3 ? OF_THREE : OF_ONE_OR_TWO;
+    const unsigned class = b->count == 4 ? parent & 1u : few;
+    float off = hoped - (float)rest;
+    off = off > -OFF_MOST ? (off < OFF_MOST ? off : OFF_MOST) : -OFF_MOST;
+    const unsigned place = (unsigned)(off * 2.0f + (float)OFF_STEPS / 2.0f);
+    way->mean = 0;
+    way->beside = STP_BESIDE_ABSENT;
+    return code(to, &odds[class * OFF_STEPS + place], way, rest, value, decode);
+}
+
 /* What is written comes last: a byte may be anything's, so all would be read anew. */
-STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *near, bool decode)
+STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *near,
+                            bool by_parents, bool decode)
 {
     static const float shares[] = {0.0f, 1.0f, 1.0f / 2.0f, 1.0f / 3.0f, 1.0f / 4.0f};
     stp_sample *out = &c->block->samples[0][sample];
     spot s = c->spots[sample];
     brood *b = &c->broods[s.parent];
-    const unsigned k = b->known, count = b->count;
+    const unsigned k = b->known, count = b->count,
+                   parts = (by_parents ? INPUT_COUNT : PLAIN_COUNT) / NEAR;
     const bool last = k + 1 == count;
     const unsigned kind = count == 4 ? k : last ? LAST_OF_FEW : OF_FEW;
     const float share = shares[count - k];
+    const uint8_t *parent = c->block->samples[1][s.parent].rgb;
     numbers *of = &c->of[last];
     stp_number_way way = {.beside = STP_BESIDE_ABSENT,
                           .shift = stp_odds_shift(of->rows, of->known)};
@@ -184,20 +264,25 @@ STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *
         value[v] = out->rgb[channel[v]];
 #pragma GCC unroll 3
     for (int v = 0; v < CHANNELS; v++) {
-        const four others = {near->of[0]->off[v], near->of[1]->off[v], near->of[2]->off[v],
-                             near->of[3]->off[v]};
-        const inputs in = {.half = {others, {share * b->left[v], before[0], before[1], 0.0f}}};
-        const float expected = s.off[v], hoped = expected + sum_of(&c->weights[kind][v], &in);
-        const float limited = hoped > 0.0f ? (hoped < 255.0f ? hoped : 255.0f) : 0.0f;
-        const int32_t predicted = (int32_t)(limited + 0.5f);
-        way.mean = last ? of->mean[v] : (of->mean[v] + mean_around(near, v, of->mean[v])) / 2;
+        inputs in, *weights = &c->weights[kind][v];
+        gather(c, near, s.parent, v, share * b->left[v], before, by_parents, &in);
+        const float expected = s.off[v], hoped = expected + sum_of(weights, &in, parts);
         way.lane = (unsigned)v & 1u;
-        const int32_t cell = code(to, of->odds[v].of, &way, predicted, &value[v], decode);
-        learn(&c->weights[kind][v], &in, value[v] - hoped);
+        int32_t cell;
+        if (by_parents && last) {
+            cell = code_last(to, of->odds[v].of, &way, b, v, parent[channel[v]], hoped, &value[v],
+                             decode);
+        } else {
+            const float limited = hoped > 0.0f ? (hoped < 255.0f ? hoped : 255.0f) : 0.0f;
+            way.mean = last ? of->mean[v] : (of->mean[v] + mean_around(near, v, of->mean[v])) / 2;
+            cell = code(to, of->odds[v].of, &way, (int32_t)(limited + 0.5f), &value[v], decode);
+        }
+        learn(weights, &in, value[v] - hoped, parts);
         of->mean[v] = stp_mean_after(of->mean[v], cell);
         s.size[v] = (uint8_t)abs(cell);
         s.off[v] = value[v] - expected;
         b->left[v] -= s.off[v];
+        b->rest[v] = (int16_t)(b->rest[v] - value[v]);
         before[v] = s.off[v];
     }
     of->rows++;
@@ -211,7 +296,7 @@ STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *
 
 /* Codes the samples of a cell, the last one first. */
 STP_INLINE void code_cell(coder *c, cells *to, const stp_square_level *on, int column, int row,
-                          bool decode)
+                          bool by_parents, bool decode)
 {
     static const uint8_t counts[NEAR] = {2, 2, 1, 1};
     static const uint32_t shares[] = {0, 65536, 32768, 21845, 16384, 13107, 10922};
@@ -226,11 +311,12 @@ STP_INLINE void code_cell(coder *c, cells *to, const stp_square_level *on, int c
     }
     near.share = shares[count];
     for (int32_t i = stp_square_at(on, column, row); i >= 0; i = on->before[i])
-        code_sample(c, to, (uint32_t)i, &near, decode);
+        code_sample(c, to, (uint32_t)i, &near, by_parents, decode);
 }
 
 /* Rasters come as patches come to them: in a file they have no other order. */
-STP_INLINE void code_all(coder *c, cells *to, const stp_square_map *map, bool decode)
+STP_INLINE void code_all(coder *c, cells *to, const stp_square_map *map, bool by_parents,
+                         bool decode)
 {
     cells own = *to; /* nothing else points to them: they stay in registers */
     for (uint32_t p = 0; p < c->block->patch_count; p++) {
@@ -239,7 +325,7 @@ STP_INLINE void code_all(coder *c, cells *to, const stp_square_map *map, bool de
         bool *done = &c->done[grid - map->grids];
         for (int row = 0; row < on->cell_rows && !*done; row++)
             for (int column = 0; column < on->cell_columns; column++)
-                code_cell(c, &own, on, column, row, decode);
+                code_cell(c, &own, on, column, row, by_parents, decode);
         *done = true;
     }
     *to = own;
@@ -248,20 +334,28 @@ STP_INLINE void code_all(coder *c, cells *to, const stp_square_map *map, bool de
 STP_WIDE
 static void encode_all(coder *c, cells *to, const stp_square_map *map)
 {
-    code_all(c, to, map, false);
+    code_all(c, to, map, true, false);
 }
 
 STP_WIDE
 static void decode_all(coder *c, cells *to, const stp_square_map *map)
 {
-    code_all(c, to, map, true);
+    code_all(c, to, map, true, true);
+}
+
+/* As files of earlier writers need. */
+STP_WIDE
+static void decode_plain(coder *c, cells *to, const stp_square_map *map)
+{
+    code_all(c, to, map, false, true);
 }
 
 /* first: NULL if odds are known. */
 static void begin_odds(coder *c, stp_first_odds *first, bool follow)
 {
     for (int t = 0; t < 2; t++) {
-        const uint8_t *known = stp_known_colours(t == 1);
+        const uint8_t *known =
+            t == 1 && c->beside ? stp_known_last_colours() : stp_known_colours(t == 1);
         c->of[t].rows = 0;
         c->of[t].known = !first;
         for (int v = 0; v < CHANNELS; v++) {
@@ -275,9 +369,15 @@ static void begin_odds(coder *c, stp_first_odds *first, bool follow)
     }
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int v = 0; v < CHANNELS; v++) {
-            const int8_t *weights = follow && v > 0 ? following : first_weights[kind];
-            for (int i = 0; i < INPUT_COUNT; i++)
-                c->weights[kind][v].of[i] = (float)weights[i] / 16.0f;
+            const size_t at =
+                ((size_t)(follow ? KIND_COUNT : 0) + (size_t)kind) * CHANNELS + (size_t)v;
+            const int8_t *by_parents = first_by_parents + at * INPUT_COUNT;
+            const int8_t *plain = follow && v > 0 ? following : first_weights[kind];
+            inputs *weights = &c->weights[kind][v];
+            for (int i = 0; i < INPUT_COUNT && c->beside; i++)
+                weights->of[i] = (float)by_parents[i] / 64.0f;
+            for (int i = 0; i < PLAIN_COUNT && !c->beside; i++)
+                weights->of[i] = (float)plain[i] / 16.0f;
         }
 }
 
@@ -299,9 +399,9 @@ static bool would_follow(const coder *c)
 }
 
 /* Makes a coder that knows what the parents of every so manieth patch tell; clear it even if it
- * fails. */
+ * fails. by_parents: also what those around them tell. */
 static stp_status coder_create(const stp_chunk *block, const stp_square_map *map, uint32_t every,
-                               coder *c, stp_error *err)
+                               bool by_parents, coder *c, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint32_t count = block->level_begin[0][block->patch_count];
@@ -310,9 +410,12 @@ static stp_status coder_create(const stp_chunk *block, const stp_square_map *map
     c->block = block;
     c->spots = NULL;
     c->broods = NULL;
+    c->beside = NULL;
     c->done = NULL;
     STP_TRY(stp_alloc_unset(&c->spots, count, sizeof *c->spots, "colours by rows", err));
     STP_TRY(stp_alloc_unset(&c->broods, parents, sizeof *c->broods, "colours by rows", err));
+    if (by_parents)
+        STP_TRY(stp_alloc_unset(&c->beside, parents, sizeof *c->beside, "colours by rows", err));
     STP_TRY(stp_alloc(&c->done, map->grid_count, sizeof *c->done, "colours by rows", err));
     for (int v = 0; v < CHANNELS; v++) {
         double *colours = map->sums + (size_t)v * parents;
@@ -329,6 +432,7 @@ static void coder_clear(const coder *c)
 {
     free(c->spots);
     free(c->broods);
+    free(c->beside);
     free(c->done);
 }
 
@@ -388,7 +492,7 @@ stp_status stp_square_colours_pay(const stp_chunk *block, const stp_square_map *
     *pay = colours_vary(block);
     if (!*pay)
         return STP_OK;
-    STP_TRY(coder_create(block, map, every, &c, err));
+    STP_TRY(coder_create(block, map, every, false, &c, err));
     for (uint32_t p = 0; p < block->patch_count; p += every) {
         judge(&c, map, p, 1, 0, &left);
         judge(&c, map, p, 0, 1, &above);
@@ -406,7 +510,7 @@ stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_ma
     coder c;
     cells to = {0};
     const size_t count = (size_t)CHANNELS * block->level_begin[0][block->patch_count];
-    STP_TRY(coder_create(block, map, 1, &c, err));
+    STP_TRY(coder_create(block, map, 1, true, &c, err));
     STP_TRY(stp_symbols_reserve(w, 1 + STP_NUMBER_ITEMS * count, err));
     const bool follow = would_follow(&c);
     stp_symbol_put_bits(w, 0, follow, 1);
@@ -420,16 +524,21 @@ done:
 }
 
 stp_status stp_square_colours_decode(const stp_chunk *block, const stp_square_map *map,
-                                     stp_tight_reader *tight, stp_error *err)
+                                     bool by_parents, stp_tight_reader *tight, stp_error *err)
 {
     stp_symbol_reader *r = &tight->symbols;
     coder c;
     cells to = {0};
-    const stp_status status = coder_create(block, map, 1, &c, err);
+    if (by_parents && !tight->known)
+        return stp_error_set(err, STP_CORRUPT, "colours by parents have no known odds");
+    const stp_status status = coder_create(block, map, 1, by_parents, &c, err);
     if (status == STP_OK) {
         begin_odds(&c, tight->known ? NULL : &tight->first, stp_symbol_get_bits(r, 0, 1));
         to.r = *r;
-        decode_all(&c, &to, map);
+        if (by_parents)
+            decode_all(&c, &to, map);
+        else
+            decode_plain(&c, &to, map);
         *r = to.r;
     }
     coder_clear(&c);

@@ -17,8 +17,9 @@ stp_status stp_square_colours_pay(const stp_chunk *block, const stp_square_map *
 /* Level 0, behind its tables; level 1 of the block must be there. Errors: OUT_OF_MEMORY. */
 stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_map *map,
                                      stp_symbol_writer *w, stp_error *err);
-/* What does not fit into the bytes, the reader tells at their end. */
+/* by_parents: as the choice says. What does not fit into the bytes, the reader tells at their end.
+ * Errors: CORRUPT, OUT_OF_MEMORY. */
 stp_status stp_square_colours_decode(const stp_chunk *block, const stp_square_map *map,
-                                     stp_tight_reader *tight, stp_error *err);
+                                     bool by_parents, stp_tight_reader *tight, stp_error *err);
 
 #endif
