@@ -276,9 +276,7 @@ static stp_status mirror_patches(const stp_stream *s, stp_load *load, stp_chunk 
 {
     stp_status status = STP_OK;
     stp_mirror *m = &load->mirror;
-    STP_TRY(stp_alloc(&m->patches, chunk->patch_count, sizeof *m->patches, "patches", err));
-    STP_TRY(stp_alloc(&m->briefs, chunk->patch_count, sizeof *m->briefs, "patches", err));
-    STP_TRY(stp_alloc(&m->records, chunk->patch_count, sizeof *m->records, "patches", err));
+    *m = load->place.mirror;
     uint32_t block = load->want.block, of = s->scene->blocks[block].chunk;
     const stp_scene_model *model = stp_scene_find(s->scene, of);
     stp_mirror_patches_fill(m->patches, chunk, &load->place.placement, stp_scene_shapes(s->scene));
@@ -425,12 +423,9 @@ done:
 
 void stp_mirror_clear(stp_mirror *mirror)
 {
-    free(mirror->patches);
-    free(mirror->briefs);
     free(mirror->squares);
     free(mirror->rasters);
     free(mirror->spots);
-    free(mirror->records);
     *mirror = (stp_mirror){0};
 }
 

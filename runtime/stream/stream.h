@@ -54,21 +54,8 @@ typedef struct stp_patch_view {
     bool ahead; /* the next view is somewhere near */
 } stp_patch_view;
 
-/* Where the decoded block goes. */
-typedef struct stp_load_place {
-    stp_placement placement; /* in the Object Texture */
-    uint32_t slot;
-    stp_range piece; /* of the upload ring */
-    uint8_t *memory; /* of the piece: samples, then patches */
-    uint32_t texels; /* of the place that the samples need, if DONE */
-    /* By patch: only levels from this one on are kept; NULL: all that are wanted. If the patches
-     * are not known yet, the stream lists them for view, if that is there. It frees both. */
-    uint8_t *finest;
-    stp_patch_view *view;
-    uint32_t look; /* the view that the list is made for */
-} stp_load_place;
-
-/* What the CPU keeps of a block on the GPU: arrays by patch. */
+/* What the CPU keeps of a block on the GPU: arrays by patch. The cache lends the memory of patches,
+ * briefs and records (runtime/stream/cache/patch_store.h). */
 typedef struct stp_mirror {
     stp_mirror_patch *patches;
     stp_patch_brief *briefs;
@@ -79,6 +66,21 @@ typedef struct stp_mirror {
 } stp_mirror;
 
 void stp_mirror_clear(stp_mirror *mirror);
+
+/* Where the decoded block goes. */
+typedef struct stp_load_place {
+    stp_placement placement; /* in the Object Texture */
+    stp_mirror mirror;       /* the memory lent */
+    uint32_t slot;
+    stp_range piece; /* of the upload ring */
+    uint8_t *memory; /* of the piece: samples, then patches */
+    uint32_t texels; /* of the place that the samples need, if DONE */
+    /* By patch: only levels from this one on are kept; NULL: all that are wanted. If the patches
+     * are not known yet, the stream lists them for view, if that is there. It frees both. */
+    uint8_t *finest;
+    stp_patch_view *view;
+    uint32_t look; /* the view that the list is made for */
+} stp_load_place;
 
 typedef struct stp_load {
     stp_load_state state;

@@ -1,6 +1,7 @@
-/* Tests that buffers take memory only where they are written: the Object Texture and the upload
- * ring, which have room for a whole model. */
+/* Tests that buffers take memory only where they are written: the Object Texture, the upload ring
+ * and what the CPU keeps of patches, which have room for a whole model. */
 #include "runtime/draw/road.h"
+#include "runtime/stream/cache/patch_store.h"
 #include "runtime/stream/upload_ring.h"
 #include "tests/fixtures/gl_fixture.h"
 #include "tests/fixtures/model_fixture.h"
@@ -100,12 +101,34 @@ static void stream_starts_without_memory(void **state)
     skip_without_pinned_memory();
     stp_object_texture texture;
     stp_upload_ring ring;
+    stp_patch_store patches;
     uint64_t before = resident_bytes();
     check_ok(stp_object_texture_create(&texture, 4000000, 100000, 1000, true, err));
+    check_ok(stp_patch_store_create(&patches, 100000, err));
     check_ok(stp_upload_ring_create(&ring, 32 * MIB, true, err));
     assert_true(resident_bytes() < before + SLACK_BYTES);
     stp_upload_ring_destroy(&ring);
+    stp_patch_store_destroy(&patches);
     stp_object_texture_destroy(&texture);
+}
+
+/* Neighbouring ranges meet, the last one ends in the region, and no array overlaps another. */
+static void patches_lie_by_number(void **state)
+{
+    (void)state;
+    stp_patch_store store;
+    check_ok(stp_patch_store_create(&store, 100, err));
+    const stp_mirror a = stp_patch_store_at(&store, (stp_range){0, 60});
+    const stp_mirror b = stp_patch_store_at(&store, (stp_range){60, 40});
+    assert_ptr_equal(a.briefs + 60, b.briefs);
+    assert_ptr_equal(a.records + 60, b.records);
+    assert_ptr_equal(a.patches + 60, b.patches);
+    assert_int_equal((uintptr_t)b.briefs % sizeof *b.briefs, 0); /* a line of the cache each */
+    assert_true((uint8_t *)(b.briefs + 40) <= (uint8_t *)a.records);
+    assert_true((uint8_t *)(b.records + 40) <= (uint8_t *)a.patches);
+    assert_ptr_equal(b.patches + 40, store.region + store.region_bytes);
+    stp_patch_store_destroy(&store);
+    assert_null(store.region);
 }
 
 /* Thrice as many pieces as may be copied and not free yet, without a fence in between. */
@@ -199,6 +222,7 @@ int main(void)
         cmocka_unit_test(memory_comes_when_written),
         cmocka_unit_test(gpus_keep_their_own_memory),
         cmocka_unit_test(too_much_is_no_error),
+        cmocka_unit_test(patches_lie_by_number),
         cmocka_unit_test(stream_starts_without_memory),
         cmocka_unit_test(software_rings_are_small),
         cmocka_unit_test(textures_bound_the_budget),

@@ -30,8 +30,9 @@ static stp_view view_at(const stp_model *model, int step)
 
 /* What is resident of the blocks drawn. */
 typedef struct held {
-    size_t samples, all; /* all: of the blocks' resident levels */
-    size_t lacking;      /* patches in sight that lack a level */
+    size_t samples, all;           /* all: of the blocks' resident levels */
+    size_t lacking;                /* patches in sight that lack a level */
+    const stp_patch_brief *briefs; /* patch 0 of the Object Texture: they lie by number */
 } held;
 
 static held look_at_drawn(const gl_fixture *f)
@@ -42,6 +43,9 @@ static held look_at_drawn(const gl_fixture *f)
         stp_gpu_chunk chunk;
         const stp_draw *draw = &look.cut->draws[i];
         const stp_resident *r = gl_fixture_resident(f, i, &chunk);
+        const stp_patch_brief *first = r->mirror.briefs - r->placement.patches.begin;
+        assert_true(sum.briefs == NULL || sum.briefs == first);
+        sum.briefs = first;
         for (int l = r->finest; l < STP_LEVEL_COUNT; l++)
             sum.all += look.looked.scene->blocks[r->block].sample_count[l];
         for (uint32_t p = 0; p < r->placement.patches.count; p++) {

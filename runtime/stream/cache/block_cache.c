@@ -242,6 +242,7 @@ stp_status stp_block_cache_place(stp_block_cache *c, stp_load *load, uint64_t st
     *room = make_room(c, stamp, limit, &p, &status, err);
     if (*room) {
         p.memory = stp_upload_ring_memory(&c->ring, p.piece);
+        p.mirror = stp_patch_store_at(&c->patches, p.placement.patches);
         stp_stream_decode(c->stream, load, &p);
         p.finest = NULL;
         p.view = NULL;

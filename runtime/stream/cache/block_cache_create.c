@@ -87,6 +87,7 @@ stp_status stp_block_cache_create(stp_block_cache **out, const stp_block_cache_p
     stp_stream_want(c->stream, roots, root_count);
     STP_TRY(stp_object_texture_create(&c->texture, b.texel_capacity, b.patch_capacity,
                                       b.slot_capacity, params->software, err));
+    STP_TRY(stp_patch_store_create(&c->patches, b.patch_capacity, err));
     STP_TRY(stp_upload_ring_create(&c->ring, b.ring_bytes, params->software, err));
     STP_TRY(load_roots(c, roots, root_count, err));
     *out = c;
@@ -107,6 +108,7 @@ void stp_block_cache_destroy(stp_block_cache **cache)
         stp_mirror_clear(&c->slots[s].mirror);
     stp_upload_ring_destroy(&c->ring);
     stp_object_texture_destroy(&c->texture);
+    stp_patch_store_destroy(&c->patches);
     free(c->slots);
     free(c->free_slots);
     free(c->slot_of);

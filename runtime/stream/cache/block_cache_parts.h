@@ -7,6 +7,7 @@
 #include "runtime/stream/cache/block_cache.h"
 #include "runtime/stream/cache/damage_log.h"
 #include "runtime/stream/cache/patch_levels.h"
+#include "runtime/stream/cache/patch_store.h"
 #include "runtime/stream/cache/victims.h"
 #include "runtime/stream/rest.h"
 #include "runtime/stream/upload_ring.h"
@@ -17,6 +18,7 @@ struct stp_block_cache {
     stp_stream *stream;
     stp_upload_ring ring;
     stp_object_texture texture;
+    stp_patch_store patches;
     stp_resident *slots;
     uint32_t *free_slots; /* stack */
     uint32_t free_count;
