@@ -288,8 +288,7 @@ STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *
     of->rows++;
     c->spots[sample] = s;
     b->known = (uint8_t)(k + 1);
-    for (int v = 0; v < CHANNELS && decode;
-         v++) /* others may read samples while they are encoded */
+    for (int v = 0; v < CHANNELS && decode; v++) /* encoding writes no samples */
         out->rgb[channel[v]] = value[v];
 }
 
