@@ -71,8 +71,6 @@ stp_status stp_part_field_fits(stp_part_field *field, uint32_t a, uint32_t b,
                                const stp_normal_cone *cone, bool *fits, stp_error *err);
 /* What the field needs of a point of the cloud. */
 stp_part_point stp_part_field_point(const stp_part_field *field, uint32_t place);
-/* Parts all of [begin, end) that were joined with each other. */
-void stp_part_field_part(stp_part_field *field, uint32_t begin, uint32_t end);
 /* Joins b to a. */
 void stp_part_field_join(stp_part_field *field, uint32_t a, uint32_t b);
 
