@@ -7,6 +7,7 @@
 #include "preprocess/maps/maps_share.h"
 #include "preprocess/maps/maps_work.h"
 #include "preprocess/maps/parts/part_merge.h"
+#include "preprocess/maps/parts/part_within.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -59,6 +60,9 @@ static stp_status cut_cell(void *context, size_t place, unsigned worker, stp_err
     STP_TRY(stp_cell_parts_cut(&w->cells[index], &seen, index, w->cut_cosine, w->numbers, err));
     if (missed) /* other ranks have points around the cell: they come before the next try */
         goto done;
+    seen.spill = NULL; /* what a cell needs is small */
+    STP_TRY(stp_cell_parts_merge(&w->cells[index], &seen, index, w->params->cone_deg * M_PI / 180.0,
+                                 w->numbers, err));
     w->done[index] = true;
     STP_TRY(advance(w, cell->end - cell->begin, err));
 done:
@@ -156,8 +160,8 @@ static stp_status merge_parts(work *w, stp_error *err)
     stp_cloud_let_go(w->cloud);
     for (uint32_t c = 0; c < w->cell_count; c++)
         stp_cell_parts_clear(&w->cells[c]);
-    STP_TRY(stp_part_field_create(&field, w->cloud, w->numbers, w->part_count,
-                                  w->ranks ? w->part_firsts : NULL, cone_rad, err));
+    STP_TRY(stp_part_field_create(&field, w->cloud, stp_cloud_own(w->cloud), w->numbers,
+                                  w->part_count, w->ranks ? w->part_firsts : NULL, cone_rad, err));
     STP_TRY(stp_parts_merge(w->parts, w->part_count, (const stp_part_pair *)pairs.data, pair_count,
                             cos(cone_rad), &field, &roots, err));
     stp_part_field_clear(&field);

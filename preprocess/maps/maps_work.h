@@ -1,10 +1,10 @@
 /* What maps are made of, from the cut to the maps. A *list* is a merged part that is large enough,
  * and the maps that are made of it.
  *
- * If ranks share the cloud, each cuts its own cells. All know all parts, without points, and merge
- * them alike; the rank that has the first point of a merged part makes its maps, with copies of
- * points of others, and keeps their samples. What it finds about points goes back to those who have
- * them. */
+ * If ranks share the cloud, each cuts its own cells, and merges the parts of each cell. All know
+ * the parts that are left, without points, and merge them alike; the rank that has the first point
+ * of a merged part makes its maps, with copies of points of others, and keeps their samples. What
+ * it finds about points goes back to those who have them. */
 #ifndef STP_PREPROCESS_MAPS_MAPS_WORK_H
 #define STP_PREPROCESS_MAPS_MAPS_WORK_H
 

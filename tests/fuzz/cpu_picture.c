@@ -92,7 +92,7 @@ static void read_blocks(picture *p)
 static void free_blocks(picture *p)
 {
     for (uint32_t id = 0; p->cache.chunks != NULL && id < p->scene.block_count; id++) {
-        stp_block_mirror_clear(&p->cache.residents[id].mirror);
+        stp_mirror_clear(&p->cache.residents[id].mirror);
         stp_chunk_destroy(&p->cache.chunks[id]);
     }
     free(p->cache.residents);

@@ -3,7 +3,8 @@
 #include "base/random.h"
 #include "preprocess/maps/map_faces.h"
 #include "preprocess/maps/parts/part_cut.h"
-#include "preprocess/maps/parts/part_merge.h"
+#include "preprocess/maps/parts/part_field.h"
+#include "preprocess/maps/parts/part_within.h"
 #include "preprocess/prep.h"
 #include "tests/fixtures/surface_fixture.h"
 
@@ -13,40 +14,39 @@ static void test_parts_keep_the_cone(void **state)
 {
     surface_cloud s = surface_scan(GEN_TORUS, 20000, 0.0, 0);
     const double cosine = cos(50.0 * DEGREE);
-    uint32_t *numbers = calloc(s.cloud.count, sizeof *numbers), *roots = NULL, merged = 0;
-    stp_cell_parts cut = {0};
-    stp_part_field field = {0};
+    uint32_t *numbers = calloc(s.cloud.count, sizeof *numbers), points = 0;
+    stp_cell_parts cell = {0};
     stp_error err = {0};
     (void)state;
     surface_prepare(&s, STP_PREP_NEIGHBOURS);
     surface_orient(&s, (stp_orient_params){.mode = STP_ORIENT_PROPAGATE});
     assert_non_null(numbers);
     assert_int_equal(s.cloud.cell_count, 1);
-    assert_int_equal(stp_cell_parts_cut(&cut, &s.cloud, 0, cosine, numbers, &err), STP_OK);
-    assert_true(cut.part_count > 20);
-    assert_int_equal(
-        stp_part_field_create(&field, &s.cloud, numbers, cut.part_count, NULL, 50.0 * DEGREE, &err),
-        STP_OK);
-    assert_int_equal(stp_parts_merge(cut.parts, cut.part_count, cut.pairs, cut.pair_count, cosine,
-                                     &field, &roots, &err),
+    assert_int_equal(stp_cell_parts_cut(&cell, &s.cloud, 0, cosine, numbers, &err), STP_OK);
+    const uint32_t cut = cell.part_count;
+    assert_true(cut > 20);
+    assert_int_equal(stp_cell_parts_merge(&cell, &s.cloud, 0, 50.0 * DEGREE, numbers, &err),
                      STP_OK);
-    stp_part_field_clear(&field);
-    for (uint32_t p = 0; p < cut.part_count; p++)
-        merged += roots[p] == p;
-    assert_true(merged < 0.6 * cut.part_count);
-    uint32_t points = 0;
+    assert_true(cell.part_count < 0.6 * cut);
+    uint32_t *found = calloc(cell.part_count, sizeof *found);
+    assert_non_null(found);
     for (uint32_t i = 0; i < s.cloud.count; i++) {
-        assert_true(numbers[i] < cut.part_count);
-        const stp_part *part = &cut.parts[roots[numbers[i]]];
+        assert_true(numbers[i] < cell.part_count);
+        const stp_part *part = &cell.parts[numbers[i]];
         const stp_dvec3 n = stp_dvec3_from_float(stp_cloud_normal(&s.cloud, i));
         assert_true(stp_dvec3_dot(n, part->cone.axis) >= cosine - 1e-6);
+        found[numbers[i]]++;
     }
-    for (uint32_t p = 0; p < cut.part_count; p++)
-        points += roots[p] == p ? cut.parts[p].points : 0;
+    for (uint32_t p = 0; p < cell.part_count; p++) {
+        assert_int_equal(found[p], cell.parts[p].points);
+        points += found[p];
+    }
     assert_int_equal(points, s.cloud.count);
-    free(roots);
+    for (size_t i = 0; i < cell.pair_count; i++)
+        assert_true(cell.pairs[i].a < cell.pairs[i].b && cell.pairs[i].b < cell.part_count);
+    free(found);
     free(numbers);
-    stp_cell_parts_clear(&cut);
+    stp_cell_parts_clear(&cell);
     surface_clear(&s);
 }
 
@@ -82,6 +82,7 @@ static void test_field(void **state)
 {
     const stp_normal_cone up = {.axis = {0.0, 0.0, 1.0}, .cosine = 1.0};
     surface_cloud s = two_sheets(8000);
+    const stp_rank_part all = {0, s.cloud.count};
     uint32_t *numbers = calloc(s.cloud.count, sizeof *numbers);
     (void)state;
     assert_non_null(numbers);
@@ -92,7 +93,8 @@ static void test_field(void **state)
         for (uint32_t i = 0; i < s.cloud.count; i++)
             numbers[i] = number_of(s.cloud.points[i].position, parts);
         assert_int_equal(
-            stp_part_field_create(&field, &s.cloud, numbers, 2, NULL, 60.0 * DEGREE, &err), STP_OK);
+            stp_part_field_create(&field, &s.cloud, all, numbers, 2, NULL, 60.0 * DEGREE, &err),
+            STP_OK);
         assert_int_equal(stp_part_field_fits(&field, 0, 1, &up, &fits, &err), STP_OK);
         assert_int_equal(fits, parts == SIDE_OF_SHEET);
         stp_part_field_clear(&field);

@@ -215,6 +215,9 @@ check_bytes "$all 3" "$FOLDER/mixed" --layers joined --memory 150M
 expect_shared 125000 3
 check_bytes "$all 3" "$FOLDER/mixed/b.ply" --maps
 expect_shared 60000 3
+# Ranks tell each other parts as cells merged them: 11.4 MB in all; 15.5 if as they were cut.
+sent=$(sed -n '/stage_sent_bytes/,/}/s/.*"maps":[^0-9]*\([0-9]*\).*/\1/p' "$FOLDER/stats.json")
+[ "${sent:-0}" -gt 1000000 ] && [ "$sent" -lt 13500000 ] || fail "$command: ranks sent $sent bytes for maps"
 check_bytes "$all 3" "$FOLDER/stray.xyz" --maps --outliers mark --cone 75
 check_bytes "$all 3" "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --maps --gaps fill --memory 200M
 expect_shared 120000 3

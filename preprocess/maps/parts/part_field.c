@@ -161,20 +161,11 @@ void stp_part_field_join(stp_part_field *field, uint32_t a, uint32_t b)
     field->last[a] = field->last[b];
 }
 
-void stp_part_field_part(stp_part_field *field, uint32_t begin, uint32_t end)
-{
-    for (uint32_t p = begin; p < end; p++) {
-        field->next[p] = STP_PART_NONE;
-        field->last[p] = p;
-    }
-}
-
-stp_status stp_part_field_create(stp_part_field *out, const stp_cloud *cloud,
+stp_status stp_part_field_create(stp_part_field *out, const stp_cloud *cloud, stp_rank_part points,
                                  const uint32_t *numbers, uint32_t part_count,
                                  const uint64_t *firsts, double cone_rad, stp_error *err)
 {
     stp_status status = STP_OK;
-    const stp_rank_part own = stp_cloud_own(cloud);
     stp_part_field made = {
         .cloud = cloud, .part_count = part_count, .firsts = firsts, .cone_rad = cone_rad};
     STP_TRY(stp_alloc(&made.begins, (size_t)part_count + 2, sizeof *made.begins, "maps", err));
@@ -182,15 +173,17 @@ stp_status stp_part_field_create(stp_part_field *out, const stp_cloud *cloud,
     STP_TRY(stp_alloc(&made.last, part_count, sizeof *made.last, "maps", err));
     if (firsts)
         STP_TRY(stp_alloc(&made.copies, part_count, sizeof *made.copies, "maps", err));
-    STP_TRY(stp_spill_alloc(cloud->spill, &made.places, own.end - own.begin, sizeof *made.places,
-                            "maps", err));
-    for (uint64_t i = own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+    STP_TRY(stp_spill_alloc(cloud->spill, &made.places, points.end - points.begin,
+                            sizeof *made.places, "maps", err));
+    for (uint64_t i = points.begin; i < points.end; i++, stp_cloud_step(cloud->spill, i))
         if (numbers[i] != STP_PART_NONE)
             made.begins[numbers[i] + 2]++;
-    for (uint32_t p = 0; p < part_count; p++)
+    for (uint32_t p = 0; p < part_count; p++) {
         made.begins[p + 2] += made.begins[p + 1];
-    stp_part_field_part(&made, 0, part_count);
-    for (uint32_t i = (uint32_t)own.begin; i < own.end; i++, stp_cloud_step(cloud->spill, i))
+        made.next[p] = STP_PART_NONE;
+        made.last[p] = p;
+    }
+    for (uint32_t i = (uint32_t)points.begin; i < points.end; i++, stp_cloud_step(cloud->spill, i))
         if (numbers[i] != STP_PART_NONE)
             made.places[made.begins[numbers[i] + 1]++] = i;
     *out = made;

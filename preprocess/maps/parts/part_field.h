@@ -19,6 +19,7 @@
 
 #include "preprocess/cloud/cloud.h"
 #include "preprocess/maps/parts/part.h"
+#include "preprocess/ranks/ranks.h"
 
 /* What the field needs of a point. */
 typedef struct stp_part_point {
@@ -54,9 +55,10 @@ typedef struct stp_part_question {
     bool fits; /* the answer */
 } stp_part_question;
 
-/* numbers: by place in the cloud, the point's part, or STP_PART_NONE; read here only. firsts: NULL
- * unless ranks share the cloud. Errors: OUT_OF_MEMORY, IO. Free with stp_part_field_clear. */
-stp_status stp_part_field_create(stp_part_field *out, const stp_cloud *cloud,
+/* points: the places of the parts' points. numbers: by place in the cloud, the point's part, or
+ * STP_PART_NONE; read here only. firsts: NULL unless ranks share the parts. Errors: OUT_OF_MEMORY,
+ * IO. Free with stp_part_field_clear. */
+stp_status stp_part_field_create(stp_part_field *out, const stp_cloud *cloud, stp_rank_part points,
                                  const uint32_t *numbers, uint32_t part_count,
                                  const uint64_t *firsts, double cone_rad, stp_error *err);
 void stp_part_field_clear(stp_part_field *field);
@@ -69,8 +71,6 @@ stp_status stp_part_field_fits(stp_part_field *field, uint32_t a, uint32_t b,
                                const stp_normal_cone *cone, bool *fits, stp_error *err);
 /* What the field needs of a point of the cloud. */
 stp_part_point stp_part_field_point(const stp_part_field *field, uint32_t place);
-/* Parts all of [begin, end) that were joined with each other. */
-void stp_part_field_part(stp_part_field *field, uint32_t begin, uint32_t end);
 /* Joins b to a. */
 void stp_part_field_join(stp_part_field *field, uint32_t a, uint32_t b);
 

@@ -3,12 +3,10 @@
 
 #include "base/memory.h"
 #include "base/sort.h"
-#include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/orient/forest.h"
 
 #include <stdlib.h>
 #include <string.h>
-#include <xxhash.h>
 
 /* Candidates that ranks look at, to answer several questions at once. */
 #define LOOK 2048u
@@ -23,12 +21,6 @@ typedef struct candidate {
     answer fits;
 } candidate;
 
-/* Whether two parts fit: an answer of a rehearsal. */
-typedef struct known {
-    uint64_t content; /* of both; the lowest bit is the answer */
-    uint32_t a, b;
-} known;
-
 /* The parts that touch a part, any of them maybe merged since. */
 typedef struct touching {
     uint32_t *list;
@@ -37,14 +29,8 @@ typedef struct touching {
 
 typedef struct merging {
     stp_part *parts;
-    uint32_t first;     /* the number of the first part among all, of a rehearsal */
-    stp_bytes *log;     /* of a rehearsal: gets the answers; else NULL */
-    const known *known; /* answers of rehearsals, in order */
-    size_t known_count;
     stp_forest merged;  /* of parts */
     uint32_t *versions; /* by part */
-    uint64_t *contents; /* by part: tells of which parts it was merged, in which order; NULL:
-                           nobody asks */
     touching *around;   /* by part */
     double cosine;
     candidate *heap;
@@ -173,12 +159,6 @@ done:
     return status;
 }
 
-static uint64_t content_of(uint64_t a, uint64_t b)
-{
-    const uint64_t both[] = {a, b};
-    return XXH3_64bits(both, sizeof both);
-}
-
 /* Part a takes part b > a in. */
 static stp_status merge(merging *m, uint32_t a, uint32_t b, stp_error *err)
 {
@@ -198,8 +178,6 @@ static stp_status merge(merging *m, uint32_t a, uint32_t b, stp_error *err)
     p->area += q->area;
     p->facing = stp_dvec3_add(p->facing, q->facing);
     stp_forest_join(&m->merged, a, b, false);
-    if (m->contents)
-        m->contents[a] = content_of(m->contents[a], m->contents[b]);
     m->versions[a]++;
     m->versions[b]++;
 done:
@@ -260,34 +238,6 @@ static int compare_candidates(const void *a, const void *b)
     return comes_before(q, p) - comes_before(p, q);
 }
 
-static known name_of(const merging *m, const candidate *c)
-{
-    const uint64_t content = content_of(m->contents[c->a], m->contents[c->b]);
-    return (known){content & ~(uint64_t)1, m->first + c->a, m->first + c->b};
-}
-
-/* Answers are in the order of parts, then of contents without the answer. */
-static int compare_known(const void *a, const void *b)
-{
-    const known *p = a, *q = b;
-    if (p->a != q->a)
-        return p->a < q->a ? -1 : 1;
-    if (p->b != q->b)
-        return p->b < q->b ? -1 : 1;
-    return (p->content >> 1 > q->content >> 1) - (p->content >> 1 < q->content >> 1);
-}
-
-/* Takes the answer of a rehearsal, if there is one. */
-static void remember(const merging *m, candidate *c)
-{
-    const known name = name_of(m, c);
-    const known *k = m->known_count > 0
-                         ? bsearch(&name, m->known, m->known_count, sizeof *m->known, compare_known)
-                         : NULL;
-    if (k)
-        c->fits = k->content & 1u ? ANSWER_YES : ANSWER_NO;
-}
-
 /* Finds out whether the first candidate fits, here and now. */
 static stp_status find_answer(merging *m, stp_part_field *field, stp_error *err)
 {
@@ -296,13 +246,8 @@ static stp_status find_answer(merging *m, stp_part_field *field, stp_error *err)
     stp_normal_cone cone;
     bool fits = false;
     STP_TRY(cone_of_both(m, &m->parts[c->a], &m->parts[c->b], &cone, err));
-    STP_TRY(stp_part_field_fits(field, m->first + c->a, m->first + c->b, &cone, &fits, err));
+    STP_TRY(stp_part_field_fits(field, c->a, c->b, &cone, &fits, err));
     c->fits = fits ? ANSWER_YES : ANSWER_NO;
-    if (m->log) {
-        known k = name_of(m, c);
-        k.content |= fits;
-        STP_TRY(stp_bytes_append(m->log, &k, sizeof k, err));
-    }
 done:
     return status;
 }
@@ -328,8 +273,6 @@ static stp_status find_answers(merging *m, stp_part_field *field, stp_error *err
         candidate *c = seen[i];
         const bool first = m->looks[c->a] != m->look && m->looks[c->b] != m->look;
         m->looks[c->a] = m->looks[c->b] = m->look;
-        if (first && c->fits == ANSWER_NONE)
-            remember(m, c);
         if (!first || c->fits != ANSWER_NONE)
             continue;
         questions[n] = (stp_part_question){.a = c->a, .b = c->b};
@@ -345,34 +288,19 @@ done:
     return status;
 }
 
-/* Prepares for questions and answers. */
-static stp_status begin_asking(merging *m, uint32_t part_count, stp_error *err)
-{
-    stp_status status = STP_OK;
-    STP_TRY(stp_alloc(&m->looks, part_count, sizeof *m->looks, "maps", err));
-    STP_TRY(stp_alloc(&m->contents, part_count, sizeof *m->contents, "maps", err));
-    for (uint32_t p = 0; p < part_count; p++)
-        m->contents[p] = content_of(m->first + p, 0);
-done:
-    return status;
-}
-
 /* Merges until no candidate is left. */
 static stp_status run(merging *m, stp_part_field *field, stp_error *err)
 {
     stp_status status = STP_OK;
-    const bool asks = field->firsts && !m->log;
     while (m->heap_count > 0) {
         candidate *top = &m->heap[0];
         const bool old = is_old(m, top);
-        if (!old && asks && top->fits == ANSWER_NONE)
-            remember(m, top);
         if (!old && top->fits == ANSWER_NONE)
-            STP_TRY(asks ? find_answers(m, field, err) : find_answer(m, field, err));
+            STP_TRY(field->firsts ? find_answers(m, field, err) : find_answer(m, field, err));
         const candidate c = pop(m);
         if (old || c.fits == ANSWER_NO)
             continue;
-        stp_part_field_join(field, m->first + c.a, m->first + c.b);
+        stp_part_field_join(field, c.a, c.b);
         STP_TRY(merge(m, c.a, c.b, err));
         STP_TRY(meet_again(m, c.a, c.b, err));
     }
@@ -387,58 +315,9 @@ static void clear(merging *m, uint32_t part_count)
     free(m->around);
     stp_forest_clear(&m->merged);
     free(m->versions);
-    free(m->contents);
     free(m->looks);
     free(m->heap);
     free(m->corners);
-}
-
-/* Copies parts of a rehearsal. */
-static stp_status copy_parts(stp_part **out, const stp_part *parts, uint32_t count, stp_error *err)
-{
-    stp_status status = STP_OK;
-    STP_TRY(stp_alloc(out, count, sizeof **out, "maps", err));
-    for (uint32_t p = 0; p < count; p++) {
-        const size_t bytes = parts[p].corner_count * sizeof *parts[p].corners;
-        (*out)[p] = parts[p];
-        (*out)[p].corners = NULL;
-        STP_TRY(stp_alloc(&(*out)[p].corners, bytes, 1, "normals", err));
-        memcpy((*out)[p].corners, parts[p].corners, bytes);
-    }
-done:
-    return status;
-}
-
-/* Merges the own parts as if there were no others. Gives the answers of all ranks, in order. */
-static stp_status rehearse(const stp_part *parts, const stp_part_pair *pairs, size_t pair_count,
-                           double cosine, stp_part_field *field, stp_bytes *out, stp_error *err)
-{
-    stp_status status = STP_OK;
-    stp_ranks *ranks = field->cloud->blocks->ranks;
-    const uint32_t first = (uint32_t)field->firsts[ranks->self];
-    const uint32_t count = (uint32_t)field->firsts[ranks->self + 1] - first;
-    merging m = {.cosine = cosine, .first = first, .log = out};
-    stp_part_pair *own = NULL;
-    size_t n = 0;
-    STP_TRY(copy_parts(&m.parts, parts + first, count, err));
-    STP_TRY(stp_alloc(&own, pair_count, sizeof *own, "maps", err));
-    for (size_t i = 0; i < pair_count; i++)
-        if (pairs[i].a >= first && pairs[i].b < first + count)
-            own[n++] = (stp_part_pair){pairs[i].a - first, pairs[i].b - first};
-    STP_TRY(begin(&m, count, own, n, err));
-    STP_TRY(begin_asking(&m, count, err));
-    STP_TRY(run(&m, field, err));
-    stp_part_field_part(field, first, first + count);
-    STP_TRY(stp_ranks_join(ranks, out, err));
-    if (out->size > 0)
-        qsort(out->data, out->size / sizeof(known), sizeof(known), compare_known);
-done:
-    clear(&m, count);
-    for (uint32_t p = 0; m.parts && p < count; p++)
-        free(m.parts[p].corners);
-    free(m.parts);
-    free(own);
-    return status;
 }
 
 stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_pair *pairs,
@@ -447,16 +326,11 @@ stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_
 {
     stp_status status = STP_OK;
     merging m = {.parts = parts, .cosine = cosine};
-    stp_bytes answers = {0};
     uint32_t *roots = NULL;
     STP_TRY(stp_alloc(&roots, part_count, sizeof *roots, "maps", err));
-    if (field->firsts)
-        STP_TRY(rehearse(parts, pairs, pair_count, cosine, field, &answers, err));
-    m.known = (const known *)answers.data;
-    m.known_count = answers.size / sizeof *m.known;
     STP_TRY(begin(&m, part_count, pairs, pair_count, err));
     if (field->firsts)
-        STP_TRY(begin_asking(&m, part_count, err));
+        STP_TRY(stp_alloc(&m.looks, part_count, sizeof *m.looks, "maps", err));
     STP_TRY(run(&m, field, err));
     for (uint32_t i = 0; i < part_count; i++)
         roots[i] = root_of(&m, i);
@@ -464,7 +338,6 @@ stp_status stp_parts_merge(stp_part *parts, uint32_t part_count, const stp_part_
     roots = NULL;
 done:
     clear(&m, part_count);
-    free(answers.data);
     free(roots);
     return status;
 }

@@ -1,10 +1,9 @@
 /* Merges touching parts as long as the cone holds and they are a height field (part_field.h): the
  * pair first whose union adds least to the sum of all parts' errors (stp_part_error).
  *
- * Ranks know all parts, but only their own points, so whether two parts fit is for one of them to
- * say (part_field.h). First, each rank rehearses the merging of its own parts, and notes its
- * answers by what the parts were merged of. Then all ranks merge all parts alike, with the answers
- * of all. Only where parts of several ranks meet do they have to ask again, some pairs at a time.
+ * Parts of one cell are merged first (part_within.h), then those of all cells, by all ranks alike.
+ * Ranks know all these parts, but only their own points, so whether two parts fit is for one of
+ * them to say (part_field.h): they ask for many pairs at a time.
  * Threads: one. */
 #ifndef STP_PREPROCESS_MAPS_PARTS_PART_MERGE_H
 #define STP_PREPROCESS_MAPS_PARTS_PART_MERGE_H
