@@ -19,9 +19,6 @@
 // pixel must be for that: coarse pixels.
 #define STP_PUSH_FURTHER 4
 #define STP_PUSH_WIDE 2.0
-// An empty pixel above level 0 stays empty, unless a disc beside it has this radius, coarse pixels.
-// Discs that stand for smaller ones would have left no such pixel empty: it is a slit.
-#define STP_PUSH_BRIDGES 0.8
 
 layout(location = 12) uniform bool incomplete; // the picture lacks blocks
 
@@ -109,10 +106,7 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
         q.yzw = inner; // mirrored pixels count only if no other reaches
     float least = min(min(q.x, q.y), min(q.z, q.w));
     float valid = dot(vec4(lessThan(q, vec4(STP_ELLIPSE_OUTSIDE))), vec4(1.0));
-    bool line = stp_tag_line(c0.tag) || stp_tag_line(c1.tag) || stp_tag_line(c2.tag) || stp_tag_line(c3.tag);
-    bool slit = STP_BOX + STP_GRID == 0 && own.tag == 0 && !line && !incomplete && pyramid_level > 0 &&
-                widest < STP_PUSH_BRIDGES;
-    if (line)
+    if (stp_tag_line(c0.tag) || stp_tag_line(c1.tag) || stp_tag_line(c2.tag) || stp_tag_line(c3.tag))
         valid = 0.0; // between lines there are gaps
     if (!incomplete && !stp_push_differ(c0, c1, c2, c3))
         valid = 0.0;
@@ -133,7 +127,7 @@ stp_pixel stp_push_from(ivec2 here, stp_pixel parent, stp_pixel beside_x, stp_pi
     p.tag = front.tag;
 
     // A valid pixel stays, unless an ellipse lies in front of it.
-    pushed = front.tag != 0 && !slit && (own.tag == 0 || front.z_max < own.z_min);
+    pushed = front.tag != 0 && (own.tag == 0 || front.z_max < own.z_min);
     missed = least > 1.0 && !seen && widest > STP_PUSH_WIDE && pyramid_level > 0;
     if (!pushed)
         p = own;

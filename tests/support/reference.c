@@ -14,8 +14,6 @@
 /* Push looks so many coarse pixels further for what pull left out, if a disc is so wide. */
 #define FURTHER 4
 #define WIDE 2.0
-/* Above level 0 only a disc of this radius, coarse pixels, closes an empty pixel. */
-#define BRIDGES 0.8
 /* How far an ellipse reaches into a gap. */
 #define GAP_Q_3 2.0
 #define GAP_Q_4 4.0
@@ -385,13 +383,11 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
     if (seen || (own.tag == 0 && beyond_outline(&m)))
         meet_again(pyramid, u, v, OUTLINE_FLOOR_PX, &m);
     double least = INFINITY, inner = INFINITY, widest = 0.0;
-    bool line = false;
     for (int k = 0; k < m.count; k++)
         inner = mirrored[k] ? inner : fmin(inner, m.q[k]);
     for (int k = 0; k < m.count; k++) { /* mirrored pixels count only if no other reaches */
         m.q[k] = mirrored[k] && inner <= 1.0 ? INFINITY : m.q[k];
         least = fmin(least, m.q[k]);
-        line |= reference_is_line(&m.pixels[k]);
         widest = fmax(widest, m.pixels[k].radius *
                                   reference_pixels_per_unit(&pyramid->view, m.pixels[k].z_min));
     }
@@ -400,9 +396,6 @@ static reference_pixel push_pixel(const reference_pyramid *pyramid, int level, i
         if (further.tag != 0)
             return further;
     }
-    if (level > 0 && own.tag == 0 && pyramid->filter == REFERENCE_GAUSS && !pyramid->grid &&
-        !line && widest < BRIDGES * exp2(level + 1))
-        return own;
     keep_reaching(&m, seen ? HIDES_Q : push_reach(pyramid, &m));
     for (int k = 0; k < m.count && pyramid->filter == REFERENCE_GAUSS; k++)
         m.weights[k] *= exp(-0.5 * m.q[k]);

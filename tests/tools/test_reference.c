@@ -210,33 +210,6 @@ static void slanted_plane_is_closed(void **state)
     }
 }
 
-/* Two plates, sampled every 0.8 pixels, with a slit between them that their discs do not reach. */
-static void slits_stay_open(void **state)
-{
-    (void)state;
-    enum { ACROSS = 40, ALONG = 100, COUNT = 2 * ACROSS * ALONG };
-    const stp_view view = check_view(128, 128, 100.0, false);
-    reference_disc *discs = calloc(COUNT, sizeof *discs);
-    assert_non_null(discs);
-    for (int slit = 6; slit <= 12; slit++) {
-        for (int i = 0; i < COUNT; i++) {
-            const double side = i % 2 ? 1.0 : -1.0, x = 0.8 * (i / 2 % ACROSS);
-            discs[i] = disc_at(0.02 * side * (0.5 * slit + x),
-                               0.02 * (0.8 * (i / 2 / ACROSS - ALONG / 2) + 0.1), 2.0, 0.028);
-        }
-        reference_pyramid p = draw(&view, false, discs, COUNT, 3.0);
-        for (int y = 32; y < 96; y++) {
-            if (at(&p, 63, y)->tag != 0 || at(&p, 64, y)->tag != 0)
-                fail_msg("a slit of %d pixels is closed in row %d", slit, y);
-            for (int x = 64 + (slit + 1) / 2; x < 90; x++)
-                if (at(&p, x, y)->tag == 0 || at(&p, 127 - x, y)->tag == 0)
-                    fail_msg("a hole beside a slit of %d pixels, at %d, %d", slit, x, y);
-        }
-        reference_destroy(&p);
-    }
-    free(discs);
-}
-
 /* A sparse layer lies a radius and more in front of a dense one: the front layer must be closed,
  * and the two may not mix. */
 static void two_layers_stay_apart(void **state)
@@ -437,7 +410,6 @@ int main(void)
         cmocka_unit_test(projected_rim),
         cmocka_unit_test(front_wins),
         cmocka_unit_test(slanted_plane_is_closed),
-        cmocka_unit_test(slits_stay_open),
         cmocka_unit_test(two_layers_stay_apart),
         cmocka_unit_test(sides),
         cmocka_unit_test(odd_viewports_and_odd_discs),
