@@ -143,7 +143,9 @@ static void straight_lines_between_samples(void **state)
                       "pixel, %zu by two\n",
                       r, inked, off[0], off[1]);
         assert_true(inked > 2500);
-        assert_true(off[0] <= inked / 50 && off[1] == 0);
+        /* Over twelve such slopes, up to 4 pixels of splats, which do not interpolate. */
+        assert_true(off[0] <= inked / 50 &&
+                    off[1] <= (r == STP_RECONSTRUCT_SPLAT ? inked / 1000 : 0));
     }
     gl_fixture_close(&f);
 }
