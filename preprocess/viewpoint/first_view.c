@@ -342,7 +342,7 @@ static stp_status find_main(stp_space *out, stp_first_why *why, const stp_cloud 
     STP_TRY(stp_space_create(out, cloud, 0, NULL, err));
     part.box = out->box;
     if (stp_main_part_stands_out(&part, &cloud->box) ||
-        (out->lacks_noise && diagonal(&cloud->box) > NOISE_TIMES * diagonal(&out->box)))
+        (out->lacks_noise && diagonal(&cloud->box) > NOISE_TIMES * diagonal(&out->all)))
         *why = STP_FIRST_MAIN;
     for (int i = 0; i < MAIN_STEPS; i++) {
         STP_TRY(stp_main_part_find(&part, out, err));

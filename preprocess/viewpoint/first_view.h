@@ -5,8 +5,8 @@
  * - No station is known, and the cloud is the inside of something (interior.h): the camera stands
  *   within.
  * - A few points lie so far from all others that these would be specks, or their class calls them
- *   noise, and they lie beyond the others: the camera shows the others. Several parts lie so far
- * apart: it shows the one that has the most points.
+ *   noise, and they lie beyond the others: the camera shows the others.
+ * - Several parts lie so far apart: it shows the one that has the most points.
  * - Otherwise there is no camera, and the whole model is shown.
  * Without a station it also tells what is up, where points say it and the format does not.
  *

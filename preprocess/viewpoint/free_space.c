@@ -15,10 +15,10 @@
 #define ALONG_COSINE 0.94f
 #define ACROSS_COSINE 0.34f
 /* Points of the classes low and high noise (LAS 1.4 R15, 7 and 18) do not count, unless more than
- * one in NOISE_LEAST is one: then these numbers mean something else. */
+ * one in NOISE_PART is one: then these numbers mean something else. */
 #define LOW_NOISE 7u
 #define HIGH_NOISE 18u
-#define NOISE_LEAST 10u
+#define NOISE_PART 10u
 /* Free voxels around the points. */
 #define MARGIN 1
 #define GOLDEN_RAD 2.39996322972865332
@@ -46,17 +46,18 @@ static double coordinate(stp_dvec3 p, int axis)
     return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
 }
 
-/* The box of the points without those far out. Decides whether noise counts. */
-static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, choice *chosen, stp_error *err)
+/* The boxes of the points that count, all and without those far out. Decides whether noise counts.
+ */
+static stp_status find_boxes(stp_space *out, const stp_cloud *cloud, choice *chosen, stp_error *err)
 {
     stp_status status = STP_OK;
-    double *values = NULL, ends[3][2];
+    double *values = NULL, ends[3][4];
     stp_cloud_point *points = NULL;
     uint32_t listed = 0, noise = 0;
     STP_TRY(stp_cloud_every(cloud, cloud->count / SAMPLE + 1, &points, &listed, err));
     for (uint32_t i = 0; i < listed; i++)
         noise += is_noise(&points[i]);
-    chosen->noise_too = noise > listed / NOISE_LEAST;
+    chosen->noise_too = noise > listed / NOISE_PART;
     STP_TRY(stp_alloc(&values, listed, sizeof *values, "coordinates", err));
     for (int axis = 0; axis < 3; axis++) {
         size_t count = 0;
@@ -66,11 +67,15 @@ static stp_status find_box(stp_dbox *out, const stp_cloud *cloud, choice *chosen
         if (count == 0)
             values[count++] = coordinate(points[0].position, axis);
         stp_sort_doubles(values, count);
-        ends[axis][0] = values[count / FAR_OUT];
-        ends[axis][1] = values[count - 1 - count / FAR_OUT];
+        ends[axis][0] = values[0];
+        ends[axis][1] = values[count / FAR_OUT];
+        ends[axis][2] = values[count - 1 - count / FAR_OUT];
+        ends[axis][3] = values[count - 1];
     }
-    *out = (stp_dbox){.min = {ends[0][0], ends[1][0], ends[2][0]},
-                      .max = {ends[0][1], ends[1][1], ends[2][1]}};
+    out->all = (stp_dbox){.min = {ends[0][0], ends[1][0], ends[2][0]},
+                          .max = {ends[0][3], ends[1][3], ends[2][3]}};
+    out->box = (stp_dbox){.min = {ends[0][1], ends[1][1], ends[2][1]},
+                          .max = {ends[0][2], ends[1][2], ends[2][2]}};
 done:
     free(points);
     free(values);
@@ -185,7 +190,7 @@ stp_status stp_space_create(stp_space *out, const stp_cloud *cloud, uint16_t sta
     stp_space s = {0};
     size_t voxels = 1;
     counting c = {&s, cloud, {.station = station, .within = within}, NULL};
-    STP_TRY(find_box(&s.box, cloud, &c.chosen, err));
+    STP_TRY(find_boxes(&s, cloud, &c.chosen, err));
     s.side = stp_dbox_side(&s.box) / (STP_SPACE_SIDE - 2 * MARGIN - 1);
     const double least = 1e-9 * (stp_dvec3_length(s.box.min) + stp_dvec3_length(s.box.max));
     s.side = s.side > least ? s.side : fmax(least, 1e-30);

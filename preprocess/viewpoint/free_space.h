@@ -13,7 +13,8 @@
 #define STP_SPACE_SIDE 112
 
 typedef struct stp_space {
-    stp_dbox box; /* of the points without those far out */
+    stp_dbox all; /* of the points that count, as far as a sample of them tells */
+    stp_dbox box; /* of these without those far out */
     stp_dvec3 origin;
     double side; /* of a voxel */
     int size[3];

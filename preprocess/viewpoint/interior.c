@@ -215,8 +215,10 @@ static stp_status ask_points(stp_interior *in, const stp_cloud *cloud, const stp
     for (const stp_cloud_point *p = points; p < points + count; p++) {
         const stp_dvec3 d = stp_dvec3_sub(p->position, in->eye);
         within += is_within(s, p->position, rays);
-        if (stp_space_voxel(s, p->position, at)) {
-            const double share = 1.0 / s->count[stp_space_at(s, at[0], at[1], at[2])];
+        const bool inside = stp_space_voxel(s, p->position, at);
+        const unsigned there = inside ? s->count[stp_space_at(s, at[0], at[1], at[2])] : 0;
+        if (there > 0) { /* a point that does not count may be alone in its voxel */
+            const double share = 1.0 / there;
             area += share;
             lining += has_enclosed_side(s, p, few) ? share : 0.0;
         }

@@ -4,8 +4,8 @@
 #include "base/vec.h"
 
 /* The near plane lies this fraction of the ball's radius in front of the eye. So a stray point at 0
- * 0 0 of a survey leaves its rooms visible. Depths are floats of near / depth, so it costs no
- * precision. */
+ * 0 0 of a survey leaves its rooms visible. Depths are floats of near / depth, so a power
+ * of two costs no precision. */
 #define NEAR_FRACTION (1e-5 / 1024.0)
 /* Greatest distance of an eye: enough for any model that a file holds, from anywhere around it. */
 #define REACH_LIMIT 1e17

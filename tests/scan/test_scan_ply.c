@@ -302,7 +302,7 @@ static void splats_have_colours(void **state)
     stp_scan_close(&scan);
 }
 
-/* Whole colours, as PCL writes them: integers, and floats of the same bits. */
+/* Whole colours, as PCD has them: integers, and floats of the same bits. */
 static void packed_colours(void **state)
 {
     (void)state;
@@ -322,6 +322,44 @@ static void packed_colours(void **state)
         scan_fixture_rgb(&points[0], 257 * 0x32, 257 * 0x43, 257 * 0x80);
         scan_fixture_rgb(&points[1], 0, 0, 0);
         free(points);
+    }
+}
+
+/* A binary float may have the bits of a NaN: 0xff8010c0. */
+static void packed_colours_in_floats(void **state)
+{
+    (void)state;
+    const char header[] = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n"
+                          "property float x\nproperty float y\nproperty float z\n"
+                          "property float rgb\nend_header\n";
+    unsigned char bytes[sizeof header - 1 + 16] = {0};
+    memcpy(bytes, header, sizeof header - 1);
+    memcpy(bytes + sizeof header - 1 + 12, "\xc0\x10\x80\xff", 4);
+    scan_fixture_bytes("packed.ply", bytes, sizeof bytes);
+    stp_scan_info info;
+    stp_point *points = scan_fixture_read("packed.ply", NULL, &info);
+    scan_fixture_rgb(&points[0], 257 * 0x80, 257 * 0x10, 257 * 0xc0);
+    free(points);
+}
+
+/* Of other types the numbers are no colours, but are kept. */
+static void other_numbers_of_such_names_are_kept(void **state)
+{
+    (void)state;
+    static const char *const types[] = {"uchar rgb", "double rgba", "float scalar_rgb"};
+    for (size_t i = 0; i < 3; i++) {
+        char text[512];
+        stp_scan *scan = NULL;
+        snprintf(text, sizeof text,
+                 "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                 "property float z\nproperty %s\nend_header\n0 0 0 7\n",
+                 types[i]);
+        scan_fixture_text("packed.ply", text);
+        const stp_scan_params params = {.numbers = true};
+        assert_int_equal(stp_scan_open(&scan, "packed.ply", &params, NULL), STP_OK);
+        assert_int_equal(stp_scan_get_info(scan)->extra->count, 1);
+        assert_false(stp_scan_get_info(scan)->attributes & STP_POINT_HAS_COLOUR);
+        stp_scan_close(&scan);
     }
 }
 
@@ -462,6 +500,8 @@ int main(void)
         cmocka_unit_test(all_black_is_no_colour),
         cmocka_unit_test(splats_have_colours),
         cmocka_unit_test(packed_colours),
+        cmocka_unit_test(packed_colours_in_floats),
+        cmocka_unit_test(other_numbers_of_such_names_are_kept),
         cmocka_unit_test(colour_depth_of_late_values),
         cmocka_unit_test(scalar_fields),
         cmocka_unit_test(range_grid),

@@ -21,6 +21,40 @@ static stp_first_camera seen(unsigned count, unsigned class_id)
     return first_prep("survey.txt", 2).first;
 }
 
+/* Noise among the others widens nothing, and a room keeps its view from inside with noise in its
+ * air. */
+static void noise_within_changes_nothing(void **state)
+{
+    (void)state;
+    FILE *f = fopen("cloud.txt", "w");
+    assert_non_null(f);
+    fputs("x y z class\n0 0 0 7\n", f);
+    for (uint64_t i = 0; i < GROUND; i++) { /* dense in the middle: its ends are far out */
+        double at[3];
+        for (uint64_t k = 0; k < 3; k++)
+            at[k] = pow(2.0 * stp_random_unit(4, 3 * i + k) - 1.0, 9.0);
+        fprintf(f, "%.6f %.6f %.6f 2\n", at[0], at[1], at[2]);
+    }
+    assert_int_equal(fclose(f), 0);
+    assert_int_equal(first_prep("cloud.txt", 2).first.why, STP_FIRST_WHOLE);
+    for (unsigned class_id = 2; class_id <= 7; class_id += 5) {
+        positions p = {0};
+        room_box(&p, (stp_dvec3){0.0, 0.0, 0.0}, (stp_dvec3){6.0, 5.0, 2.6}, 0);
+        f = fopen("room.txt", "w");
+        assert_non_null(f);
+        fputs("x y z class\n", f);
+        for (size_t i = 0; i < p.count; i++)
+            fprintf(f, "%.4f %.4f %.4f 1\n", p.at[i].x, p.at[i].y, p.at[i].z);
+        for (uint64_t i = 0; i < 40; i++)
+            fprintf(f, "%.4f %.4f %.4f %u\n", 0.5 + 5.0 * stp_random_unit(9, 3 * i),
+                    0.5 + 4.0 * stp_random_unit(9, 3 * i + 1),
+                    0.5 + 1.6 * stp_random_unit(9, 3 * i + 2), class_id);
+        assert_int_equal(fclose(f), 0);
+        free(p.at);
+        assert_int_equal(first_prep("room.txt", 2).first.why, STP_FIRST_INTERIOR);
+    }
+}
+
 /* Up to a tenth of noise does not count; other classes do, and a class that many points have is no
  * noise. */
 static void noise_is_not_the_view(void **state)
@@ -47,6 +81,7 @@ static void noise_is_not_the_view(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(noise_is_not_the_view)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(noise_is_not_the_view),
+                                       cmocka_unit_test(noise_within_changes_nothing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <string.h>
-#include <strings.h>
 
 const stp_ply_property *stp_ply_target_property(const stp_ply *ply, stp_ply_target target)
 {
@@ -67,12 +66,6 @@ done:
     return status;
 }
 
-bool stp_ply_is_packed(const stp_ply_property *property)
-{
-    return property->target == STP_PLY_RED && strncasecmp(property->name, "rgb", 3) == 0 &&
-           stp_ply_type_size(property->type) >= 4;
-}
-
 /* Parts packed colours. */
 static void part_colours(stp_ply *ply, bool floats, size_t count)
 {
@@ -98,7 +91,7 @@ stp_status stp_ply_read_columns(stp_ply *ply, size_t count, stp_error *err)
     else
         for (size_t row = 0; row < count; row++)
             STP_TRY(read_record(ply, row, err));
-    if (red && stp_ply_is_packed(red))
+    if (red && stp_ply_is_packed(red)) /* as numbers only in ASCII */
         part_colours(ply, red->type == STP_PLY_FLOAT32, count);
 done:
     return status;

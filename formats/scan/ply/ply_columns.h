@@ -55,10 +55,6 @@ static inline bool stp_ply_has_fixed_records(const stp_ply *ply)
  * of degree 0, the colour is 1/2 + c / (2 sqrt(pi)) of full. */
 bool stp_ply_is_harmonic(const stp_ply_property *property);
 
-/* Whether the property is a whole colour, 0xRRGGBB, as PCL writes it: an integer or a float of
- * these bits. stp_ply_read_columns parts it. */
-bool stp_ply_is_packed(const stp_ply_property *property);
-
 /* Finds the attributes; makes room for the numbers of so many points; packs those
  * of a block from point `first` of the read on. */
 void stp_ply_numbers_find(stp_ply *ply);

@@ -85,7 +85,6 @@ static stp_ply_target find_target(const char *name, size_t *rank)
         {"radius", STP_PLY_RADIUS}, {"station", STP_PLY_STATION},
         {"f_dc_0", STP_PLY_RED},    {"f_dc_1", STP_PLY_GREEN}, /* of Gaussian splats: */
         {"f_dc_2", STP_PLY_BLUE},                              /* stp_ply_is_harmonic */
-        {"rgba", STP_PLY_RED},      {"rgb", STP_PLY_RED},      /* stp_ply_is_packed */
     };
     *rank = stp_column_find_name(name, name + strlen(name));
     name += strncasecmp(name, "scalar_", 7) == 0 ? 7 : 0;
@@ -96,12 +95,24 @@ static stp_ply_target find_target(const char *name, size_t *rank)
     return column == STP_COLUMN_NONE ? STP_PLY_TARGET_COUNT : (stp_ply_target)column;
 }
 
+bool stp_ply_is_packed(const stp_ply_property *property)
+{
+    const bool named =
+        strcasecmp(property->name, "rgb") == 0 || strcasecmp(property->name, "rgba") == 0;
+    return named && !property->is_list && stp_ply_type_size(property->type) == 4;
+}
+
 /* If two properties mean the same, the one whose name is preferred counts; of equal names the
  * first. */
 static void set_target(stp_ply_header *h, const stp_ply_element *vertex, stp_ply_property *property)
 {
     size_t rank, other;
     property->target = find_target(property->name, &rank);
+    if (stp_ply_is_packed(property)) {
+        property->target = STP_PLY_RED;
+        if (property->type == STP_PLY_FLOAT32 && h->encoding != STP_PLY_ASCII)
+            property->type = STP_PLY_UINT32; /* the bits: as a number a NaN would lose some */
+    }
     for (size_t i = vertex->property_first; i < h->property_count; i++) {
         stp_ply_property *before = &h->properties[i];
         if (property->target == STP_PLY_TARGET_COUNT || before->target != property->target)

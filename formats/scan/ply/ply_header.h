@@ -64,6 +64,10 @@ typedef struct stp_ply_property {
     size_t offset;           /* in the record, if the element has no lists (binary) */
 } stp_ply_property;
 
+/* Whether the property is a whole colour, 0xRRGGBB, as PCD has them: `rgb` or `rgba`, an integer of
+ * 32 bits or a float of these bits. stp_ply_read_columns parts it. */
+bool stp_ply_is_packed(const stp_ply_property *property);
+
 typedef struct stp_ply_element {
     char name[STP_PLY_NAME_CHARS];
     uint64_t count;

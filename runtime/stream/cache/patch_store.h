@@ -2,7 +2,7 @@
  * whoever has a range of patch numbers has the memory of these patches, too. A frame reads some
  * hundred thousand of them, block by block. In blocks allocated one by one, most of a look's time
  * went into finding their pages; here pages are large where the system has such. Pages get memory
- * when they are written. Threads: any (pure functions); ranges do not overlap. */
+ * when they are written. Threads: any for stp_patch_store_at; ranges do not overlap. */
 #ifndef STP_RUNTIME_STREAM_CACHE_PATCH_STORE_H
 #define STP_RUNTIME_STREAM_CACHE_PATCH_STORE_H
 

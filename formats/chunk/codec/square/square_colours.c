@@ -250,7 +250,7 @@ STP_INLINE void code_sample(coder *c, cells *to, uint32_t sample, const around *
     spot s = c->spots[sample];
     brood *b = &c->broods[s.parent];
     const unsigned k = b->known, count = b->count,
-                   parts = (by_parents ? INPUT_COUNT : PLAIN_COUNT) / NEAR;
+                   parts = (unsigned)(by_parents ? INPUT_COUNT : PLAIN_COUNT) / NEAR;
     const bool last = k + 1 == count;
     const unsigned kind = count == 4 ? k : last ? LAST_OF_FEW : OF_FEW;
     const float share = shares[count - k];
