@@ -32,7 +32,7 @@ static void noise_within_changes_nothing(void **state)
     for (uint64_t i = 0; i < GROUND; i++) { /* dense in the middle: its ends are far out */
         double at[3];
         for (uint64_t k = 0; k < 3; k++)
-            at[k] = pow(2.0 * stp_random_unit(4, 3 * i + k) - 1.0, 9.0);
+            at[k] = pow(2.0 * stp_random_unit(4, 3 * i + k) - 1.0, 19.0);
         fprintf(f, "%.6f %.6f %.6f 2\n", at[0], at[1], at[2]);
     }
     assert_int_equal(fclose(f), 0);
