@@ -23,7 +23,8 @@ static bool is_on(unsigned sublattice, const double place[3])
     int odd = 0;
     if (sublattice >= STP_SLANTED)
         return fmod(place[0] + 2.0 * place[1] + 4.0 * place[2], 2.0 * sublattice - 25.0) == 0.0 &&
-               fmod(place[0], 1.0) == 0.0 && fmod(place[1], 1.0) == 0.0;
+               fmod(place[0], 1.0) == 0.0 && fmod(place[1], 1.0) == 0.0 &&
+               fmod(place[2], 1.0) == 0.0;
     for (int i = 0; i < 3; i++) {
         if (fmod(place[i], step) != 0.0)
             return false;

@@ -134,8 +134,10 @@ static stp_status allocate(const stp_chunk *block, const extent *extents, size_t
 {
     stp_status status = STP_OK;
     const size_t parents = block->level_begin[1][block->patch_count];
-    const size_t sums = planes ? STP_SQUARE_SUMS * squares * STP_SQUARE_SAMPLES
-                               : STP_SQUARE_PARENT_VALUES * parents;
+    /* Where rasters spread, many patches may have one square, and so more parents than cells. */
+    const size_t of_cells = planes ? STP_SQUARE_SUMS * squares * STP_SQUARE_SAMPLES : 0,
+                 of_parents = STP_SQUARE_PARENT_VALUES * parents,
+                 sums = of_cells > of_parents ? of_cells : of_parents;
     size_t doubles = sums, cells = 0;
     for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         doubles += 5 * (size_t)block->level_begin[l][block->patch_count];
