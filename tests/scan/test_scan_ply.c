@@ -333,7 +333,7 @@ static void packed_colours_in_floats(void **state)
                           "property float x\nproperty float y\nproperty float z\n"
                           "property float rgb\nend_header\n";
     unsigned char bytes[sizeof header - 1 + 16] = {0};
-    memcpy(bytes, header, sizeof header - 1);
+    memcpy(bytes, header, sizeof header); /* and a byte of x */
     memcpy(bytes + sizeof header - 1 + 12, "\xc0\x10\x80\xff", 4);
     scan_fixture_bytes("packed.ply", bytes, sizeof bytes);
     stp_scan_info info;
