@@ -333,8 +333,9 @@ static void packed_colours_in_floats(void **state)
                           "property float x\nproperty float y\nproperty float z\n"
                           "property float rgb\nend_header\n";
     unsigned char bytes[sizeof header - 1 + 16] = {0};
+    static const unsigned char bits[4] = {0xc0, 0x10, 0x80, 0xff};
     memcpy(bytes, header, sizeof header); /* and a byte of x */
-    memcpy(bytes + sizeof header - 1 + 12, "\xc0\x10\x80\xff", 4);
+    memcpy(bytes + sizeof bytes - sizeof bits, bits, sizeof bits);
     scan_fixture_bytes("packed.ply", bytes, sizeof bytes);
     stp_scan_info info;
     stp_point *points = scan_fixture_read("packed.ply", NULL, &info);
