@@ -27,8 +27,8 @@ static uint32_t attributes_of(const stp_prep_source *source, const stp_prep_stat
     out |= stats->outliers == STP_OUTLIERS_MARK ? STP_HAS_OUTLIERS : 0u;
     out |= stats->lines.strips > 0 ? STP_HAS_LINES : 0u;
     out |= stats->triangles.triangles > 0 ? STP_HAS_TRIANGLES : 0u;
-    const bool fits = source->attributes & STP_POINT_HAS_NORMAL || stats->normals_wide.grown > 0 ||
-                      stats->normals_seen > 0 || stats->keeps_grid;
+    const bool fits = source->attributes & STP_POINT_HAS_NORMAL || source->some_normals ||
+                      stats->normals_wide.grown > 0 || stats->normals_seen > 0 || stats->keeps_grid;
     out |= fits ? STP_HAS_FITS : 0u;
     out |= stats->closed_count > 0 ? STP_HAS_CLOSED : 0u;
     return out;

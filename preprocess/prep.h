@@ -66,7 +66,9 @@ typedef struct stp_prep_source {
     /* The packed numbers of the points read last, point by point; asked for if `kept` has any. */
     const uint8_t *(*numbers)(void *context);
     uint64_t point_count;         /* records; there will not be more */
-    uint32_t attributes;          /* STP_POINT_HAS_* */
+    uint32_t attributes;          /* STP_POINT_HAS_*: normals, which orient the model, only if every
+                                     input has them */
+    bool some_normals;            /* some inputs have normals */
     double coordinate_step;       /* scale of integer coordinates, 0 for floats */
     double intensity_full;        /* all files' number for intensity 65535; 0: not known */
     bool floats;                  /* some points have no such scale */

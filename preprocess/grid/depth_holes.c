@@ -45,8 +45,9 @@ static stp_dvec3 direction_of(const void *context, int64_t column, int64_t row)
     return stp_dvec3_normalize((stp_dvec3){out[0], out[1], out[2]});
 }
 
-/* Squares without points have the rays of the nearest square that has some. */
-static stp_status spread_rays(const stp_depth_images *images, uint32_t image, stp_error *err)
+/* Squares without points have the rays of the nearest square that has some. *told: one has. */
+static stp_status spread_rays(const stp_depth_images *images, uint32_t image, bool *told,
+                              stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_pixel_image *m = &images->pixels.list[image];
@@ -58,6 +59,7 @@ static stp_status spread_rays(const stp_depth_images *images, uint32_t image, st
     for (size_t i = 0; i < count; i++)
         if (of[i] != STP_DEPTH_NO_RAYS)
             queue[end++] = (uint32_t)i;
+    *told = end > 0;
     for (size_t i = 0; i < end; i++) {
         const uint32_t c = queue[i] % columns, r = queue[i] / columns;
         const uint32_t beside[4] = {
@@ -106,7 +108,10 @@ static stp_status add_holes(const struct stp_depth_open *open, stp_holes *out, s
 {
     stp_status status = STP_OK;
     const stp_pixel_image *m = &open->images->pixels.list[open->image];
-    STP_TRY(spread_rays(open->images, open->image, err));
+    bool told;
+    STP_TRY(spread_rays(open->images, open->image, &told, err));
+    if (!told) /* all its points are beside it */
+        return STP_OK;
     const stp_holes_grid grid = grid_of(open);
     STP_TRY(stp_holes_create(out, &grid, err));
     for (uint64_t i = 0; i < stp_pixel_count(m); i++) {

@@ -564,7 +564,7 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     source->stations = in->stations;
     source->station_ups = in->station_ups;
     source->station_count = (uint32_t)in->station_count;
-    /* Normals orient the model only if every scan has them. */
+    source->some_normals = any & STP_POINT_HAS_NORMAL;
     source->attributes = (any & ~(uint32_t)STP_POINT_HAS_NORMAL) | (all & STP_POINT_HAS_NORMAL);
     STP_TRY(prep_grids_find(in, source, err));
 done:
