@@ -3,9 +3,9 @@
 
 #include "base/vec.h"
 
-/* The near plane lies this fraction of the ball's radius in front of the eye. So a stray point at 0
- * 0 0 of a survey leaves its rooms visible. Depths are floats of near / depth, so a power
- * of two costs no precision. */
+/* The near plane lies this fraction of the ball's radius in front of the eye: so little that a
+ * stray point at 0 0 0 of a survey leaves its rooms visible. Depths are floats of near / depth,
+ * whose precision does not depend on it. */
 #define NEAR_FRACTION (1e-5 / 1024.0)
 /* Greatest distance of an eye: enough for any model that a file holds, from anywhere around it. */
 #define REACH_LIMIT 1e17

@@ -19,8 +19,6 @@
 #define STP_SYMBOL_STATE_LEAST (UINT64_C(1) << 31)
 /* Short states are this behind the last item. Lesser ones would not tell whether there are more. */
 #define STP_SYMBOL_STATE_SHORT STP_ODDS_ALL
-/* Plain bits of an item, at most. */
-#define STP_SYMBOL_BITS_LIMIT 16u
 
 /* ---- writing ---- */
 
