@@ -155,10 +155,10 @@ done:
     return status;
 }
 
-/* Fills the tables of a level of squares, and writes the choice that goes before them. *rows:
- * whether colours are coded by rows, behind them. */
+/* Fills the tables of a level of squares, and writes the choice that goes before them. out:
+ * the choice. Colours that it codes by rows come behind the tables. */
 static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_map *map,
-                                  stp_level_tables *tables, table_sink *to, bool *rows,
+                                  stp_level_tables *tables, table_sink *to, stp_square_choice *out,
                                   stp_error *err)
 {
     stp_square_choice choice = {.reach = level == 0 ? chunk->reach : 1, .tight = to->is_tight};
@@ -169,9 +169,9 @@ static stp_status squares_predict(const stp_chunk *chunk, int level, stp_square_
         STP_TRY(stp_ladder_find(chunk, map, &ladder, err));
     choice.rungs = ladder.count;
     if (level == 0 && to->is_tight)
-        STP_TRY(stp_square_colours_pay(chunk, map, rows, err));
-    choice.rows = choice.by_parents = *rows;
+        STP_TRY(stp_square_colours_pay(chunk, map, &choice.rows, &choice.by_parents, err));
     stp_square_level_encode(chunk, level, map, ladder.count > 0 ? &ladder : NULL, &choice, tables);
+    *out = choice;
     STP_TRY(stp_square_choice_write(&choice, to->out, err));
     if (ladder.count > 0)
         STP_TRY(ladder_write(&ladder, to, err));
@@ -184,7 +184,7 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
                                table_sink *to, stp_error *err)
 {
     stp_level_tables tables = {0};
-    bool rows = false;
+    stp_square_choice choice = {0};
     stp_status status = STP_OK;
     if (to->is_tight && level == 0 && stp_has_corners(chunk))
         STP_TRY(stp_corners_find(chunk, &tables.corners, err));
@@ -200,14 +200,15 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
     if (to->is_tight)
         STP_TRY(stp_level_row_kinds(chunk, level, &tables, err));
     if (squares->found)
-        STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to, &rows, err));
+        STP_TRY(squares_predict(chunk, level, &squares->map, &tables, to, &choice, err));
     else
         stp_predict_level_encode(chunk, level, &tables);
     tables.elder.tight = tables.last.tight = to->is_tight;
     STP_TRY(table_write(to, &tables.elder, err));
     STP_TRY(table_write(to, &tables.last, err));
-    if (rows)
-        STP_TRY(stp_square_colours_encode(chunk, &squares->map, &to->tight.symbols, err));
+    if (choice.rows)
+        STP_TRY(stp_square_colours_encode(chunk, &squares->map, choice.by_parents,
+                                          &to->tight.symbols, err));
 done:
     stp_level_tables_destroy(&tables);
     return status;

@@ -63,6 +63,9 @@ _Static_assert(CLASS_COUNT *OFF_STEPS == STP_KNOWN_NUMBERS, "odds of last childr
  * so manieth patch is judged. */
 #define NOISE_BESIDE 1.15
 #define NOISE_LEAST 4.0
+/* Where what is beside tells less than this, weights that photographs taught are worse than none.
+ */
+#define TELLS_BESIDE 1.1
 #define JUDGED_EVERY 4u
 #define MANY_PATCHES 32u
 
@@ -343,7 +346,12 @@ static void decode_all(coder *c, cells *to, const stp_square_map *map)
     code_all(c, to, map, true, true);
 }
 
-/* As files of earlier writers need. */
+STP_WIDE
+static void encode_plain(coder *c, cells *to, const stp_square_map *map)
+{
+    code_all(c, to, map, false, false);
+}
+
 STP_WIDE
 static void decode_plain(coder *c, cells *to, const stp_square_map *map)
 {
@@ -477,19 +485,25 @@ static void judge(const coder *c, const stp_square_map *map, uint32_t p, int col
     }
 }
 
+static bool beside_tells(const verdict *v)
+{
+    return v->beside < TELLS_BESIDE * v->alone;
+}
+
 static bool is_noise(const verdict *v)
 {
     return v->alone > NOISE_LEAST * v->count && v->beside > NOISE_BESIDE * v->alone;
 }
 
 stp_status stp_square_colours_pay(const stp_chunk *block, const stp_square_map *map, bool *pay,
-                                  stp_error *err)
+                                  bool *by_parents, stp_error *err)
 {
     stp_status status = STP_OK;
     coder c = {0};
     verdict left = {0}, above = {0};
     const uint32_t every = block->patch_count < MANY_PATCHES ? 1 : JUDGED_EVERY;
     *pay = colours_vary(block);
+    *by_parents = false;
     if (!*pay)
         return STP_OK;
     STP_TRY(coder_create(block, map, every, false, &c, err));
@@ -498,25 +512,29 @@ stp_status stp_square_colours_pay(const stp_chunk *block, const stp_square_map *
         judge(&c, map, p, 0, 1, &above);
     }
     *pay = !is_noise(&left) || !is_noise(&above);
+    *by_parents = *pay && (beside_tells(&left) && beside_tells(&above));
 done:
     coder_clear(&c);
     return status;
 }
 
 stp_status stp_square_colours_encode(const stp_chunk *block, const stp_square_map *map,
-                                     stp_symbol_writer *w, stp_error *err)
+                                     bool by_parents, stp_symbol_writer *w, stp_error *err)
 {
     stp_status status = STP_OK;
     coder c;
     cells to = {0};
     const size_t count = (size_t)CHANNELS * block->level_begin[0][block->patch_count];
-    STP_TRY(coder_create(block, map, 1, true, &c, err));
+    STP_TRY(coder_create(block, map, 1, by_parents, &c, err));
     STP_TRY(stp_symbols_reserve(w, 1 + STP_NUMBER_ITEMS * count, err));
     const bool follow = would_follow(&c);
     stp_symbol_put_bits(w, 0, follow, 1);
     begin_odds(&c, NULL, follow);
     to.w = *w;
-    encode_all(&c, &to, map);
+    if (by_parents)
+        encode_all(&c, &to, map);
+    else
+        encode_plain(&c, &to, map);
     *w = to.w;
 done:
     coder_clear(&c);
