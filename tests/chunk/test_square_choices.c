@@ -137,7 +137,8 @@ static bool has_rows(const coded *bytes)
 
 static bool are_by_parents(const coded *bytes)
 {
-    return has_rows(bytes) && begin_of(bytes, 2)[1] & CHOICE_BY_PARENTS;
+    const uint8_t *choice = begin_of(bytes, 2);
+    return choice[0] & CHOICE_MORE && choice[1] & CHOICE_BY_PARENTS;
 }
 
 /* Colours that vary are coded by rows, on all kinds of rasters, and come back; some by parents. */
