@@ -5,8 +5,13 @@
 #include "base/clock.h"
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/maps/maps_make.h"
-#include "preprocess/prep_job.h"
+#include "preprocess/prep_grid.h"
+#include "preprocess/prep_intensity.h"
 #include "preprocess/prep_metadata.h"
+#include "preprocess/prep_points.h"
+#include "preprocess/prep_read.h"
+#include "preprocess/prep_read_part.h"
+#include "preprocess/prep_shapes.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,9 +1,10 @@
 /* Grids of heights: what takes the place of the stages of points. If ranks share a grid, each reads
  * a part of the records, and makes leaves of some of the tiles. */
-#include "preprocess/prep_job.h"
+#include "preprocess/prep_grid.h"
 
 #include "base/memory.h"
 #include "preprocess/grid/grid_range.h"
+#include "preprocess/prep_rejects.h"
 #include "preprocess/surface/normal_error.h"
 #include "preprocess/viewpoint/first_view.h"
 
@@ -88,7 +89,8 @@ void stp_prep_grid_clear(stp_prep_job *job)
     stp_grid_records_clear(&job->grid_records);
 }
 
-stp_status stp_prep_grid_look(stp_prep_job *job, stp_error *err)
+/* Notes odd heights and where to look first. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
+static stp_status grid_look(stp_prep_job *job, stp_error *err)
 {
     stp_prep_stats *stats = job->stats;
     stp_grid_range range;
@@ -183,7 +185,9 @@ static stp_status find_owners(const stp_prep_job *job, uint32_t *owners, stp_err
     return STP_OK;
 }
 
-stp_status stp_prep_grid_share(stp_prep_job *job, stp_error *err)
+/* Gives each rank the samples of the tiles that it will make leaves of. Errors: those of
+ * stp_grid_records_give and stp_leaf_order. */
+static stp_status grid_share(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ranks *ranks = job->params->ranks;
@@ -234,11 +238,11 @@ stp_status stp_prep_treat_grid(stp_prep_job *job, stp_error *err)
     const unsigned wanted = job->params->normal_bits;
     const double cell = stp_raster_cell(&job->grid.raster, job->grid.nodes);
     job->tree.sources.grid = &job->grid;
-    STP_TRY(stp_prep_grid_share(job, err));
+    STP_TRY(grid_share(job, err));
     stats->each_has_all = stp_ranks_count(job->params->ranks) > 1 && !job->grid.own;
     STP_TRY(
         stp_height_grid_finish(&job->grid, job->source->coordinate_step, job->params->ranks, err));
-    STP_TRY(stp_prep_grid_look(job, err));
+    STP_TRY(grid_look(job, err));
     if (stats->holes_grow)
         STP_TRY(stp_height_grid_keep_open(&job->grid, job->params->ranks, err));
     stp_prep_height_precision(job, job->grid.noise, cell / GRID_CELL_PARTS);

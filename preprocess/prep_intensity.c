@@ -1,7 +1,8 @@
 /* Decides what 255 stands for in a sample's intensity. */
+#include "preprocess/prep_intensity.h"
+
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_blocks.h"
-#include "preprocess/prep_job.h"
 
 #include <stdlib.h>
 

@@ -1,6 +1,9 @@
 /* Marks or drops outliers. */
+#include "preprocess/prep_outliers.h"
+
 #include "preprocess/cloud/cloud_blocks.h"
-#include "preprocess/prep_job.h"
+#include "preprocess/prep_read.h"
+#include "preprocess/prep_rejects.h"
 
 /* Counts the stored points again after some were removed. */
 static stp_status recount(const stp_prep_job *job, stp_error *err)

@@ -190,7 +190,8 @@ static bool keeps_grid(const stp_prep_source *source, const stp_prep_params *par
            params->orient == STP_ORIENT_AUTO;
 }
 
-bool stp_prep_tells_pixels(const stp_prep_source *source)
+/* Whether points of some file tell their pixels. */
+static bool tells_pixels(const stp_prep_source *source)
 {
     for (size_t f = 0; f < source->file_count; f++)
         if (source->files[f].pixels_told)
@@ -205,7 +206,7 @@ stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_par
     return (stp_prep_size){.points = grid ? places : source->point_count,
                            .number_bytes =
                                (source->kept ? stp_attribute_list_bytes(source->kept) : 0) +
-                               (stp_prep_tells_pixels(source) ? sizeof(uint32_t) : 0),
+                               (tells_pixels(source) ? sizeof(uint32_t) : 0),
                            .grid = grid,
                            .bent = grid && source->raster_nodes,
                            .maps = params->maps != NULL,
@@ -234,7 +235,7 @@ stp_status stp_prep_make_room(stp_prep_job *job, uint64_t begin, uint64_t end, s
     job->records = (stp_rank_part){begin, end};
     STP_TRY(stp_cloud_create(&job->cloud, job->params->first_place, grid ? 0 : end - begin,
                              job->spill, err));
-    if (stp_prep_tells_pixels(job->source) && !grid)
+    if (tells_pixels(job->source) && !grid)
         STP_TRY(stp_spill_alloc(job->spill, &job->cloud.pixels, job->source->point_count,
                                 sizeof *job->cloud.pixels, "pixels", err));
     if (kept && kept->count > 0)

@@ -1,5 +1,5 @@
 /* The stages of points: from the stations that files claim to maps and images. */
-#include "preprocess/prep_job.h"
+#include "preprocess/prep_points.h"
 
 #include "formats/chunk/normal_grid.h"
 #include "preprocess/closed/enclosure.h"
@@ -9,6 +9,10 @@
 #include "preprocess/grid/depth_holes.h"
 #include "preprocess/maps/maps_make.h"
 #include "preprocess/orient/pixel_sheets.h"
+#include "preprocess/prep_grid.h"
+#include "preprocess/prep_outliers.h"
+#include "preprocess/prep_read_part.h"
+#include "preprocess/prep_shapes.h"
 #include "preprocess/surface/image_normals.h"
 #include "preprocess/surface/normal_error.h"
 #include "preprocess/surface/scattered.h"

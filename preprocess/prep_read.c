@@ -1,7 +1,10 @@
 /* Reads the points of a source. */
-#include "preprocess/prep_job.h"
+#include "preprocess/prep_read.h"
 
 #include "base/memory.h"
+#include "preprocess/prep_grid.h"
+#include "preprocess/prep_read_part.h"
+#include "preprocess/prep_rejects.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,9 +1,11 @@
 /* Reads the points of a source by several ranks, a part each. */
-#include "preprocess/prep_job.h"
+#include "preprocess/prep_read_part.h"
 
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/cloud_parts.h"
+#include "preprocess/prep_grid.h"
+#include "preprocess/prep_rejects.h"
 #include "preprocess/viewpoint/claims.h"
 
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* Tells a source which of its records are rejected. */
-#include "preprocess/prep_job.h"
+#include "preprocess/prep_rejects.h"
 
 #include "base/memory.h"
 

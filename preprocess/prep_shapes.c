@@ -1,5 +1,5 @@
 /* Cuts lines and triangles into leaves; how far points and shapes reach. */
-#include "preprocess/prep_job.h"
+#include "preprocess/prep_shapes.h"
 
 #include "base/memory.h"
 #include "preprocess/gaps/fill_triangles.h"

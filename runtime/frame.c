@@ -1,5 +1,11 @@
 /* Draws one frame: chooses and loads (frame_load.c), then draws (frame_pass.c). Either waits for
  * the whole cut, in passes if needed (draw_waiting), or draws what is resident (draw_streaming). */
+#include "runtime/frame.h"
+
+#include "runtime/frame_load.h"
+#include "runtime/frame_pass.h"
+#include "runtime/frame_ready.h"
+#include "runtime/occlude.h"
 #include "runtime/renderer_parts.h"
 
 static stp_status refuse_block(const stp_renderer *r, uint32_t block, stp_error *err)

@@ -1,13 +1,17 @@
 /* What a frame draws and asks for: describes the view, chooses the cut by what is resident, and
  * loads blocks, first their headers, then as far as their patches ask. */
+#include "runtime/frame_load.h"
+
+#include "base/clock.h"
+#include "base/memory.h"
 #include "runtime/colour_range.h"
 #include "runtime/cut/culling.h"
 #include "runtime/cut/need.h"
 #include "runtime/draw/filter.h"
+#include "runtime/frame_pass.h"
+#include "runtime/frame_ready.h"
+#include "runtime/occlude.h"
 #include "runtime/renderer_parts.h"
-
-#include "base/clock.h"
-#include "base/memory.h"
 
 /* Requests at most so many blocks ahead of the camera's motion. */
 #define AHEAD_LIMIT 512

@@ -1,8 +1,10 @@
 /* Draws a pass of a picture, what was chosen and is resident, and finishes the picture: projects
  * samples, pulls, pushes, shades. */
-#include "runtime/renderer_parts.h"
+#include "runtime/frame_pass.h"
 
 #include "base/clock.h"
+#include "runtime/occlude.h"
+#include "runtime/renderer_parts.h"
 
 #include <string.h>
 

@@ -1,10 +1,12 @@
 /* Gets ready to draw: compiles the programs that a picture's parameters ask for, and makes room for
  * its pixels. */
-#include "runtime/renderer_parts.h"
+#include "runtime/frame_ready.h"
 
 #include "base/clock.h"
 #include "runtime/colour_range.h"
 #include "runtime/draw/filter.h"
+#include "runtime/frame_pass.h"
+#include "runtime/renderer_parts.h"
 
 /* Invocations of the geometry shader for each patch. */
 #define GEOMETRY_INVOCATIONS 1

@@ -2,6 +2,8 @@
  * what the last one hides. If the new one hides all of that, too, it is the picture that it would
  * be without occlusion, byte for byte. Otherwise a view at rest, or a picture that waits, is drawn
  * once more, without what the new one hides. */
+#include "runtime/occlude.h"
+
 #include "runtime/renderer_parts.h"
 
 #include <stdatomic.h>

@@ -1,15 +1,20 @@
 /* The renderer object: creates and destroys renderers, chooses models and programs, and draws a
  * picture within the host's OpenGL state. frame.c draws a frame, settle.c a view at rest. */
-#include "runtime/draw/composite.h"
-#include "runtime/inspect.h"
-#include "runtime/renderer_parts.h"
-
 #include "base/clock.h"
 #include "base/memory.h"
+#include "runtime/draw/composite.h"
 #include "runtime/draw/draw_params.h"
 #include "runtime/draw/filter.h"
+#include "runtime/frame.h"
+#include "runtime/frame_load.h"
+#include "runtime/frame_pass.h"
+#include "runtime/frame_ready.h"
 #include "runtime/gl/gl_context.h"
 #include "runtime/gl/gl_state.h"
+#include "runtime/inspect.h"
+#include "runtime/occlude.h"
+#include "runtime/renderer_parts.h"
+#include "runtime/settle.h"
 
 #include <stdlib.h>
 #include <sys/stat.h>

@@ -2,6 +2,10 @@
  * once, or one of every sample. Each frame takes one step, without waiting for blocks, and shows
  * the last picture meanwhile. The result is the picture that stp_frame_draw makes if it may
  * wait. */
+#include "runtime/settle.h"
+
+#include "runtime/frame_load.h"
+#include "runtime/frame_pass.h"
 #include "runtime/renderer_parts.h"
 
 /* Whether to go on from a complete picture at the threshold to a picture of every sample. */

@@ -1,6 +1,7 @@
 /* Reads the last picture for a host: pixels, depths, picks, normals, a copy. */
 #include "runtime/draw/pick.h"
 #include "runtime/draw/pixel_read.h"
+#include "runtime/frame_ready.h"
 #include "runtime/gl/gl_context.h"
 #include "runtime/gl/gl_state.h"
 #include "runtime/renderer_parts.h"

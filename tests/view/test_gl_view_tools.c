@@ -5,7 +5,7 @@
 #include "tools/view/kept/view_bookmarks.h"
 #include "tools/view/kept/view_record.h"
 #include "tools/view/kept/view_smooth.h"
-#include "tools/view/view_app.h"
+#include "tools/view/panels/view_legend.h"
 #include "tools/view/view_measure.h"
 #include "tools/view/view_move.h"
 

@@ -1,12 +1,15 @@
 /* stipple view: opens a window to fly through models. */
 #include "tools/draw/draw_beside.h"
 #include "tools/file/source_options.h"
+#include "tools/view/panels/view_marks.h"
 #include "tools/view/prepare/view_prepare.h"
-#include "tools/view/view_app.h"
+#include "tools/view/view_draw.h"
 #include "tools/view/view_keys.h"
 #include "tools/view/view_move.h"
+#include "tools/view/view_say.h"
 #include "tools/view/view_settings.h"
 #include "tools/view/view_watch.h"
+#include "tools/view/view_wishes.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,10 @@
 /* Draws the viewer's frames: the scene, then panels and marks over it; sets the title. */
-#include "tools/view/view_app.h"
+#include "tools/view/view_draw.h"
+
+#include "tools/view/panels/view_marks.h"
+#include "tools/view/panels/view_panels.h"
+#include "tools/view/view_say.h"
+#include "tools/view/view_wishes.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,5 +1,5 @@
 /* What other files of the viewer say things with: notes, coordinates, places in the window. */
-#include "tools/view/view_app.h"
+#include "tools/view/view_say.h"
 
 #include <stdarg.h>
 #include <stdio.h>

@@ -1,9 +1,13 @@
 /* Fulfils what keys and panels ask for. */
-#include "tools/view/view_app.h"
-#include "tools/view/view_move.h"
+#include "tools/view/view_wishes.h"
 
 #include "runtime/class_legend.h"
 #include "tools/draw/draw_exaggerate.h"
+#include "tools/view/kept/view_marked_show.h"
+#include "tools/view/panels/view_marks.h"
+#include "tools/view/panels/view_profile_show.h"
+#include "tools/view/view_move.h"
+#include "tools/view/view_say.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,8 +1,7 @@
 /* Begins with both sides, and prepares their scans. */
 #include "tools/view/beside/view_beside.h"
-
 #include "tools/view/prepare/view_prepare.h"
-#include "tools/view/view_app.h"
+#include "tools/view/view_wishes.h"
 
 stp_status view_beside_begin(viewer *v, stp_error *err)
 {

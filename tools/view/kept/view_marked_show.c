@@ -1,5 +1,8 @@
 /* Shows marks: pins in the picture, the panel's list; sets marks and goes to them. */
-#include "tools/view/view_app.h"
+#include "tools/view/kept/view_marked_show.h"
+
+#include "tools/view/panels/view_panels.h"
+#include "tools/view/view_say.h"
 
 #include <stdio.h>
 

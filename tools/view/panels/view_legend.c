@@ -1,8 +1,9 @@
 /* Draws the colour bar: what elevation or intensity the colours of the palette stand for. */
-#include "tools/view/view_app.h"
+#include "tools/view/panels/view_legend.h"
 
 #include "runtime/colour_range.h"
 #include "runtime/stream/shown.h"
+#include "tools/view/view_say.h"
 
 #include <stdio.h>
 

@@ -1,7 +1,12 @@
 /* Draws marks over the picture: pivot, clip box and its handles, measured lines, status line, help.
  */
-#include "tools/view/view_app.h"
+#include "tools/view/panels/view_marks.h"
+
+#include "tools/view/kept/view_marked_show.h"
+#include "tools/view/panels/view_legend.h"
+#include "tools/view/panels/view_profile_show.h"
 #include "tools/view/view_keys.h"
+#include "tools/view/view_say.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,6 +1,9 @@
 /* Draws the panel at the right: its sections; models, camera, and frames and memory. */
-#include "tools/view/view_app.h"
+#include "tools/view/panels/view_panels.h"
+
 #include "tools/view/view_move.h"
+#include "tools/view/view_say.h"
+#include "tools/view/view_wishes.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* Draws the panel's sections about the look of the picture: quality, colour, surface and light. */
-#include "tools/view/view_app.h"
-
 #include "runtime/class_legend.h"
 #include "runtime/draw/filter.h"
 #include "tools/draw/draw_light.h"
+#include "tools/view/panels/view_panels.h"
+#include "tools/view/view_wishes.h"
 
 #include <math.h>
 #include <stdio.h>

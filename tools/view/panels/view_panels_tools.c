@@ -1,5 +1,9 @@
 /* Draws the panel's sections with tools: clip box, measuring, kept views and path, screenshot. */
-#include "tools/view/view_app.h"
+#include "tools/view/panels/view_legend.h"
+#include "tools/view/panels/view_marks.h"
+#include "tools/view/panels/view_panels.h"
+#include "tools/view/view_say.h"
+#include "tools/view/view_wishes.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,5 +1,8 @@
 /* Makes profiles of measured lines, and shows and saves them. */
-#include "tools/view/view_app.h"
+#include "tools/view/panels/view_profile_show.h"
+
+#include "tools/view/panels/view_panels.h"
+#include "tools/view/view_say.h"
 
 #include <stdio.h>
 

@@ -6,6 +6,8 @@
 #include "formats/scan/scan.h"
 #include "tools/open/open_draft.h"
 #include "tools/prep/prep_paths.h"
+#include "tools/view/view_say.h"
+#include "tools/view/view_wishes.h"
 
 #include <stdio.h>
 #include <stdlib.h>

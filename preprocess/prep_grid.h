@@ -1,0 +1,35 @@
+/* Grids of heights: what takes the place of the stages of points. */
+#ifndef STP_PREPROCESS_PREP_GRID_H
+#define STP_PREPROCESS_PREP_GRID_H
+
+#include "preprocess/prep_job.h"
+
+/* Whether holes may be able to grow, if they are to: images may still become points. Errors:
+ * INVALID_ARGUMENT. */
+stp_status stp_prep_grid_check(const stp_prep_job *job, stp_error *err);
+/* Says that holes cannot grow: INVALID_ARGUMENT. */
+stp_status stp_prep_no_grid(stp_error *err);
+/* Makes the grid empty, and room for the records of it that this rank reads. Errors: OUT_OF_MEMORY,
+ * IO. */
+stp_status stp_prep_grid_begin(stp_prep_job *job, stp_error *err);
+void stp_prep_grid_clear(stp_prep_job *job);
+/* Whether several files make one grid, and this process reads them all. */
+bool stp_prep_grid_has_parts(const stp_prep_job *job);
+/* Puts a record into the grid, or where this rank's records are. *reject becomes TWICE if the grid
+ * has a sample there. */
+void stp_prep_grid_add(stp_prep_job *job, const stp_point *point, uint64_t record,
+                       stp_reject *reject);
+/* Rejects samples at places that files before give, once ranks have read their parts. Errors: those
+ * of stp_grid_records_sift and stp_prep_reject. */
+stp_status stp_prep_grid_sift(stp_prep_job *job, stp_error *err);
+/* A grid's neighbours are known, so all stages up to the first view have nothing to find. Errors:
+ * those of the grid's functions. */
+stp_status stp_prep_treat_grid(stp_prep_job *job, stp_error *err);
+/* Heights that are floats have no step, and how far apart they are says little about how fine they
+ * are: they keep a quarter of their noise and a 16th bit of their range, but no more than a part of
+ * a cell: `finest`. */
+void stp_prep_height_precision(stp_prep_job *job, double noise, double finest);
+/* Bits of the normals of leaves that are grids: so many, but no more than these need. */
+unsigned stp_prep_grid_bits(unsigned bits);
+
+#endif
