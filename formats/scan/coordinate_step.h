@@ -12,9 +12,10 @@
  * 1, 0.1, 0.01 and 0.001 such that every coordinate is a multiple of it, to the precision of the
  * coordinate's float or double. *step is 0 if no step fits, or if the points lie more than 1e9
  * steps apart: then one point is no measurement, and a model could not keep the step. Of a grid of
- * heights only z counts, unless `fine` is set. fine: also tries steps down to 1e-9, if some
- * coordinates are no floats. If the scan's info gives a step, that step is the answer and nothing
- * is read. Errors: as stp_scan_read, OUT_OF_MEMORY. */
+ * heights only z counts, unless `fine` is set: *step is then the step of the file's numbers times
+ * their scale. A step finer than 0.001 is none if 8 x 8 cells are too wide for it. fine: also tries
+ * steps down to 1e-9, if some coordinates are no floats. If the scan's info gives a step, that step
+ * is the answer and nothing is read. Errors: as stp_scan_read, OUT_OF_MEMORY. */
 stp_status stp_scan_find_step(stp_scan *scan, bool fine, double *step, stp_error *err);
 
 #endif

@@ -184,6 +184,7 @@ typedef struct stp_scan_raster {
     double skew[2]; /* of a turned grid: what a column adds to y, and a row to x. Then nodes (see
                        below) tell where it lies */
     unsigned order; /* of the file's points: STP_RASTER_*; 0: row by row */
+    double scale, offset; /* a height is scale * number + offset; 0: the file has the heights */
 } stp_scan_raster;
 
 /* The file's points stand column by column; from the last column on; from the last row on. */

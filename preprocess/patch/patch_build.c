@@ -82,14 +82,25 @@ static bool place(builder *b, int vertex_exponent)
     return true;
 }
 
+/* The nearest of `steps` + k * ratio, k a whole number, that 16 bits hold. A place on the mean ray
+ * of pixels of a depth image may lie outside the box of their samples. Yet it stays on its lattice,
+ * which the chunk above counts on. */
+static double in_range(double steps, double ratio)
+{
+    const double most = UINT16_MAX;
+    if (steps < 0.0)
+        return steps + ceil(-steps / ratio) * ratio;
+    return steps > most ? steps - ceil((steps - most) / ratio) * ratio : steps;
+}
+
 /* Writes a position (relative to the chunk's origin) rounded to multiples of 2^lattice. */
 static void encode_position(const builder *b, stp_dvec3 p, spacing on, stp_sample *out)
 {
     double v[3] = {p.x, p.y, p.z};
     for (int axis = 0; axis < 3; axis++) {
-        double steps =
+        const double steps =
             stp_nearest_whole(v[axis] * on.inverse) * on.ratio - (double)b->patch->origin[axis];
-        out->position[axis] = (uint16_t)stp_max(0.0, stp_min(65535.0, steps));
+        out->position[axis] = (uint16_t)in_range(steps, on.ratio);
     }
 }
 

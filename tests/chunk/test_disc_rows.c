@@ -13,7 +13,8 @@
 
 enum { COLUMNS = 90, ROWS = 70, COUNT = COLUMNS * ROWS, POINTS = 4000, STRIPES = 31, HOLE = 7 };
 
-static const stp_scan_raster raster = {COLUMNS, ROWS, -30.0, 800.0, 2.0, 2.0, {0.0, 0.0}, 0};
+static const stp_scan_raster raster = {
+    .columns = COLUMNS, .rows = ROWS, .x = -30.0, .y = 800.0, .dx = 2.0, .dy = 2.0};
 
 typedef double surface(double column, double row);
 

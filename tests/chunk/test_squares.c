@@ -5,6 +5,7 @@
 
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"
+#include "formats/chunk/patch.h"
 #include "tests/fixtures/square_recipe.h"
 
 /* A tight part of squares begins with a u32; tilted rasters follow a count. */
@@ -259,6 +260,33 @@ static void test_spread_squares(void **state)
     stp_chunk_destroy(&chunk);
 }
 
+/* Squares of one sample each: a map takes 4400 bytes for each, so a block may have only so many. */
+static void test_many_squares(void **state)
+{
+    (void)state;
+    enum { SIDE = 129, MANY = SIDE * SIDE, MOST = 16384 + 256 };
+    const uint32_t counts[STP_LEVEL_COUNT] = {MANY, MANY, MANY, MANY};
+    static stp_square squares[MANY];
+    stp_square_map map = {0};
+    stp_chunk *chunk = NULL;
+    assert_int_equal(stp_chunk_create(&chunk, MANY, counts, 0, NULL), STP_OK);
+    chunk->rasters = malloc(sizeof *rasters);
+    assert_non_null(chunk->rasters);
+    memcpy(chunk->rasters, rasters, sizeof *rasters);
+    chunk->raster_count = 1;
+    for (uint32_t p = 0; p < MANY; p++) {
+        memset(chunk->patches[p].counts, 1, sizeof chunk->patches[p].counts);
+        squares[p] = (stp_square){.samples = 1, .column = p % SIDE, .row = p / SIDE};
+    }
+    stp_patches_place(chunk);
+    assert_in_range(MANY, MOST + 1, MOST + SIDE);
+    assert_int_equal(stp_square_map_create(chunk, squares, true, &map, NULL), STP_CORRUPT);
+    chunk->patch_count = MANY - SIDE;
+    assert_int_equal(stp_square_map_create(chunk, squares, true, &map, NULL), STP_OK);
+    stp_square_map_clear(&map);
+    stp_chunk_destroy(&chunk);
+}
+
 /* Places fold to the same place as often as they lie beyond a side, and unfold to where they were.
  */
 static void test_fold(void **state)
@@ -363,12 +391,13 @@ static void test_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip),     cmocka_unit_test(test_size),
-        cmocka_unit_test(test_points),         cmocka_unit_test(test_hostile),
-        cmocka_unit_test(test_numbers),        cmocka_unit_test(test_squares),
-        cmocka_unit_test(test_tilted_numbers), cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_spread_numbers), cmocka_unit_test(test_spread_squares),
-        cmocka_unit_test(test_fold),           cmocka_unit_test(test_fold_directions),
+        cmocka_unit_test(test_round_trip),      cmocka_unit_test(test_size),
+        cmocka_unit_test(test_points),          cmocka_unit_test(test_hostile),
+        cmocka_unit_test(test_numbers),         cmocka_unit_test(test_squares),
+        cmocka_unit_test(test_tilted_numbers),  cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_spread_numbers),  cmocka_unit_test(test_spread_squares),
+        cmocka_unit_test(test_many_squares),    cmocka_unit_test(test_fold),
+        cmocka_unit_test(test_fold_directions),
     };
     return cmocka_run_group_tests_name("squares of a grid", tests, NULL, NULL);
 }

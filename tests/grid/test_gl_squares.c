@@ -11,7 +11,8 @@ enum { SIZE = 320, PIXELS = SIZE * SIZE, COLUMNS = 150, ROWS = 140 };
 #define GRID_FILE "squares.stipple"
 
 /* Samples are 1 apart; the top row has y = ROWS - 1. */
-static const stp_scan_raster raster = {COLUMNS, ROWS, 0.0, ROWS - 1.0, 1.0, 1.0, {0.0, 0.0}, 0};
+static const stp_scan_raster raster = {
+    .columns = COLUMNS, .rows = ROWS, .x = 0.0, .y = ROWS - 1.0, .dx = 1.0, .dy = 1.0};
 
 typedef double surface(double x, double y);
 

@@ -11,7 +11,8 @@
 enum { COLUMNS = 300, ROWS = 270, COUNT = COLUMNS * ROWS };
 
 /* Columns 2 apart, rows 3. */
-static const stp_scan_raster raster = {COLUMNS, ROWS, 1000.0, 5000.0, 2.0, 3.0, {0.0, 0.0}, 0};
+static const stp_scan_raster raster = {
+    .columns = COLUMNS, .rows = ROWS, .x = 1000.0, .y = 5000.0, .dx = 2.0, .dy = 3.0};
 
 typedef double surface(double x, double y);
 

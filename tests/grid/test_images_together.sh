@@ -18,6 +18,25 @@ expect_text err "34560 points read, 34560 stored, 0 rejected"
 run "$STIPPLE" verify "$FOLDER/m.stipple"
 expect_code 0
 
+# Depth images of one small scene with noise, holes, and deeper stripes: discs merged from pixels of two
+# depths may lie outside the box of their patch.
+frames=()
+for k in 1 2 3; do # stripes 2, 2 and 3 pixels wide, 2, 3 and 4 times as deep
+    awk -v k=$k 'function random() { seed = (seed * 16807) % 2147483647; return seed / 2147483647 }
+        BEGIN { seed = 1000 + k * 7919
+            split("0.1 0.4 0.5", holes)
+            print "P2\n80 60\n65535"
+            for (j = 0; j < 60; j++)
+                for (i = 0; i < 80; i++) {
+                    z = int(1100 + 60 * sin(i / 9) + 40 * cos(j / 7) + 5 * random())
+                    print random() < holes[k] ? 0 : int(i / (k < 3 ? 2 : 3)) % 2 ? (k + 1) * z : z } }' >"$FOLDER/deep$k.pgm"
+    frames+=("$FOLDER/deep$k.pgm")
+done
+run "$STIPPLE" prep "${frames[@]}" --pinhole 60,60,39.5,29.5 --height-scale 0.001 -o "$FOLDER/m.stipple" --force
+expect_code 0
+run "$STIPPLE" verify "$FOLDER/m.stipple"
+expect_code 0
+
 # A scan of 40 x 30 pixels, and one in which a single pixel has a point.
 scan() { # number of the only pixel, or -1
     awk -v only="$1" 'BEGIN { print "40\n30\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1"

@@ -108,7 +108,8 @@ class Block:
             self.first[raster] = [min(n) * SIDE for n in own]
             self.size[raster] = [(max(n) - min(n) + 1) * SIDE for n in own]
             area += self.size[raster][0] * self.size[raster][1] // 64
-        require(area <= min(4 * len(patches), sum(p.counts[0] for p in patches)) + 256, f"{name}: squares far apart")
+        most = min(4 * len(patches), sum(p.counts[0] for p in patches), 16384) + 256
+        require(area <= most, f"{name}: squares far apart")
         self.exponent = min(p.exponent for p in patches)
         require(max(p.exponent for p in patches) - self.exponent <= 8, f"{name}: lattices too unlike")
         for square, patch in zip(squares, patches):

@@ -26,12 +26,12 @@ static void write_ply(const char *path, const double *xyz, size_t count, bool is
     bytes_free(&file);
 }
 
-static double step_of_as(const char *path, bool fine)
+static double step_by(const char *path, const stp_scan_params *params, bool fine)
 {
     stp_error err = {0};
     stp_scan *scan = NULL;
     double step = -1.0;
-    if (stp_scan_open(&scan, path, NULL, &err) != STP_OK ||
+    if (stp_scan_open(&scan, path, params, &err) != STP_OK ||
         stp_scan_find_step(scan, fine, &step, &err) != STP_OK)
         fail_msg("%s", err.message);
     stp_scan_close(&scan);
@@ -40,7 +40,7 @@ static double step_of_as(const char *path, bool fine)
 
 static double step_of(const char *path)
 {
-    return step_of_as(path, false);
+    return step_by(path, NULL, false);
 }
 
 static void expect(double expected, const double *xyz, size_t count, bool is_double)
@@ -132,7 +132,31 @@ static void grids_have_heights(void **state)
     scan_fixture_text("grid.asc", "ncols 3\nnrows 2\nxllcorner 0.123456\nyllcorner 0\n"
                                   "cellsize 0.333\n1 2 3\n2 3 4\n");
     assert_true(step_of("grid.asc") == 1.0);
-    assert_true(step_of_as("grid.asc", true) != 1.0);
+    assert_true(step_by("grid.asc", NULL, true) != 1.0);
+}
+
+/* A scale multiplies the step of the file's numbers, whether it is a decimal or not. Only a step
+ * for which cells are too wide is none. */
+static void grids_have_scales(void **state)
+{
+    (void)state;
+    const struct {
+        double scale, step, tenths; /* the steps of whole numbers and of tenths */
+    } cases[] = {{0.125, 0.125, 0.0125}, {-0.125, 0.125, 0.0125},   {0.07, 0.07, 0.007},
+                 {0.001, 0.001, 0.0},    {0.0009, 0.0009, 0.0},     {0.0001, 0.0, 0.0},
+                 {8.0, 8.0, 0.8},        {0.3048, 0.3048, 0.03048}, {100.0, 100.0, 10.0}};
+    scan_fixture_text("whole.asc", "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\n"
+                                   "cellsize 0.5\n1 23 4567\n2 3 65533\n");
+    scan_fixture_text("tenths.asc", "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\n"
+                                    "cellsize 0.5\n1.3 23.1 4567.7\n2 3 65533.9\n");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const stp_grid_params grid = {.scale = cases[i].scale};
+        const stp_scan_params params = {.grid = &grid};
+        const double whole = step_by("whole.asc", &params, false);
+        const double tenths = step_by("tenths.asc", &params, false);
+        if (fabs(whole - cases[i].step) > 1e-12 || fabs(tenths - cases[i].tenths) > 1e-12)
+            fail_msg("scale %g: steps %g and %g", cases[i].scale, whole, tenths);
+    }
 }
 
 int main(void)
@@ -140,7 +164,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(decimals),      cmocka_unit_test(grids_have_heights),
         cmocka_unit_test(many_points),   cmocka_unit_test(far_apart),
-        cmocka_unit_test(other_formats),
+        cmocka_unit_test(other_formats), cmocka_unit_test(grids_have_scales),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

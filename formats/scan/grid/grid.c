@@ -162,6 +162,8 @@ static void choose_place(grid_reader *g)
     g->place.skew[1] = by[1][0];
     if (g->params.scale == 0.0)
         g->params.scale = 1.0;
+    g->place.scale = g->params.scale * (info->scale != 0.0 ? info->scale : 1.0);
+    g->place.offset = g->params.scale * (info->scale != 0.0 ? info->offset : 0.0);
 }
 
 /* Notes the system of coordinates as LAS files do. */

@@ -8,10 +8,12 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* A map's grids hold at most this many squares for each patch and for each sample, and so many
- * more: memory is bounded by what the block has. */
+/* A map's grids hold at most this many squares for each patch and for each sample, no more than
+ * SQUARES_MOST, and so many more: memory is bounded by what the block has, and by 90 MB. `stipple
+ * prep` makes blocks of some thousand samples. */
 #define SQUARES_PER_PATCH 4u
 #define SQUARES_PER_SAMPLE 1u
+#define SQUARES_MOST 16384u
 #define SQUARES_FREE 256u
 /* Lattices of patches differ by at most so many octaves, so sums of heights are exact. */
 #define OCTAVES_MOST 8
@@ -79,7 +81,8 @@ static const char *find_extents(const stp_chunk *block, const stp_square_map *ma
     const uint64_t of_patches = (uint64_t)block->patch_count * SQUARES_PER_PATCH;
     const uint64_t of_samples =
         (uint64_t)block->level_begin[0][block->patch_count] * SQUARES_PER_SAMPLE;
-    const uint64_t most = (of_patches < of_samples ? of_patches : of_samples) + SQUARES_FREE;
+    const uint64_t of_block = of_patches < of_samples ? of_patches : of_samples;
+    const uint64_t most = (of_block < SQUARES_MOST ? of_block : SQUARES_MOST) + SQUARES_FREE;
     for (uint32_t r = 0; r < map->grid_count && count <= most; r++)
         if (!is_empty(&extents[r]))
             count += width(&extents[r].columns) * width(&extents[r].rows);
