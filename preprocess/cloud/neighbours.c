@@ -99,11 +99,8 @@ static void finish_point(search *s, uint32_t i, stp_nearest_list *list)
     const uint64_t place = s->places[i];
     if (!stp_nearest_list_full(list) ||
         !stp_locale_holds(s->locale, s->cloud->points[place].position,
-                          sqrt(list->squared[list->count - 1]))) {
-        for (unsigned n = 0; n < list->count; n++)
-            list->source[n] = s->cloud->points[list->place[n]].source;
+                          sqrt(list->squared[list->count - 1])))
         stp_box_tree_nearest(s->cloud, place, list);
-    }
     for (size_t n = 0; s->lists && n < s->k; n++)
         s->lists[(size_t)i * s->k + n] = n < list->count ? list->place[n] : STP_PLACE_NONE;
     double last = list->count ? list->squared[list->count - 1] : 0.0;
@@ -227,52 +224,44 @@ static void surroundings_find(surroundings *around, const search *s, const uint3
     keep_inside(around, glms_vec3_adds(half, wider).raw, &s->picks);
 }
 
-/* The candidates for the nearest of one point. */
+/* The candidates for the nearest of one point, with squared distances in floats. */
 typedef struct choice {
     unsigned count;
-    uint32_t ats[CANDIDATES]; /* in the locale */
-    double squared[CANDIDATES];
+    uint16_t numbers[CANDIDATES + STP_RUN_POINTS]; /* in the surroundings */
+    float squared[CANDIDATES + STP_RUN_POINTS];
 } choice;
 
-/* Sets picked[] to the candidates whose squared distance from p, less the centre, is at most
- * `squared` in floats. */
+/* Finds the candidates whose squared distance from p, less the centre, is at most `most` in floats.
+ */
 STP_WIDE
-static unsigned pick(const surroundings *around, const float p[3], float squared,
-                     const run_picks *picks, uint16_t *picked)
+static void pick(choice *c, const surroundings *around, const float p[3], float most,
+                 const run_picks *picks)
 {
-    const run_floats most = squared - (run_floats){0.0f};
     unsigned count = 0;
     for (unsigned first = 0; first < around->count; first += STP_RUN_POINTS) {
         const run_floats x = RUN_AT(around, 0, first) - p[0];
         const run_floats y = RUN_AT(around, 1, first) - p[1];
         const run_floats z = RUN_AT(around, 2, first) - p[2];
-        const run_bits near = (run_bits)(x * x + y * y + z * z <= most) & each_bit;
-        count = add_picks(picks, &near, first, picked, count);
+        const run_floats squared = x * x + y * y + z * z;
+        const run_bits near = (run_bits)(squared <= most) & each_bit;
+        const run_words words = (run_words)near;
+        const uint64_t both = words[0] | words[1] | words[2] | words[3];
+        const uint8_t bits = (uint8_t)(both | both >> 32);
+        const run_numbers lanes = picks->numbers[bits], numbers = lanes + (uint16_t)first;
+        const run_floats picked =
+            __builtin_shuffle(squared, __builtin_convertvector(lanes, run_bits));
+        memcpy(c->numbers + count, &numbers, sizeof numbers);
+        memcpy(c->squared + count, &picked, sizeof picked);
+        count += picks->counts[bits];
     }
-    return count;
+    c->count = count;
 }
 
-/* Finds all candidates within `limit` of p that are not at p. */
-static void choice_find(choice *c, const search *s, const surroundings *around, stp_dvec3 p,
-                        double limit)
+/* What squared distances, of at most limit, may be off by in floats. Each float is off by 2^-24 of
+ * itself, and no coordinate is greater than size + limit. */
+static float squared_error(const surroundings *around, double limit)
 {
-    const stp_locale *l = s->locale;
-    uint16_t picked[CANDIDATES + STP_RUN_POINTS];
-    const stp_dvec3 less = stp_dvec3_sub(p, around->centre);
-    const float point[3] = {(float)less.x, (float)less.y, (float)less.z};
-    const double wider = limit + FLOAT_ERROR * (limit + around->size);
-    const float squared_wider = (float)((1.0 + FLOAT_ERROR) * wider * wider) + FLT_MIN;
-    const unsigned count = pick(around, point, squared_wider, &s->picks, picked);
-    c->count = 0;
-    for (unsigned i = 0; i < count; i++) {
-        const uint32_t at = around->ats[picked[i]];
-        const double x = l->axes[0][at] - p.x, y = l->axes[1][at] - p.y, z = l->axes[2][at] - p.z;
-        const double squared = x * x + y * y + z * z;
-        c->ats[c->count] = at;
-        c->squared[c->count] = squared;
-        const bool taken = (squared <= limit * limit) & (squared > 0.0);
-        c->count += taken; /* no branch: it goes either way */
-    }
+    return (float)(0x1p-22 * (1.0 + FLOAT_ERROR) * limit * (around->size + 3.0 * limit)) + FLT_MIN;
 }
 
 /* Counts, for each of `count` keys, how many are less; count: a multiple of RANKS. */
@@ -289,53 +278,88 @@ static void count_less(const int32_t *keys, unsigned count, int32_t *ranks)
     }
 }
 
-/* Sorts by counting nearer ones, without branches. False if floats tie. */
-static bool choice_rank(const choice *c, stp_nearest_list *list, const stp_locale *l)
+/* Sorts the candidates by counting nearer ones, without branches: sets nearest[] to the point
+ * itself and the k nearest others. False if floats may not tell who they are, or in which order. */
+static bool choice_rank(const choice *c, unsigned k, float limit_squared, float error,
+                        uint16_t nearest[CHOICES])
 {
     int32_t keys[CHOICES], ranks[CHOICES]; /* floats, whose bits sort like integers */
-    uint64_t filled = 0;
-    unsigned padded = c->count, placed = 0;
-    for (unsigned i = 0; i < c->count; i++) {
-        const float rounded = (float)c->squared[i];
-        memcpy(&keys[i], &rounded, sizeof rounded);
-    }
+    float sorted[CHOICES + 1];
+    unsigned padded = c->count, unsure = 0;
+    memcpy(keys, c->squared, c->count * sizeof *keys);
     for (; padded % RANKS; padded++)
         keys[padded] = INT32_MAX;
     count_less(keys, padded, ranks);
+    for (unsigned i = 0; i < k + 2; i++)
+        sorted[i] = -1.0f; /* where floats tie */
+    sorted[c->count] = INFINITY;
     for (unsigned i = 0; i < c->count; i++) {
-        const unsigned rank = (unsigned)ranks[i];
-        if (rank >= list->capacity)
-            continue;
-        list->squared[rank] = c->squared[i];
-        list->place[rank] = l->places[c->ats[i]];
-        filled |= (uint64_t)1 << rank;
-        placed++;
+        sorted[ranks[i]] = c->squared[i];
+        nearest[ranks[i]] = c->numbers[i];
     }
-    list->count = list->capacity;
-    return placed == list->capacity && __builtin_popcountll(filled) == (int)list->capacity;
+    for (unsigned i = 0; i < k + 1; i++)
+        unsure |= sorted[i + 1] - sorted[i] > 2.0f * error ? 0u : 1u;
+    return !unsure && sorted[k] + error <= limit_squared;
 }
 
-/* Makes the list of the locale's point `at` from its group's surroundings. False: nearer points may
- * lie outside. */
+/* Measures the candidates in double, and keeps the nearest. False if fewer than k lie within
+ * `limit` of p. */
+static bool choice_insert(const choice *c, const search *s, const surroundings *around, stp_dvec3 p,
+                          double limit, stp_nearest_list *list)
+{
+    const stp_locale *l = s->locale;
+    unsigned within = 0;
+    list->count = 0;
+    for (unsigned i = 0; i < c->count; i++) {
+        const uint32_t at = around->ats[c->numbers[i]];
+        const double x = l->axes[0][at] - p.x, y = l->axes[1][at] - p.y, z = l->axes[2][at] - p.z;
+        const double squared = x * x + y * y + z * z;
+        if (!(squared <= limit * limit && squared > 0.0))
+            continue;
+        const uint64_t place = l->places[at];
+        stp_nearest_list_insert(list, squared, place, s->cloud->points[place].source);
+        within++;
+    }
+    return within >= s->k;
+}
+
+/* Makes the list of the point at p from the candidates within `limit`. False: nearer points may lie
+ * farther away. */
+static bool list_choose_within(stp_nearest_list *list, const search *s, const surroundings *around,
+                               stp_dvec3 p, double limit)
+{
+    const stp_locale *l = s->locale;
+    const stp_dvec3 less = stp_dvec3_sub(p, around->centre);
+    const float point[3] = {(float)less.x, (float)less.y, (float)less.z};
+    const double wider = limit + FLOAT_ERROR * (limit + around->size);
+    const float error = squared_error(around, wider);
+    const float most = (float)((1.0 + FLOAT_ERROR) * wider * wider) + FLT_MIN;
+    uint16_t nearest[CHOICES];
+    choice c;
+    pick(&c, around, point, most, &s->picks);
+    if (c.count <= s->k)
+        return false;
+    if (c.count > CHOICES || !choice_rank(&c, s->k, (float)(limit * limit), error, nearest))
+        return choice_insert(&c, s, around, p, limit, list);
+    for (unsigned i = 0; i < s->k; i++)
+        list->place[i] = l->places[around->ats[nearest[i + 1]]];
+    const uint32_t at = around->ats[nearest[s->k]];
+    const double x = l->axes[0][at] - p.x, y = l->axes[1][at] - p.y, z = l->axes[2][at] - p.z;
+    list->squared[s->k - 1] = x * x + y * y + z * z;
+    list->count = s->k;
+    return true;
+}
+
+/* Makes the list of the locale's point `at` from its group's surroundings: its places, and the last
+ * squared distance. False: nearer points may lie outside. */
 static bool list_choose(stp_nearest_list *list, const search *s, const surroundings *around,
                         uint32_t at)
 {
     const stp_locale *l = s->locale;
     const stp_dvec3 p = {l->axes[0][at], l->axes[1][at], l->axes[2][at]};
-    choice c;
-    choice_find(&c, s, around, p, stp_min(LIKELY_REACH * s->last, around->reach));
-    if (c.count < s->k)
-        choice_find(&c, s, around, p, around->reach);
-    if (c.count < s->k)
-        return false;
-    if (c.count <= CHOICES && choice_rank(&c, list, l))
-        return true;
-    list->count = 0;
-    for (unsigned i = 0; i < c.count; i++) {
-        const uint64_t place = l->places[c.ats[i]];
-        stp_nearest_list_insert(list, c.squared[i], place, s->cloud->points[place].source);
-    }
-    return true;
+    const double likely = stp_min(LIKELY_REACH * s->last, around->reach);
+    return list_choose_within(list, s, around, p, likely) ||
+           list_choose_within(list, s, around, p, around->reach);
 }
 
 /* Points that share a search. */

@@ -4,6 +4,7 @@
 #include "base/wide.h"
 
 #include <math.h>
+#include <string.h>
 
 /* A second eigenvalue below this part of the first means a line: no normal. */
 #define LINE_RATIO 1e-6
@@ -18,21 +19,28 @@ typedef struct covariance {
 } covariance;
 
 /* *trace: of the covariance times weight; if it is not positive, all is 0. */
-static covariance covariance_of(const stp_moments *m, double *trace)
+static inline covariance covariance_from(const float sums[STP_MOMENT_SUMS], double *trace)
 {
-    const stp_float4 *r = m->row;
-    const double x = (double)r[3][0], y = (double)r[3][1], z = (double)r[3][2];
-    const double weight = (double)r[3][3], part = weight > 0.0 ? 1.0 / weight : 0.0;
-    const double xx = (double)r[0][0] - x * x * part, yy = (double)r[1][1] - y * y * part;
-    const double zz = (double)r[2][2] - z * z * part, sum = xx + yy + zz;
+    const double x = (double)sums[6], y = (double)sums[7], z = (double)sums[8];
+    const double weight = (double)sums[9], part = weight > 0.0 ? 1.0 / weight : 0.0;
+    const double xx = (double)sums[0] - x * x * part, yy = (double)sums[3] - y * y * part;
+    const double zz = (double)sums[5] - z * z * part, sum = xx + yy + zz;
     const double scale = sum > 0.0 ? 1.0 / sum : 0.0;
     *trace = sum;
     return (covariance){scale * xx,
-                        scale * ((double)r[0][1] - x * y * part),
-                        scale * ((double)r[0][2] - x * z * part),
+                        scale * ((double)sums[1] - x * y * part),
+                        scale * ((double)sums[2] - x * z * part),
                         scale * yy,
-                        scale * ((double)r[1][2] - y * z * part),
+                        scale * ((double)sums[4] - y * z * part),
                         scale * zz};
+}
+
+static covariance covariance_of(const stp_moments *m, double *trace)
+{
+    const stp_float4 *r = m->row;
+    const float sums[STP_MOMENT_SUMS] = {r[0][0], r[0][1], r[0][2], r[1][1], r[1][2],
+                                         r[2][2], r[3][0], r[3][1], r[3][2], r[3][3]};
+    return covariance_from(sums, trace);
 }
 
 /* What a matrix C of trace 1 says of its least extent. */
@@ -100,17 +108,19 @@ static inline extents extents_of(const covariance *c)
     return (extents){least, greatest, determinant, stp_dvec3_scale(axis, is_plane ? 1.0 : 0.0)};
 }
 
-/* Covariances as columns; then what they say. */
+/* What moments in columns say. */
 typedef struct columns {
-    double xx[LANES], xy[LANES], xz[LANES], yy[LANES], yz[LANES], zz[LANES];
-    double least[LANES], determinant[LANES], x[LANES], y[LANES], z[LANES];
+    double trace[LANES], least[LANES], determinant[LANES], x[LANES], y[LANES], z[LANES];
 } columns;
 
 STP_WIDE
-static void solve(columns *restrict s)
+static void solve(const stp_moment_columns *restrict m, columns *restrict s)
 {
     for (int i = 0; i < LANES; i++) {
-        const covariance c = {s->xx[i], s->xy[i], s->xz[i], s->yy[i], s->yz[i], s->zz[i]};
+        float sums[STP_MOMENT_SUMS];
+        for (int j = 0; j < STP_MOMENT_SUMS; j++)
+            sums[j] = m->of[j][i];
+        const covariance c = covariance_from(sums, &s->trace[i]);
         const extents e = extents_of(&c);
         s->least[i] = e.least;
         s->determinant[i] = e.determinant;
@@ -120,21 +130,39 @@ static void solve(columns *restrict s)
     }
 }
 
-void stp_moments_fit(const stp_moments m[STP_MOMENTS_LANES],
-                     stp_moments_plane out[STP_MOMENTS_LANES])
+typedef float lanes __attribute__((vector_size(4 * LANES)));
+
+STP_WIDE
+void stp_moments_sum(stp_moment_columns *out, const float places[][3][STP_MOMENTS_LANES],
+                     unsigned count)
+{
+    lanes sums[STP_MOMENT_SUMS - 1] = {{0}};
+    for (unsigned i = 0; i < count; i++) {
+        lanes x, y, z;
+        memcpy(&x, places[i][0], sizeof x);
+        memcpy(&y, places[i][1], sizeof y);
+        memcpy(&z, places[i][2], sizeof z);
+        sums[0] += x * x;
+        sums[1] += x * y;
+        sums[2] += x * z;
+        sums[3] += y * y;
+        sums[4] += y * z;
+        sums[5] += z * z;
+        sums[6] += x;
+        sums[7] += y;
+        sums[8] += z;
+    }
+    memcpy(out->of, sums, sizeof sums);
+}
+
+void stp_moments_fit(const stp_moment_columns *m, stp_moments_plane out[STP_MOMENTS_LANES])
 {
     columns s;
-    double traces[LANES];
-    for (int i = 0; i < LANES; i++) {
-        const covariance c = covariance_of(&m[i], &traces[i]);
-        s.xx[i] = c.xx, s.xy[i] = c.xy, s.xz[i] = c.xz;
-        s.yy[i] = c.yy, s.yz[i] = c.yz, s.zz[i] = c.zz;
-    }
-    solve(&s);
+    solve(m, &s);
     for (int i = 0; i < LANES; i++)
         out[i] = (stp_moments_plane){
             stp_dvec3_to_float((stp_dvec3){s.x[i], s.y[i], s.z[i]}),
-            (float)(stp_max(s.least[i], 0.0) * traces[i] / (double)m[i].row[3][3]),
+            (float)(stp_max(s.least[i], 0.0) * s.trace[i] / (double)m->of[9][i]),
             (float)(27.0 * s.determinant[i])};
 }
 

@@ -33,8 +33,20 @@ static inline void stp_moments_add(stp_moments *m, const stp_moments *other, stp
         m->row[r] += weight * (other->row[r] + d[r] * t + t[r] * d);
 }
 
+/* What a matrix of moments has besides what its symmetry repeats: xx, xy, xz, yy, yz, zz, x, y, z,
+ * weight. */
+#define STP_MOMENT_SUMS 10
 /* Neighbourhoods that are fitted at a time. */
 #define STP_MOMENTS_LANES 8
+
+/* Moments of several neighbourhoods. */
+typedef struct stp_moment_columns {
+    float of[STP_MOMENT_SUMS][STP_MOMENTS_LANES];
+} stp_moment_columns;
+
+/* Sets all but the weights: adds up `count` places of each neighbourhood, in their order. */
+void stp_moments_sum(stp_moment_columns *out, const float places[][3][STP_MOMENTS_LANES],
+                     unsigned count);
 
 /* normal: direction of the points' least extent; zero if they lie on a line (Hoppe 1992). variance:
  * of the heights along it. roundness: det(C) (3 / trace(C))^3 of the covariance C; 1 if the extents
@@ -44,8 +56,7 @@ typedef struct stp_moments_plane {
     float variance, roundness;
 } stp_moments_plane;
 
-void stp_moments_fit(const stp_moments m[STP_MOMENTS_LANES],
-                     stp_moments_plane out[STP_MOMENTS_LANES]);
+void stp_moments_fit(const stp_moment_columns *m, stp_moments_plane out[STP_MOMENTS_LANES]);
 /* The normal alone, of one neighbourhood: the same bits. */
 vec3s stp_moments_normal(const stp_moments *m);
 /* The roundness alone, the same but for rounding. */

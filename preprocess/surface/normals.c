@@ -49,12 +49,9 @@
  * noise. Noise is measured within layers, and overlapping layers lie farther apart. */
 #define JOIN_REACH 2.0f
 
-/* Moments without what their symmetry repeats: xx, xy, xz, yy, yz, zz, x, y, z, weight. */
-#define MOMENTS 10
-
 /* The plane near a point: a line of the cache. */
 typedef struct plane {
-    float sums[MOMENTS]; /* of its own sheet's points; lengths times estimation.scale */
+    float sums[STP_MOMENT_SUMS]; /* of its own sheet's points; lengths times estimation.scale */
     vec3s normal;
     float variance; /* of the heights over the first plane */
     float noise;    /* variance of the noise, if wide */
@@ -83,8 +80,8 @@ typedef struct estimation {
 static void keep_moments(plane *f, const stp_moments *m)
 {
     const stp_float4 *r = m->row;
-    const float sums[MOMENTS] = {r[0][0], r[0][1], r[0][2], r[1][1], r[1][2],
-                                 r[2][2], r[3][0], r[3][1], r[3][2], r[3][3]};
+    const float sums[STP_MOMENT_SUMS] = {r[0][0], r[0][1], r[0][2], r[1][1], r[1][2],
+                                         r[2][2], r[3][0], r[3][1], r[3][2], r[3][3]};
     memcpy(f->sums, sums, sizeof sums);
 }
 
@@ -156,16 +153,17 @@ static void part_sheets(plane *f, const estimation *e, uint32_t self, const uint
     keep_moments(f, &own);
 }
 
-/* The plane of the nearest neighbours, whose moments are `sums`. */
-static plane plane_of(const estimation *e, uint32_t self, const stp_moments *sums,
-                      const stp_moments_plane *fitted)
+/* The plane of the nearest neighbours, whose moments are column `lane` of sums. */
+static plane plane_of(const estimation *e, uint32_t self, const stp_moment_columns *sums,
+                      unsigned lane, const stp_moments_plane *fitted)
 {
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
     const unsigned count = known_count(list, e->neighbours->k);
     plane f = {.wide = 0};
     if (count < 3)
         return f;
-    keep_moments(&f, sums);
+    for (int i = 0; i < STP_MOMENT_SUMS; i++)
+        f.sums[i] = sums->of[i][lane];
     f.normal = fitted->normal;
     f.variance = fitted->variance;
     stp_float4 last = place_of(e, list[count - 1], self);
@@ -176,24 +174,45 @@ static plane plane_of(const estimation *e, uint32_t self, const stp_moments *sum
     return f;
 }
 
+/* Sets column `lane` to the places of a point's neighbours, then to its own. Returns how many
+ * points there are, with itself. */
+static float take_places(const estimation *e, uint32_t self, float places[][3][STP_MOMENTS_LANES],
+                         unsigned lane)
+{
+    const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
+    const stp_cloud_point *points = e->cloud->points;
+    const stp_dvec3 p = points[self].position;
+    const unsigned k = e->neighbours->k, count = known_count(list, k);
+    for (unsigned i = 0; i < count; i++) {
+        const stp_dvec3 q = points[list[i]].position;
+        places[i][0][lane] = (float)((q.x - p.x) * e->scale);
+        places[i][1][lane] = (float)((q.y - p.y) * e->scale);
+        places[i][2][lane] = (float)((q.z - p.z) * e->scale);
+    }
+    for (unsigned i = count; i < k; i++)
+        for (int a = 0; a < 3; a++)
+            places[i][a][lane] = 0.0f;
+    return (float)count + 1.0f;
+}
+
 /* Finds how round the neighbourhoods of the first `count` points are and, if wanted, their planes:
  * several at a time. */
 static void fit(estimation *e, uint32_t count)
 {
-    const unsigned k = e->neighbours->k;
+    float places[STP_NEIGHBOURS_LIMIT][3][STP_MOMENTS_LANES];
     for (uint32_t first = 0; first < count; first += STP_MOMENTS_LANES) {
-        stp_moments sums[STP_MOMENTS_LANES] = {{{{0}}}};
+        stp_moment_columns sums;
         stp_moments_plane fitted[STP_MOMENTS_LANES];
         const uint32_t left = count - first < STP_MOMENTS_LANES ? count - first : STP_MOMENTS_LANES;
-        for (uint32_t i = 0; i < left; i++) {
-            const uint32_t *list = e->neighbours->indices + (size_t)(first + i) * k;
-            sums[i] = collect(e, first + i, list, known_count(list, k), true);
-        }
-        stp_moments_fit(sums, fitted);
+        for (uint32_t i = 0; i < STP_MOMENTS_LANES; i++) /* the last one fills up */
+            sums.of[STP_MOMENT_SUMS - 1][i] =
+                take_places(e, first + (i < left ? i : left - 1), places, i);
+        stp_moments_sum(&sums, (const float(*)[3][STP_MOMENTS_LANES])places, e->neighbours->k);
+        stp_moments_fit(&sums, fitted);
         for (uint32_t i = 0; i < left; i++) {
             e->roundness[first + i] = fitted[i].roundness;
             if (e->planes)
-                e->planes[first + i] = plane_of(e, first + i, &sums[i], &fitted[i]);
+                e->planes[first + i] = plane_of(e, first + i, &sums, i, &fitted[i]);
         }
     }
 }

@@ -115,6 +115,20 @@ static void lattice_ties(void **state)
 }
 
 /* A flat lattice on the borders of cells, far from the origin. */
+/* A lattice whose points are a little off their places: floats tell the distances apart, but not in
+ * the right order. */
+static void lattice_nearly_ties(void **state)
+{
+    (void)state;
+    const uint32_t side = TEST_SIZE(42, 16);
+    stp_cloud cloud = cloud_fixture_make(side * side * side);
+    for (uint32_t i = 0; i < cloud.count; i++)
+        cloud.points[i].position = (stp_dvec3){i % side + 1e-6 * stp_random_unit(1, i),
+                                               i / side % side + 1e-6 * stp_random_unit(2, i),
+                                               i / side / side + 1e-6 * stp_random_unit(3, i)};
+    check(&cloud, 16, 331);
+}
+
 static void flat_lattice_far_away(void **state)
 {
     (void)state;
@@ -206,6 +220,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(uneven_density),
         cmocka_unit_test(lattice_ties),
+        cmocka_unit_test(lattice_nearly_ties),
         cmocka_unit_test(flat_lattice_far_away),
         cmocka_unit_test(duplicates),
         cmocka_unit_test(fewer_points_than_neighbours),
