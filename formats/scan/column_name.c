@@ -100,23 +100,43 @@ static const struct {
 
 #define STP_NAMES (sizeof known_names / sizeof *known_names)
 
-size_t stp_column_find_name(const char *begin, const char *end)
+/* Leaves out what does not count. False: it is longer than any known name. */
+static bool simplify(const char *begin, const char *end, char name[STP_NAME_CHARS_MAX + 1])
 {
-    char name[STP_NAME_CHARS_MAX];
     size_t length = 0;
     for (const char *at = begin; at < end && *at != '(' && *at != '['; at++) {
         if (*at == '_' || *at == '-' || *at == '.' || *at == ' ')
             continue;
-        if (length == sizeof name)
-            return STP_COLUMN_NO_NAME;
+        if (length == STP_NAME_CHARS_MAX)
+            return false;
         name[length++] = *at >= 'A' && *at <= 'Z' ? (char)(*at - 'A' + 'a') : *at;
     }
-    const size_t skip = length > 6 && memcmp(name, "scalar", 6) == 0 ? 6 : 0;
+    name[length] = '\0';
+    return true;
+}
+
+size_t stp_column_find_name(const char *begin, const char *end)
+{
+    char name[STP_NAME_CHARS_MAX + 1];
+    if (!simplify(begin, end, name))
+        return STP_COLUMN_NO_NAME;
+    const size_t skip = strlen(name) > 6 && memcmp(name, "scalar", 6) == 0 ? 6 : 0;
     for (size_t i = 0; i < STP_NAMES; i++)
-        if (strlen(known_names[i].name) == length - skip &&
-            memcmp(known_names[i].name, name + skip, length - skip) == 0)
+        if (strcmp(known_names[i].name, name + skip) == 0)
             return i;
     return STP_COLUMN_NO_NAME;
+}
+
+bool stp_column_is_packed(const char *begin, const char *end)
+{
+    static const char *const names[] = {"rgb",      "rgba",      "argb",   "color",  "colour",
+                                        "rgbcolor", "rgbcolour", "hex",    "hexrgb", "rgbhex",
+                                        "hexcolor", "hexcolour", "rgbint", "farbe"};
+    char name[STP_NAME_CHARS_MAX + 1];
+    for (size_t i = 0; simplify(begin, end, name) && i < sizeof names / sizeof *names; i++)
+        if (strcmp(names[i], name) == 0)
+            return true;
+    return false;
 }
 
 stp_column stp_column_by_name(size_t name)
@@ -132,7 +152,7 @@ bool stp_column_is_angle(size_t name)
 
 const char *stp_column_name(stp_column column)
 {
-    static const char *const names[] = {"x",  "y",  "z",  "red",       "green", "blue",
-                                        "nx", "ny", "nz", "intensity", "class", "not read"};
+    static const char *const names[] = {"x",  "y",  "z",         "red",   "green",    "blue",  "nx",
+                                        "ny", "nz", "intensity", "class", "not read", "colour"};
     return names[column];
 }

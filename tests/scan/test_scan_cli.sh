@@ -91,7 +91,7 @@ prepared "$FOLDER/bowl.pts" 400 unknown
 prepared "$FOLDER/bowl.xyz" 400 position --orient 9.5,9.5,100
 awk '{ print NR, $3, $2, $1, "bowl" }' "$FOLDER/bowl.xyz" >"$FOLDER/turned.txt"
 prepared "$FOLDER/turned.txt" 400 unknown --columns _,z,y,x
-refused "$FOLDER/bowl.xyz" "no known column" --columns x,y,colour
+refused "$FOLDER/bowl.xyz" "no known column" --columns x,y,tint
 refused "$FOLDER/bowl.obj" "this format names its own columns" --columns x,y,z
 sed '200s/ .*//' "$FOLDER/bowl.xyz" >"$FOLDER/wrong.xyz"
 refused "$FOLDER/wrong.xyz" "line 200 has 1 columns"

@@ -117,8 +117,49 @@ static void by_content(void **state)
     expect_columns("1 2 3 4 5 6 0 1 0 0.5\n", "x,y,z,red,green,blue,nx,ny,nz,intensity");
     expect_columns("p1,1,2,3\np2,4,5,6\n", "_,x,y,z");
     expect_columns("1 2 3 nan\n1 2 3 7\n", "x,y,z,intensity");
+    expect_columns("1 2.5 3.5 4 90\n2 3 5.5 7 80\n3 1.5 2 9 70\n", "_,x,y,z,intensity");
+    expect_columns("1 2.5 3.5 4\n2 3 5.5 7\n3 1.5 2 9\n", "_,x,y,z");
+    expect_columns("1 2 3.5 4\n2 3 5.5 7\n3 1 2 9\n", "x,y,z,intensity"); /* a row of a grid */
+    expect_columns("1 2.5 3.5 4\n2 3 5.5 7\n4 1.5 2 9\n", "x,y,z,intensity");
+    expect_columns("1.5e9 2.5 3.5 4 90\n1500000000.5 3 5.5 7 80\n1500000000.5 1.5 2 9 70\n",
+                   "_,x,y,z,intensity");
+    expect_columns("1700000000000 2 3 4\n1700000000007 3 5 7\n1700000000009 1 2 9\n", "_,x,y,z");
+    expect_columns("3512345678 5412345678 99000 4\n3512345679 5412345678 99000 7\n"
+                   "3512345680 5412345678 99000 9\n",
+                   "x,y,z,intensity"); /* Gauss and Krueger's in millimetres */
     scan_fixture_text("left.xyz", "1 2 3 4 5\n1 2 3 4 5\n");
     assert_string_equal(note("left.xyz", NULL, "left_out"), "column 4, column 5");
+}
+
+/* A colour in one piece, in every way that programs write one. */
+static void packed_colours(void **state)
+{
+    (void)state;
+    const char *const texts[] = {
+        "1 2 3 #0a141e\n4 5 6 #4650FF\n",
+        "1 2 3 0x0A141E\n4 5 6 0xff4650ff\n",
+        "1,2,3,#0a141eff\n4,5,6,#4650ff80\n",
+        "1 2 3 -16116706\n4 5 6 -12168961\n",
+        "1 2 3 4278850590\n4 5 6 4282798335\n",
+        "x y z hex\n1 2 3 0a141e\n4 5 6 4650ff\n",
+        "x;y;z;Color\n1,0;2;3;660510\n4;5;6;4608255\n",
+        "x y z rgb\n1 2 3 9.25571648671185e-40\n4 5 6 6.45754065471716e-39\n",
+        "x y z rgb\n1 2 3 -16116706\n4 5 6 4282798335\n",
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        stp_scan_info info;
+        print_message("%s", texts[i]);
+        stp_point *points = scan_fixture_points("packed.xyz", texts[i], &info);
+        assert_int_equal(info.attributes, STP_POINT_HAS_COLOUR);
+        scan_fixture_position(&points[1], 4, 5, 6);
+        scan_fixture_rgb(&points[1], 70 * 257, 80 * 257, 255 * 257);
+        scan_fixture_rgb(&points[0], 10 * 257, 20 * 257, 30 * 257);
+        free(points);
+    }
+    expect_columns("x y z color\n1 2 3 40\n1 2 3 65535\n", "x,y,z,intensity");
+    expect_columns("x y z color r g b\n1 2 3 40 1 2 3\n", "x,y,z,_,red,green,blue");
+    scan_fixture_text("bad.xyz", "1 2 3 #0a141e\n4 5 6 #46\n");
+    scan_fixture_fails("bad.xyz", NULL, STP_CORRUPT, "`#46` in column 4 (colour) is not a number");
 }
 
 static void as_given(void **state)
@@ -149,7 +190,8 @@ static void as_given(void **state)
         {"x,y", "x, y and z"},
         {"x,y,z,r,g", "r, g and b"},
         {"x,y,z,nx", "nx, ny and nz"},
-        {"x,y,z,colour", "`colour`"},
+        {"x,y,z,tint", "`tint`"},
+        {"x,y,z,rgb,colour", "twice"},
         {"x,y,z,x", "twice"},
         {"", "x, y and z"},
         {"x,,y,z", "``"},
@@ -464,6 +506,7 @@ int main(void)
         cmocka_unit_test(separators),
         cmocka_unit_test(headers),
         cmocka_unit_test(by_content),
+        cmocka_unit_test(packed_colours),
         cmocka_unit_test(as_given),
         cmocka_unit_test(depths),
         cmocka_unit_test(all_black_is_no_colour),

@@ -34,6 +34,14 @@ bool stp_field_next(stp_separator separator, const char **at, const char *end, s
 /* Reads the whole field as a number. False if it is none. Errors of range: as stp_number_parse. */
 bool stp_field_number(stp_separator separator, stp_field field, double *value);
 
+/* Reads a colour in one piece as 0xRRGGBB: #rrggbb, 0xrrggbb, or where `hex` is set rrggbb, all
+ * perhaps with two digits of alpha behind (#) or before (0x), or a whole number, whose bits above
+ * 24 do not count, or a fraction, as PCL writes the bits of these as floats. False if it is none.
+ */
+bool stp_field_colour(stp_separator separator, stp_field field, bool hex, double *value);
+/* Whether the field is #rrggbb or 0xrrggbb. */
+bool stp_field_is_hex(stp_field field);
+
 /* The number of fields of a line, and how many of them are numbers. */
 typedef struct stp_field_count {
     uint32_t fields, numbers;
