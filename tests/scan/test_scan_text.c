@@ -42,6 +42,10 @@ static void separators(void **state)
         "1.5, -2, 3e2, 10, 20, 30,\n4 ,5 ,6 ,70 ,80 ,255 ,\n",
         "1.5;-2;3e2;10;20;30\n4;5;6;70;80;255;\n",
         "1,5; -2,0; 3e2; 10; 20; 30\n4;5;6;70;80;255\n",
+        "x|y|z|r|g|b\n1.5 | -2 | 3e2 | 10 | 20 | 30\n4|5|6|70|80|255\n",
+        "1.5D+00 -2.0d+0 3.0D+02 10 20 30\n4 5 6 70 80 255\n",
+        "Site A; of 2024-01-02\nby "
+        "hand\nx;y;z;r;g;b\nm;m;m;;;\n1,5;-2;3e2;10;20;30\n4;5;6;70;80;255\n",
         "\"1.5\",\"-2\",\"3e2\",\"10\",\"20\",\"30\"\n4,5,6,70,80,255\n",
         "1.5 -2 3e2 10 20 30\r\n4 5 6 70 80 255\r\n\x1a",
         "\357\273\2771.5 -2 3e2 10 20 30\n4 5 6 70 80 255",
@@ -73,6 +77,9 @@ static void headers(void **state)
     expect_columns("Hochwert;Rechtswert;H\xc3\xb6he [m]\n1;2;3\n", "y,x,z");
     expect_columns("Rechtswert;Hochwert;H\xf6he [m];R;G;B\n1,5;2,5;3;4;5;6\n",
                    "x,y,z,red,green,blue");
+    expect_columns("X|Y|Z|Rot|Gr\xc3\xbcn|Blau|Intensit\xc3\xa4t\n1|2|3|4|5|6|7\n",
+                   "x,y,z,red,green,blue,intensity");
+    expect_columns("x y z rouge vert bleu classe\n1 2 3 4 5 6 7\n", "x,y,z,red,green,blue,class");
     expect_columns("x y z Red Green Blue Alpha\n1 2 3 4 5 6 255\n", "x,y,z,red,green,blue,_");
     expect_columns("x y z red green\n1 2 3 4 5\n", "x,y,z,_,_");
     expect_columns("//X Y Z R G B Scalar_Intensity\n1 2 3 4 5 6 7\n",
@@ -129,6 +136,38 @@ static void by_content(void **state)
                    "x,y,z,intensity"); /* Gauss and Krueger's in millimetres */
     scan_fixture_text("left.xyz", "1 2 3 4 5\n1 2 3 4 5\n");
     assert_string_equal(note("left.xyz", NULL, "left_out"), "column 4, column 5");
+}
+
+/* Structure from motion by COLMAP: the comment names columns, the last is a list. */
+static void lists_at_the_end(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    stp_point *points = scan_fixture_points(
+        "points3D.txt",
+        "# 3D point list with one line of data per point:\n"
+        "#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
+        "# Number of points: 3, mean track length: 2.6\n"
+        "7 1 2 3 10 20 30 0.5 1 2 3 4\n9 4 5 6 70 80 255 0.25 1 2\n8 7 8 9 1 2 3 1 5 6 7 8 9 1\n",
+        &info);
+    assert_int_equal(info.point_count, 3);
+    scan_fixture_position(&points[2], 7, 8, 9);
+    scan_fixture_rgb(&points[1], 70 * 257, 80 * 257, 65535);
+    free(points);
+}
+
+/* Marks of thousands, as Swiss surveyors write them. */
+static void thousands(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    stp_point *points =
+        scan_fixture_points("swiss.xyz", "2'600'000.25 1'200'000.5 431.125\n1 2 3\n", &info);
+    scan_fixture_position(&points[0], 2600000.25, 1200000.5, 431.125);
+    assert_true(info.coordinate_step == 0.001);
+    free(points);
+    scan_fixture_text("odd.xyz", "1 2 3\n1'20 2 3\n");
+    scan_fixture_fails("odd.xyz", NULL, STP_CORRUPT, "`1'20`");
 }
 
 /* A colour in one piece, in every way that programs write one. */
@@ -414,9 +453,13 @@ static void malformed(void **state)
         {"nul.xyz", "1 2 3\n\1\2\3\n", STP_FORMAT, "no known format"},
         {"old.xyz", "1 2 3\r4 5 6\r", STP_UNSUPPORTED, "CR alone"},
         {"wide.txt", "\377\3761", STP_UNSUPPORTED, "UTF-16"},
+        {"titles.txt", "one\ntwo\nthree\n1 2 3\n", STP_FORMAT, "line 1, `one`"},
         {"hello.dat", "hello\n", STP_FORMAT, "no known format"},
     };
     scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
+    const char wide[] = "\0001\0 \0002\0 \0003\0\n\0004\0 \0005\0 \0006\0\n\0007\0 \0008\0 \0009";
+    scan_fixture_bytes("wide.xyz", wide, sizeof wide - 1);
+    scan_fixture_fails("wide.xyz", NULL, STP_UNSUPPORTED, "UTF-16");
     const char binary[] = "1 2 3\n4 5 6\n\0\0\0\0";
     scan_fixture_bytes("binary.xyz", binary, sizeof binary);
     scan_fixture_fails("binary.xyz", NULL, STP_FORMAT, "no known format");
@@ -506,6 +549,8 @@ int main(void)
         cmocka_unit_test(separators),
         cmocka_unit_test(headers),
         cmocka_unit_test(by_content),
+        cmocka_unit_test(lists_at_the_end),
+        cmocka_unit_test(thousands),
         cmocka_unit_test(packed_colours),
         cmocka_unit_test(as_given),
         cmocka_unit_test(depths),

@@ -69,6 +69,12 @@ static void drop_part(stp_columns *columns, stp_column first)
             columns->targets[i] = STP_COLUMN_NONE;
 }
 
+/* COLMAP's TRACK[]: from here on lines differ in length. */
+static bool is_list(stp_field field)
+{
+    return memmem(field.begin, (size_t)(field.end - field.begin), "[]", 2) != NULL;
+}
+
 bool stp_columns_from_header(stp_columns *out, stp_separator separator, const char *begin,
                              const char *end)
 {
@@ -79,7 +85,7 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
     for (int i = 0; i < STP_COLUMN_COUNT; i++)
         names[i] = STP_COLUMN_NO_NAME;
     for (const char *at = begin; stp_field_next(separator, &at, end, &field);) {
-        if (columns.count == STP_COLUMNS_MAX) {
+        if (columns.count == STP_COLUMNS_MAX || is_list(field)) {
             columns.open_end = true;
             break;
         }

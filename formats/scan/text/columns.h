@@ -68,6 +68,7 @@ typedef struct stp_column_range {
 
 typedef struct stp_columns_sample {
     uint32_t count; /* columns, at most STP_COLUMNS_MAX */
+    bool open_end;  /* lines with more count, too */
     uint64_t rows;
     double last;                         /* the first number of the line before */
     uint64_t successors, repeats, falls; /* lines whose first number is one more; equal; less */
@@ -90,7 +91,8 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
  * a letter. Errors: INVALID_ARGUMENT. */
 stp_status stp_columns_from_list(stp_columns *out, const char *list, bool others, stp_error *err);
 
-/* Adds a line to the sample, if it has as many fields as the sample has columns. */
+/* Adds a line to the sample, if it has as many fields as the sample has columns (or more:
+ * open_end). */
 void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator, const char *begin,
                             const char *end);
 /* Applies the rules above. is_number says for each column whether it is a number; text is skipped.

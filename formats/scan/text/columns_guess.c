@@ -23,7 +23,7 @@ static uint32_t decimals_of(stp_field field)
 {
     const char *point = NULL, *last = field.begin;
     for (const char *at = field.begin; at < field.end; at++) {
-        if (*at == 'e' || *at == 'E')
+        if (*at == 'e' || *at == 'E' || *at == 'd' || *at == 'D')
             return UINT32_MAX;
         if (*at == '.' || *at == ',')
             point = at;
@@ -57,7 +57,8 @@ void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator,
     for (const char *at = begin; stp_field_next(separator, &at, end, &field); count++)
         if (count < STP_COLUMNS_MAX)
             fields[count] = field;
-    if ((count < STP_COLUMNS_MAX ? count : STP_COLUMNS_MAX) != sample->count)
+    const uint32_t kept = count < STP_COLUMNS_MAX ? count : STP_COLUMNS_MAX;
+    if (kept < sample->count || (kept > sample->count && !sample->open_end))
         return;
     for (uint32_t i = 0; i < sample->count; i++) {
         if (!stp_field_number(separator, fields[i], &values[i]))

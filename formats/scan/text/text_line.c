@@ -50,6 +50,20 @@ bool stp_field_next(stp_separator separator, const char **at, const char *end, s
     return true;
 }
 
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+/* Whether three digits follow, and no fourth, and one precedes. */
+static bool is_thousands_mark(stp_field field, const char *at)
+{
+    if (at == field.begin || field.end - at < 4 || !is_digit(at[-1]))
+        return false;
+    return is_digit(at[1]) && is_digit(at[2]) && is_digit(at[3]) &&
+           (field.end - at == 4 || !is_digit(at[4]));
+}
+
 bool stp_field_number(stp_separator separator, stp_field field, double *value)
 {
     const size_t length = (size_t)(field.end - field.begin);
@@ -57,15 +71,22 @@ bool stp_field_number(stp_separator separator, stp_field field, double *value)
         return false;
     if (stp_number_parse(field.begin, field.end, value))
         return true;
-    if (separator > STP_SEPARATOR_TAB || length > STP_FIELD_CHARS_MAX)
-        return false;
     char text[STP_FIELD_CHARS_MAX];
-    memcpy(text, field.begin, length);
-    char *comma = memchr(text, ',', length);
-    if (!comma)
-        return false;
-    *comma = '.';
-    return stp_number_parse(text, text + length, value);
+    size_t used = 0;
+    for (const char *at = field.begin; at < field.end; at++) {
+        const ptrdiff_t left = field.end - at;
+        if (used == sizeof text)
+            return false;
+        if (*at == '\'' && is_thousands_mark(field, at))
+            continue;
+        if (*at == ',' && separator <= STP_SEPARATOR_TAB && !memchr(text, '.', used))
+            text[used++] = '.';
+        else if ((*at | 32) == 'd' && left > 2 && (at[1] == '+' || at[1] == '-'))
+            text[used++] = 'e';
+        else
+            text[used++] = *at;
+    }
+    return stp_number_parse(text, text + used, value);
 }
 
 static int hex_digit(char c)

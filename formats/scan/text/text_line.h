@@ -1,8 +1,9 @@
 /* Splits a line of numbers into fields and finds their separator.
  *
- * Fields are separated by semicolons, single tabs, commas, or runs of spaces and tabs. Spaces and
- * quotation marks around a field are not part of it. A separator at the line's end begins no
- * further field. If semicolons or tabs separate, a number may have a decimal comma. A line that is
+ * Fields are separated by bars, semicolons, single tabs, commas, or runs of spaces and tabs. Spaces
+ * and quotation marks around a field are not part of it. A separator at the line's end begins no
+ * further field. If bars, semicolons or tabs separate, a number may have a decimal comma. Numbers
+ * may have Fortran's exponents (1.5D+03) and marks of thousands (600'000.25). A line that is
  * blank or begins with # or // does not count. Threads: any. */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
@@ -12,6 +13,7 @@
 #include <stdint.h>
 
 typedef enum stp_separator {
+    STP_SEPARATOR_BAR,
     STP_SEPARATOR_SEMICOLON,
     STP_SEPARATOR_TAB,
     STP_SEPARATOR_COMMA,
@@ -21,7 +23,7 @@ typedef enum stp_separator {
 
 static inline char stp_separator_character(stp_separator separator)
 {
-    static const char characters[STP_SEPARATOR_COUNT] = {';', '\t', ',', ' '};
+    static const char characters[STP_SEPARATOR_COUNT] = {'|', ';', '\t', ',', ' '};
     return characters[separator];
 }
 
