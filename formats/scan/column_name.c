@@ -64,16 +64,33 @@ static const struct {
     {"diffusered", STP_COLUMN_RED},
     {"colorred", STP_COLUMN_RED},
     {"colorr", STP_COLUMN_RED},
+    {"rot", STP_COLUMN_RED},
+    {"rouge", STP_COLUMN_RED},
+    {"rojo", STP_COLUMN_RED},
+    {"rosso", STP_COLUMN_RED},
     {"green", STP_COLUMN_GREEN},
     {"g", STP_COLUMN_GREEN},
     {"diffusegreen", STP_COLUMN_GREEN},
     {"colorgreen", STP_COLUMN_GREEN},
     {"colorg", STP_COLUMN_GREEN},
+    {"gruen", STP_COLUMN_GREEN},
+    {"gr\xc3\xbc"
+     "n",
+     STP_COLUMN_GREEN},
+    {"gr\xfc"
+     "n",
+     STP_COLUMN_GREEN},
+    {"vert", STP_COLUMN_GREEN},
+    {"verde", STP_COLUMN_GREEN},
     {"blue", STP_COLUMN_BLUE},
     {"b", STP_COLUMN_BLUE},
     {"diffuseblue", STP_COLUMN_BLUE},
     {"colorblue", STP_COLUMN_BLUE},
     {"colorb", STP_COLUMN_BLUE},
+    {"blau", STP_COLUMN_BLUE},
+    {"bleu", STP_COLUMN_BLUE},
+    {"azul", STP_COLUMN_BLUE},
+    {"blu", STP_COLUMN_BLUE},
     {"nx", STP_COLUMN_NX},
     {"normalx", STP_COLUMN_NX},
     {"ny", STP_COLUMN_NY},
@@ -92,31 +109,64 @@ static const struct {
     {"gray", STP_COLUMN_INTENSITY},
     {"grey", STP_COLUMN_INTENSITY},
     {"luminance", STP_COLUMN_INTENSITY},
+    {"intensitaet", STP_COLUMN_INTENSITY},
+    {"intensit\xc3\xa4"
+     "t",
+     STP_COLUMN_INTENSITY},
+    {"intensit\xe4"
+     "t",
+     STP_COLUMN_INTENSITY},
+    {"intensite", STP_COLUMN_INTENSITY},
+    {"intensit\xc3\xa9", STP_COLUMN_INTENSITY},
+    {"intensit\xe9", STP_COLUMN_INTENSITY},
     {"classification", STP_COLUMN_CLASS},
     {"class", STP_COLUMN_CLASS},
     {"classid", STP_COLUMN_CLASS},
     {"label", STP_COLUMN_CLASS},
+    {"klasse", STP_COLUMN_CLASS},
+    {"classe", STP_COLUMN_CLASS},
+    {"klassifikation", STP_COLUMN_CLASS},
 };
 
 #define STP_NAMES (sizeof known_names / sizeof *known_names)
 
-size_t stp_column_find_name(const char *begin, const char *end)
+/* Leaves out what does not count. False: it is longer than any known name. */
+static bool simplify(const char *begin, const char *end, char name[STP_NAME_CHARS_MAX + 1])
 {
-    char name[STP_NAME_CHARS_MAX];
     size_t length = 0;
     for (const char *at = begin; at < end && *at != '(' && *at != '['; at++) {
         if (*at == '_' || *at == '-' || *at == '.' || *at == ' ')
             continue;
-        if (length == sizeof name)
-            return STP_COLUMN_NO_NAME;
+        if (length == STP_NAME_CHARS_MAX)
+            return false;
         name[length++] = *at >= 'A' && *at <= 'Z' ? (char)(*at - 'A' + 'a') : *at;
     }
-    const size_t skip = length > 6 && memcmp(name, "scalar", 6) == 0 ? 6 : 0;
+    name[length] = '\0';
+    return true;
+}
+
+size_t stp_column_find_name(const char *begin, const char *end)
+{
+    char name[STP_NAME_CHARS_MAX + 1];
+    if (!simplify(begin, end, name))
+        return STP_COLUMN_NO_NAME;
+    const size_t skip = strlen(name) > 6 && memcmp(name, "scalar", 6) == 0 ? 6 : 0;
     for (size_t i = 0; i < STP_NAMES; i++)
-        if (strlen(known_names[i].name) == length - skip &&
-            memcmp(known_names[i].name, name + skip, length - skip) == 0)
+        if (strcmp(known_names[i].name, name + skip) == 0)
             return i;
     return STP_COLUMN_NO_NAME;
+}
+
+bool stp_column_is_packed(const char *begin, const char *end)
+{
+    static const char *const names[] = {"rgb",      "rgba",      "argb",   "color",  "colour",
+                                        "rgbcolor", "rgbcolour", "hex",    "hexrgb", "rgbhex",
+                                        "hexcolor", "hexcolour", "rgbint", "farbe"};
+    char name[STP_NAME_CHARS_MAX + 1];
+    for (size_t i = 0; simplify(begin, end, name) && i < sizeof names / sizeof *names; i++)
+        if (strcmp(names[i], name) == 0)
+            return true;
+    return false;
 }
 
 stp_column stp_column_by_name(size_t name)
@@ -132,7 +182,7 @@ bool stp_column_is_angle(size_t name)
 
 const char *stp_column_name(stp_column column)
 {
-    static const char *const names[] = {"x",  "y",  "z",  "red",       "green", "blue",
-                                        "nx", "ny", "nz", "intensity", "class", "not read"};
+    static const char *const names[] = {"x",  "y",  "z",         "red",   "green",    "blue",  "nx",
+                                        "ny", "nz", "intensity", "class", "not read", "colour"};
     return names[column];
 }

@@ -26,7 +26,8 @@ typedef enum stp_column {
     STP_COLUMN_INTENSITY,
     STP_COLUMN_CLASS,
     STP_COLUMN_COUNT,
-    STP_COLUMN_NONE = STP_COLUMN_COUNT
+    STP_COLUMN_NONE = STP_COLUMN_COUNT,
+    STP_COLUMN_PACKED /* of text: a colour as one number or as #rrggbb */
 } stp_column;
 
 #define STP_COLUMN_NO_NAME SIZE_MAX
@@ -36,6 +37,9 @@ typedef enum stp_column {
 size_t stp_column_find_name(const char *begin, const char *end);
 /* name: a place in the list; STP_COLUMN_NONE if it is STP_COLUMN_NO_NAME. */
 stp_column stp_column_by_name(size_t name);
+/* Whether a column of text that has no other meaning is a colour in one piece: rgb, color, hex ...
+ */
+bool stp_column_is_packed(const char *begin, const char *end);
 /* Whether it is the name of a longitude or latitude. */
 bool stp_column_is_angle(size_t name);
 

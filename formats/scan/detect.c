@@ -212,8 +212,26 @@ static const struct {
     {"PK\x03\x04", 4, "a ZIP archive", "unpack it first (unzip)"},
 };
 
+/* Whether every other byte is 0, and the rest are characters: UTF-16 without a mark. */
+static bool is_wide_text(const prefix *p)
+{
+    enum { BYTES = 32 };
+    size_t zeros[2] = {0, 0}, characters = 0;
+    for (size_t i = 0; i < BYTES && i < p->length; i++) {
+        zeros[i % 2] += p->bytes[i] == '\0';
+        characters += (p->bytes[i] >= ' ' && p->bytes[i] <= '~') || p->bytes[i] == '\t' ||
+                      p->bytes[i] == '\r' || p->bytes[i] == '\n';
+    }
+    return p->length >= BYTES && characters >= BYTES / 2 &&
+           (zeros[0] == BYTES / 2) != (zeros[1] == BYTES / 2) && zeros[0] + zeros[1] == BYTES / 2;
+}
+
 static const char *known_but_unsupported(const prefix *p, const char **advice)
 {
+    if (is_wide_text(p)) {
+        *advice = "save it as UTF-8";
+        return "text in UTF-16";
+    }
     for (size_t i = 0; i < sizeof unsupported / sizeof *unsupported; i++) {
         if (starts_with(p, unsupported[i].magic, unsupported[i].length)) {
             *advice = unsupported[i].advice;

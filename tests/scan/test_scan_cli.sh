@@ -91,7 +91,7 @@ prepared "$FOLDER/bowl.pts" 400 unknown
 prepared "$FOLDER/bowl.xyz" 400 position --orient 9.5,9.5,100
 awk '{ print NR, $3, $2, $1, "bowl" }' "$FOLDER/bowl.xyz" >"$FOLDER/turned.txt"
 prepared "$FOLDER/turned.txt" 400 unknown --columns _,z,y,x
-refused "$FOLDER/bowl.xyz" "no known column" --columns x,y,colour
+refused "$FOLDER/bowl.xyz" "no known column" --columns x,y,tint
 refused "$FOLDER/bowl.obj" "this format names its own columns" --columns x,y,z
 sed '200s/ .*//' "$FOLDER/bowl.xyz" >"$FOLDER/wrong.xyz"
 refused "$FOLDER/wrong.xyz" "line 200 has 1 columns"
@@ -202,6 +202,19 @@ run "$STIPPLE" prep "$FOLDER/three.ply" -o "$FOLDER/hello.dat" --quiet
 expect_failure "exists already"
 [ "$(cat "$FOLDER/hello.dat")" = hello ] || fail "prep replaced a file without --force"
 expect_no_litter
+# An image that is a depth camera's without --pinhole is said to be one; with --spacing it is heights.
+awk 'BEGIN {
+    print "P2 320 240 65535"
+    for (r = 0; r < 240; r++)
+        for (c = 0; c < 320; c++)
+            print (r < 20 || (c < 100 && c >= 90)) ? 0 : int(1400 / ((r - 119.5) / 262.5 + 0.6))
+}' >"$FOLDER/d.pgm"
+run "$STIPPLE" prep "$FOLDER/d.pgm" -o "$FOLDER/d.stipple"
+expect_code 0
+expect_text err "d.pgm: taken as a depth camera's image (--pinhole 262.5,262.5,159.5,119.5 --height-scale 0.001): give"
+run "$STIPPLE" prep "$FOLDER/d.pgm" -o "$FOLDER/d.stipple" --spacing 1 --force
+expect_code 0
+found "depth camera's image (" <"$FOLDER/err" && fail "--spacing leaves it a camera's"
 # If a command needs a chunk file but gets a scan, it must name the command that makes one.
 "$STIPPLE" gen sphere -n 500 -o "$FOLDER/ball.ply" --quiet --force
 printf '1 2 3\n4 5 6\n7 8 9\n' >"$FOLDER/a few.xyz"

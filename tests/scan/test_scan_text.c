@@ -42,6 +42,10 @@ static void separators(void **state)
         "1.5, -2, 3e2, 10, 20, 30,\n4 ,5 ,6 ,70 ,80 ,255 ,\n",
         "1.5;-2;3e2;10;20;30\n4;5;6;70;80;255;\n",
         "1,5; -2,0; 3e2; 10; 20; 30\n4;5;6;70;80;255\n",
+        "x|y|z|r|g|b\n1.5 | -2 | 3e2 | 10 | 20 | 30\n4|5|6|70|80|255\n",
+        "1.5D+00 -2.0d+0 3.0D+02 10 20 30\n4 5 6 70 80 255\n",
+        "Site A; of 2024-01-02\nby "
+        "hand\nx;y;z;r;g;b\nm;m;m;;;\n1,5;-2;3e2;10;20;30\n4;5;6;70;80;255\n",
         "\"1.5\",\"-2\",\"3e2\",\"10\",\"20\",\"30\"\n4,5,6,70,80,255\n",
         "1.5 -2 3e2 10 20 30\r\n4 5 6 70 80 255\r\n\x1a",
         "\357\273\2771.5 -2 3e2 10 20 30\n4 5 6 70 80 255",
@@ -73,6 +77,9 @@ static void headers(void **state)
     expect_columns("Hochwert;Rechtswert;H\xc3\xb6he [m]\n1;2;3\n", "y,x,z");
     expect_columns("Rechtswert;Hochwert;H\xf6he [m];R;G;B\n1,5;2,5;3;4;5;6\n",
                    "x,y,z,red,green,blue");
+    expect_columns("X|Y|Z|Rot|Gr\xc3\xbcn|Blau|Intensit\xc3\xa4t\n1|2|3|4|5|6|7\n",
+                   "x,y,z,red,green,blue,intensity");
+    expect_columns("x y z rouge vert bleu classe\n1 2 3 4 5 6 7\n", "x,y,z,red,green,blue,class");
     expect_columns("x y z Red Green Blue Alpha\n1 2 3 4 5 6 255\n", "x,y,z,red,green,blue,_");
     expect_columns("x y z red green\n1 2 3 4 5\n", "x,y,z,_,_");
     expect_columns("//X Y Z R G B Scalar_Intensity\n1 2 3 4 5 6 7\n",
@@ -117,8 +124,81 @@ static void by_content(void **state)
     expect_columns("1 2 3 4 5 6 0 1 0 0.5\n", "x,y,z,red,green,blue,nx,ny,nz,intensity");
     expect_columns("p1,1,2,3\np2,4,5,6\n", "_,x,y,z");
     expect_columns("1 2 3 nan\n1 2 3 7\n", "x,y,z,intensity");
+    expect_columns("1 2.5 3.5 4 90\n2 3 5.5 7 80\n3 1.5 2 9 70\n", "_,x,y,z,intensity");
+    expect_columns("1 2.5 3.5 4\n2 3 5.5 7\n3 1.5 2 9\n", "_,x,y,z");
+    expect_columns("1 2 3.5 4\n2 3 5.5 7\n3 1 2 9\n", "x,y,z,intensity"); /* a row of a grid */
+    expect_columns("1 2.5 3.5 4\n2 3 5.5 7\n4 1.5 2 9\n", "x,y,z,intensity");
+    expect_columns("1.5e9 2.5 3.5 4 90\n1500000000.5 3 5.5 7 80\n1500000000.5 1.5 2 9 70\n",
+                   "_,x,y,z,intensity");
+    expect_columns("1700000000000 2 3 4\n1700000000007 3 5 7\n1700000000009 1 2 9\n", "_,x,y,z");
+    expect_columns("3512345678 5412345678 99000 4\n3512345679 5412345678 99000 7\n"
+                   "3512345680 5412345678 99000 9\n",
+                   "x,y,z,intensity"); /* Gauss and Krueger's in millimetres */
     scan_fixture_text("left.xyz", "1 2 3 4 5\n1 2 3 4 5\n");
     assert_string_equal(note("left.xyz", NULL, "left_out"), "column 4, column 5");
+}
+
+/* Structure from motion by COLMAP: the comment names columns, the last is a list. */
+static void lists_at_the_end(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    stp_point *points = scan_fixture_points(
+        "points3D.txt",
+        "# 3D point list with one line of data per point:\n"
+        "#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
+        "# Number of points: 3, mean track length: 2.6\n"
+        "7 1 2 3 10 20 30 0.5 1 2 3 4\n9 4 5 6 70 80 255 0.25 1 2\n8 7 8 9 1 2 3 1 5 6 7 8 9 1\n",
+        &info);
+    assert_int_equal(info.point_count, 3);
+    scan_fixture_position(&points[2], 7, 8, 9);
+    scan_fixture_rgb(&points[1], 70 * 257, 80 * 257, 65535);
+    free(points);
+}
+
+/* Marks of thousands, as Swiss surveyors write them. */
+static void thousands(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    stp_point *points =
+        scan_fixture_points("swiss.xyz", "2'600'000.25 1'200'000.5 431.125\n1 2 3\n", &info);
+    scan_fixture_position(&points[0], 2600000.25, 1200000.5, 431.125);
+    assert_true(info.coordinate_step == 0.001);
+    free(points);
+    scan_fixture_text("odd.xyz", "1 2 3\n1'20 2 3\n");
+    scan_fixture_fails("odd.xyz", NULL, STP_CORRUPT, "`1'20`");
+}
+
+/* A colour in one piece, in every way that programs write one. */
+static void packed_colours(void **state)
+{
+    (void)state;
+    const char *const texts[] = {
+        "1 2 3 #0a141e\n4 5 6 #4650FF\n",
+        "1 2 3 0x0A141E\n4 5 6 0xff4650ff\n",
+        "1,2,3,#0a141eff\n4,5,6,#4650ff80\n",
+        "1 2 3 -16116706\n4 5 6 -12168961\n",
+        "1 2 3 4278850590\n4 5 6 4282798335\n",
+        "x y z hex\n1 2 3 0a141e\n4 5 6 4650ff\n",
+        "x;y;z;Color\n1,0;2;3;660510\n4;5;6;4608255\n",
+        "x y z rgb\n1 2 3 9.25571648671185e-40\n4 5 6 6.45754065471716e-39\n",
+        "x y z rgb\n1 2 3 -16116706\n4 5 6 4282798335\n",
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        stp_scan_info info;
+        print_message("%s", texts[i]);
+        stp_point *points = scan_fixture_points("packed.xyz", texts[i], &info);
+        assert_int_equal(info.attributes, STP_POINT_HAS_COLOUR);
+        scan_fixture_position(&points[1], 4, 5, 6);
+        scan_fixture_rgb(&points[1], 70 * 257, 80 * 257, 255 * 257);
+        scan_fixture_rgb(&points[0], 10 * 257, 20 * 257, 30 * 257);
+        free(points);
+    }
+    expect_columns("x y z color\n1 2 3 40\n1 2 3 65535\n", "x,y,z,intensity");
+    expect_columns("x y z color r g b\n1 2 3 40 1 2 3\n", "x,y,z,_,red,green,blue");
+    scan_fixture_text("bad.xyz", "1 2 3 #0a141e\n4 5 6 #46\n");
+    scan_fixture_fails("bad.xyz", NULL, STP_CORRUPT, "`#46` in column 4 (colour) is not a number");
 }
 
 static void as_given(void **state)
@@ -149,7 +229,8 @@ static void as_given(void **state)
         {"x,y", "x, y and z"},
         {"x,y,z,r,g", "r, g and b"},
         {"x,y,z,nx", "nx, ny and nz"},
-        {"x,y,z,colour", "`colour`"},
+        {"x,y,z,tint", "`tint`"},
+        {"x,y,z,rgb,colour", "twice"},
         {"x,y,z,x", "twice"},
         {"", "x, y and z"},
         {"x,,y,z", "``"},
@@ -372,9 +453,13 @@ static void malformed(void **state)
         {"nul.xyz", "1 2 3\n\1\2\3\n", STP_FORMAT, "no known format"},
         {"old.xyz", "1 2 3\r4 5 6\r", STP_UNSUPPORTED, "CR alone"},
         {"wide.txt", "\377\3761", STP_UNSUPPORTED, "UTF-16"},
+        {"titles.txt", "one\ntwo\nthree\n1 2 3\n", STP_FORMAT, "line 1, `one`"},
         {"hello.dat", "hello\n", STP_FORMAT, "no known format"},
     };
     scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
+    const char wide[] = "\0001\0 \0002\0 \0003\0\n\0004\0 \0005\0 \0006\0\n\0007\0 \0008\0 \0009";
+    scan_fixture_bytes("wide.xyz", wide, sizeof wide - 1);
+    scan_fixture_fails("wide.xyz", NULL, STP_UNSUPPORTED, "UTF-16");
     const char binary[] = "1 2 3\n4 5 6\n\0\0\0\0";
     scan_fixture_bytes("binary.xyz", binary, sizeof binary);
     scan_fixture_fails("binary.xyz", NULL, STP_FORMAT, "no known format");
@@ -464,6 +549,9 @@ int main(void)
         cmocka_unit_test(separators),
         cmocka_unit_test(headers),
         cmocka_unit_test(by_content),
+        cmocka_unit_test(lists_at_the_end),
+        cmocka_unit_test(thousands),
+        cmocka_unit_test(packed_colours),
         cmocka_unit_test(as_given),
         cmocka_unit_test(depths),
         cmocka_unit_test(all_black_is_no_colour),

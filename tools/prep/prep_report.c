@@ -484,18 +484,20 @@ static void print_odd_heights(const stp_prep_stats *s, const char *path)
                     "file's number; if this is a depth camera's image, --pinhole fx,fy,cx,cy\n");
 }
 
-/* Says where a header counts other points than there are: those of LAS (las_notes.c). */
-static void print_counts(const prep_inputs *inputs)
+/* Says where a header counts other points than there are (las_notes.c), and which images are taken
+ * as a depth camera's (grid/depth_guess.h). */
+static void print_notes(const prep_inputs *inputs)
 {
     for (size_t i = 0; inputs->files && i < inputs->count; i++)
         for (uint32_t k = 0; k < inputs->files[i].note_count; k++)
-            if (strcmp(inputs->files[i].notes[k].name, "counts") == 0)
+            if (strcmp(inputs->files[i].notes[k].name, "counts") == 0 ||
+                strcmp(inputs->files[i].notes[k].name, "camera") == 0)
                 fprintf(stderr, "%s: %s\n", inputs->paths[i], inputs->files[i].notes[k].text);
 }
 
 void prep_report_doubts(const stp_prep_stats *s, const prep_inputs *inputs)
 {
-    print_counts(inputs);
+    print_notes(inputs);
     const stp_dvec3 size = stp_dvec3_sub(s->box.max, s->box.min);
     const double width = fmax(size.x, size.y);
     print_odd_heights(s, inputs->paths[0]);

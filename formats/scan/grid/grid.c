@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/wide.h"
+#include "formats/scan/grid/depth_guess.h"
 #include "formats/scan/grid/raster.h"
 
 #include <math.h>
@@ -32,7 +33,8 @@ typedef struct grid_reader {
     bool normals;
     stp_dvec3 camera; /* the origin, a station */
     char format[64];
-    char keys[128]; /* GeoTIFF's keys, as text */
+    char keys[128];        /* GeoTIFF's keys, as text */
+    char camera_note[256]; /* of a pinhole that is guessed; else "" */
     stp_scan_note note;
 } grid_reader;
 
@@ -206,6 +208,11 @@ static void describe(grid_reader *g, stp_scan_info *info)
     info->stations = &g->camera;
     info->station_count = 1;
     info->station_word = STP_STATION_TOLD;
+    if (g->camera_note[0] == '\0')
+        return;
+    g->note = (stp_scan_note){"camera", g->camera_note};
+    info->notes = &g->note;
+    info->note_count = 1;
 }
 
 static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
@@ -215,6 +222,7 @@ static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
     stp_status status = STP_OK;
     if (params->grid != NULL)
         g->params = *params->grid;
+    STP_TRY(stp_depth_guess(&g->params, g->camera_note, sizeof g->camera_note, path, err));
     /* images beside the heights have their size, and a pinhole is told for the whole image */
     const bool whole = is_pinhole(g) || g->params.colour != NULL || g->params.mask != NULL;
     const uint32_t step = params->grid_step > 1 ? params->grid_step : 1;

@@ -9,7 +9,7 @@
  * With a pinhole, z = scale * number is the distance along the camera's axis, or along the ray; or
  * z = F B / number for disparities. x = (c - cx) z / fx to the right, y = (r - cy) z / fy
  * downwards, as depth cameras have it. Numbers <= 0 are no samples. The camera stands at the
- * origin.
+ * origin. Without it, depth_guess.h may know the camera; the note "camera" says so.
  *
  * If columns and rows are degrees, there are no normals: whoever projects the samples finds them.
  * The note "geokeys" names the system.

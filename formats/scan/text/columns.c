@@ -37,11 +37,29 @@ static bool has_three(const stp_columns *columns, stp_column first)
 uint32_t stp_columns_attributes(const stp_columns *columns)
 {
     uint32_t out = 0;
-    out |= has_three(columns, STP_COLUMN_RED) ? STP_POINT_HAS_COLOUR : 0u;
+    const bool colour = has_three(columns, STP_COLUMN_RED) || has(columns, STP_COLUMN_PACKED);
+    out |= colour ? STP_POINT_HAS_COLOUR : 0u;
     out |= has_three(columns, STP_COLUMN_NX) ? STP_POINT_HAS_NORMAL : 0u;
     out |= has(columns, STP_COLUMN_INTENSITY) ? STP_POINT_HAS_INTENSITY : 0u;
     out |= has(columns, STP_COLUMN_CLASS) ? STP_POINT_HAS_CLASS : 0u;
     return out;
+}
+
+/* Finds a colour in one piece among columns without a meaning, if there is no other. */
+static void find_packed(stp_columns *columns, stp_separator separator, const char *begin,
+                        const char *end)
+{
+    stp_field field;
+    uint32_t i = 0;
+    if (has(columns, STP_COLUMN_RED))
+        return;
+    for (const char *at = begin; i < columns->count && stp_field_next(separator, &at, end, &field);
+         i++) {
+        if (columns->targets[i] != STP_COLUMN_NONE || !stp_column_is_packed(field.begin, field.end))
+            continue;
+        columns->targets[i] = STP_COLUMN_PACKED;
+        return;
+    }
 }
 
 static void drop_part(stp_columns *columns, stp_column first)
@@ -49,6 +67,12 @@ static void drop_part(stp_columns *columns, stp_column first)
     for (uint32_t i = 0; i < columns->count && !has_three(columns, first); i++)
         if (columns->targets[i] >= first && columns->targets[i] < first + 3u)
             columns->targets[i] = STP_COLUMN_NONE;
+}
+
+/* COLMAP's TRACK[]: from here on lines differ in length. */
+static bool is_list(stp_field field)
+{
+    return memmem(field.begin, (size_t)(field.end - field.begin), "[]", 2) != NULL;
 }
 
 bool stp_columns_from_header(stp_columns *out, stp_separator separator, const char *begin,
@@ -61,7 +85,7 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
     for (int i = 0; i < STP_COLUMN_COUNT; i++)
         names[i] = STP_COLUMN_NO_NAME;
     for (const char *at = begin; stp_field_next(separator, &at, end, &field);) {
-        if (columns.count == STP_COLUMNS_MAX) {
+        if (columns.count == STP_COLUMNS_MAX || is_list(field)) {
             columns.open_end = true;
             break;
         }
@@ -83,6 +107,7 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
         stp_column_is_angle(names[STP_COLUMN_X]) && stp_column_is_angle(names[STP_COLUMN_Y]);
     drop_part(&columns, STP_COLUMN_RED);
     drop_part(&columns, STP_COLUMN_NX);
+    find_packed(&columns, separator, begin, end);
     *out = columns;
     return true;
 }
@@ -132,11 +157,12 @@ static stp_status add_listed(stp_columns *columns, const char *list, stp_field f
     if (length == 1 && (*field.begin == '_' || *field.begin == '-'))
         return STP_OK;
     const size_t name = stp_column_find_name(field.begin, field.end);
-    const stp_column column = stp_column_by_name(name);
+    const bool packed = stp_column_is_packed(field.begin, field.end);
+    const stp_column column = packed ? STP_COLUMN_PACKED : stp_column_by_name(name);
     if (column == STP_COLUMN_NONE && !(others && length > 0 && is_letter(*field.begin)))
         return stp_error_set(err, STP_INVALID_ARGUMENT,
                              "--columns %.200s: `%.*s` is no known column: give x, y, z, r, g, b, "
-                             "i, nx, ny, nz, class, or _ for one to pass over (%s)",
+                             "rgb, i, nx, ny, nz, class, or _ for one to pass over (%s)",
                              list, length, field.begin,
                              others ? "names of attributes begin with a letter"
                                     : "--attributes keeps columns of other names");

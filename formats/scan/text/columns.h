@@ -2,11 +2,16 @@
  *
  * Names decide: a header line, or a list that the user gives. Without names the numbers decide.
  *
- * Names: formats/scan/column_name.h. If two columns mean the same, the one whose name is earlier in
- * its list is read; if their names are equal, the first column. Columns with other names are
- * attributes (text_numbers.h).
+ * Names: formats/scan/column_name.h. Columns rgb, color, hex and the like are colours in one piece,
+ * unless their numbers are within 0..65535: then they are the intensity. If two columns mean the
+ * same, the one whose name is earlier in its list is read; if their names are equal, the first
+ * column. Columns with other names are attributes (text_numbers.h).
  *
- * By content, of n numbers per line the first three are x y z. The others:
+ * By content, of n numbers per line the first three are x y z. But if there are more, and the first
+ * is the point's number or its time, x is the second: numbers are whole, grow by one in 9 of 10
+ * lines, in all by more than 0, and at least two of the three after it have fractions; times are
+ * seconds since 1970, or a thousandth, millionth or milliardth of these, never fall, and are a
+ * hundred times what follows. The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.
  *   - Three in a row that are whole numbers within 0..255 or 0..65535, or fractions within 0..1,
  *     and no normal, are red, green and blue. If they can lie in two ways, because the number
@@ -16,6 +21,8 @@
  *   - A number directly after a colour is alpha if it is always 255 (colours 0..255) or 1
  *     (fractions).
  *   - If one number is left, it is the intensity. If several are left, nothing is guessed.
+ *   - #rrggbb or 0xrrggbb is a colour in one piece. So is the number that is left if all are from
+ *     -2^24 to -1, some below -2^16, or from 0xFF000000 to 2^32 - 1.
  * So 3 numbers are xyz; 4 xyz i; 6 xyz rgb, or xyz with a normal; 7 xyz i rgb, xyz rgb i or xyz rgb
  * alpha; 9 both colour and normal in either order; 10 the same with an intensity anywhere. Colours
  * that are all zero are none, also if they have names (text.c). The scan's note left_out names the
@@ -39,6 +46,7 @@ typedef struct stp_columns {
     stp_separator separator;
     uint32_t count;                   /* fields per line that are used, at most STP_COLUMNS_MAX */
     bool open_end;                    /* lines may have more fields */
+    bool hex;                         /* colours in one piece are hexadecimal without a sign */
     bool angles;                      /* x and y are named longitude and latitude */
     uint8_t targets[STP_COLUMNS_MAX]; /* stp_column of each */
     uint8_t extras[STP_COLUMNS_MAX];  /* 1 + index of its attribute (text_numbers.h); 0: none */
@@ -60,7 +68,10 @@ typedef struct stp_column_range {
 
 typedef struct stp_columns_sample {
     uint32_t count; /* columns, at most STP_COLUMNS_MAX */
+    bool open_end;  /* lines with more count, too */
     uint64_t rows;
+    double last;                         /* the first number of the line before */
+    uint64_t successors, repeats, falls; /* lines whose first number is one more; equal; less */
     stp_column_range ranges[STP_COLUMNS_MAX];
 } stp_columns_sample;
 
@@ -80,7 +91,8 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
  * a letter. Errors: INVALID_ARGUMENT. */
 stp_status stp_columns_from_list(stp_columns *out, const char *list, bool others, stp_error *err);
 
-/* Adds a line to the sample, if it has as many fields as the sample has columns. */
+/* Adds a line to the sample, if it has as many fields as the sample has columns (or more:
+ * open_end). */
 void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator, const char *begin,
                             const char *end);
 /* Applies the rules above. is_number says for each column whether it is a number; text is skipped.

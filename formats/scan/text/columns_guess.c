@@ -1,6 +1,8 @@
 /* Guesses columns from their numbers. */
 #include "formats/scan/text/columns.h"
 
+#include "formats/scan/scan.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -21,7 +23,7 @@ static uint32_t decimals_of(stp_field field)
 {
     const char *point = NULL, *last = field.begin;
     for (const char *at = field.begin; at < field.end; at++) {
-        if (*at == 'e' || *at == 'E')
+        if (*at == 'e' || *at == 'E' || *at == 'd' || *at == 'D')
             return UINT32_MAX;
         if (*at == '.' || *at == ',')
             point = at;
@@ -55,9 +57,9 @@ void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator,
     for (const char *at = begin; stp_field_next(separator, &at, end, &field); count++)
         if (count < STP_COLUMNS_MAX)
             fields[count] = field;
-    if ((count < STP_COLUMNS_MAX ? count : STP_COLUMNS_MAX) != sample->count)
+    const uint32_t kept = count < STP_COLUMNS_MAX ? count : STP_COLUMNS_MAX;
+    if (kept < sample->count || (kept > sample->count && !sample->open_end))
         return;
-    sample->rows++;
     for (uint32_t i = 0; i < sample->count; i++) {
         if (!stp_field_number(separator, fields[i], &values[i]))
             values[i] = NAN;
@@ -74,6 +76,41 @@ void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator,
         range->unit += fabs(square - 1.0) <= STP_UNIT_TOLERANCE;
         range->zero += square == 0.0;
     }
+    sample->successors += sample->rows > 0 && values[0] == sample->last + 1.0;
+    sample->repeats += sample->rows > 0 && values[0] == sample->last;
+    sample->falls += sample->rows > 0 && !(values[0] >= sample->last);
+    sample->last = values[0];
+    sample->rows++;
+}
+
+/* The share of lines where a point's number is one more than the last. */
+#define SUCCESSOR_SHARE 0.9
+
+static double greatest_part(const stp_column_range *range)
+{
+    return fmax(fabs(range->min), fabs(range->max));
+}
+
+/* Whether lines begin with the point's number. */
+static bool begins_with_number(const stp_columns_sample *s)
+{
+    unsigned fractions = 0;
+    for (uint32_t i = 1; i < 4; i++)
+        fractions += !s->ranges[i].written_whole;
+    return s->ranges[0].written_whole && s->falls == 0 && s->repeats == 0 && fractions >= 2 &&
+           (double)s->successors >= SUCCESSOR_SHARE * (double)(s->rows - 1);
+}
+
+/* Whether lines begin with a time since 1970. */
+static bool begins_with_time(const stp_columns_sample *s)
+{
+    const stp_column_range *range = s->ranges;
+    bool known = false;
+    for (double unit = 1.0; unit <= 1e9; unit *= 1000.0) /* of the years from 2000 to 2040 */
+        known = known || (range->min >= 0.95e9 * unit && range->max <= 2.2e9 * unit);
+    for (uint32_t i = 1; i < 4; i++)
+        known = known && greatest_part(&range[i]) < 0.01 * range->min;
+    return known && s->falls == 0;
 }
 
 /* The columns that have no meaning yet. */
@@ -179,8 +216,14 @@ static void guess_intensity(guess *g)
         count += g->is_free[i];
         place = g->is_free[i] ? i : place;
     }
-    if (count == 1)
-        claim(g, place, STP_COLUMN_INTENSITY);
+    if (count != 1)
+        return;
+    const stp_column_range *range = &g->sample->ranges[place];
+    const bool opaque = (range->min >= -0x1p24 && range->min < -0x1p16 && range->max < 0.0) ||
+                        (range->min >= 0xFF000000 && range->max < 0x1p32);
+    const bool packed = opaque && range->written_whole &&
+                        !(stp_columns_attributes(&g->columns) & STP_POINT_HAS_COLOUR);
+    claim(g, place, packed ? STP_COLUMN_PACKED : STP_COLUMN_INTENSITY);
 }
 
 bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const bool *is_number,
@@ -188,9 +231,13 @@ bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const
 {
     guess g = {.sample = sample, .columns = *out};
     uint32_t axes = 0;
+    uint32_t first = 0;
     g.columns.count = sample->count;
+    if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3] &&
+        (begins_with_number(sample) || begins_with_time(sample)))
+        first = 1;
     memset(g.columns.targets, STP_COLUMN_NONE, sizeof g.columns.targets);
-    for (uint32_t i = 0; i < sample->count; i++) {
+    for (uint32_t i = first; i < sample->count; i++) {
         if (is_number[i] && axes < 3)
             claim(&g, i, (stp_column)(STP_COLUMN_X + axes++));
         else

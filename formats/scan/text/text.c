@@ -159,6 +159,11 @@ stp_status stp_text_guess(stp_text *text, const char *begin, const char *end, bo
     STP_TRY(stp_text_sample(text, separator, sample, err));
     text->columns = (stp_columns){.separator = separator, .open_end = count > STP_COLUMNS_MAX};
     (void)stp_columns_guess(&text->columns, sample, is_number, intensity_first);
+    count = 0;
+    for (const char *at = begin; stp_field_next(separator, &at, end, &field); count++)
+        if (count < text->columns.count && stp_field_is_hex(field) &&
+            !(stp_columns_attributes(&text->columns) & STP_POINT_HAS_COLOUR))
+            text->columns.targets[count] = STP_COLUMN_PACKED;
 done:
     return status;
 }
@@ -198,6 +203,21 @@ static void find_colour_scale(stp_text *text, const stp_columns_sample *sample)
     text->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
     for (unsigned k = 0; k < 3; k++)
         text->columns.targets[places[k]] = STP_COLUMN_NONE;
+}
+
+/* Decides what numbers a column of colours in one piece has: it may as well be of grey ones. */
+static void find_packed(stp_text *text, const stp_columns_sample *sample)
+{
+    stp_columns *c = &text->columns;
+    const uint32_t place = stp_columns_find(c, STP_COLUMN_PACKED);
+    if (place >= sample->count)
+        return;
+    const stp_column_range *range = &sample->ranges[place];
+    c->hex = range->count < sample->rows;
+    if (c->hex || range->min < 0.0 || range->max > 65535.0 || range->max == 0.0 || !range->whole)
+        return;
+    const bool grey = stp_columns_find(c, STP_COLUMN_INTENSITY) == STP_COLUMNS_MAX;
+    c->targets[place] = grey ? STP_COLUMN_INTENSITY : STP_COLUMN_NONE;
 }
 
 static void find_intensity_scale(stp_text *text, const stp_columns_sample *sample)
@@ -268,8 +288,10 @@ static void find_degrees(stp_text *text, const stp_columns_sample *sample)
 void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 {
     find_degrees(text, sample);
+    find_packed(text, sample);
     text->attributes = stp_columns_attributes(&text->columns);
-    if (text->attributes & STP_POINT_HAS_COLOUR)
+    text->packed = stp_columns_find(&text->columns, STP_COLUMN_PACKED) < STP_COLUMNS_MAX;
+    if (text->attributes & STP_POINT_HAS_COLOUR && !text->packed)
         find_colour_scale(text, sample);
     if (text->attributes & STP_POINT_HAS_INTENSITY)
         find_intensity_scale(text, sample);
@@ -282,7 +304,7 @@ void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 static const char *meaning_of(const stp_text *text, uint32_t i)
 {
     const stp_columns *c = &text->columns;
-    if (c->targets[i] < STP_COLUMN_COUNT)
+    if (c->targets[i] != STP_COLUMN_NONE)
         return stp_column_name((stp_column)c->targets[i]);
     return text->numbers.keep && c->extras[i] > 0 ? text->numbers.list.items[c->extras[i] - 1].name
                                                   : NULL;
@@ -406,7 +428,7 @@ static stp_status read_values(const stp_text *text, const char *begin, const cha
         stp_field field;
         double *value = &values[target];
         const char *next = NULL;
-        if (target != STP_COLUMN_NONE || extra > 0)
+        if (target < STP_COLUMN_COUNT || extra > 0)
             next = fast_number(c->separator, at, end, value);
         if (next) {
             at = next;
@@ -416,7 +438,9 @@ static stp_status read_values(const stp_text *text, const char *begin, const cha
             return few_columns(text, i, err);
         } else if (target == STP_COLUMN_NONE && extra == 0) {
             continue;
-        } else if (!stp_field_number(c->separator, field, value)) {
+        } else if (target == STP_COLUMN_PACKED
+                       ? !stp_field_colour(c->separator, field, c->hex, value)
+                       : !stp_field_number(c->separator, field, value)) {
             if (target != STP_COLUMN_NONE)
                 return bad_number(text, i, field, err);
             continue; /* stays missing */
@@ -437,13 +461,17 @@ stp_status stp_text_point(const stp_text *text, const char *begin, const char *e
                           uint8_t *numbers, stp_error *err)
 {
     stp_status status = STP_OK;
-    double v[STP_COLUMN_COUNT + 1] = {0.0}; /* the last: of columns without a meaning */
+    double v[STP_COLUMN_PACKED + 1] = {0.0}; /* also of columns without a meaning */
     STP_TRY(read_values(text, begin, end, v, numbers, err));
     *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], v[STP_COLUMN_Z]}};
     if (text->attributes & STP_POINT_HAS_NORMAL)
         out->normal =
             stp_unit_normal((stp_dvec3){v[STP_COLUMN_NX], v[STP_COLUMN_NY], v[STP_COLUMN_NZ]});
-    if (text->attributes & STP_POINT_HAS_COLOUR)
+    const uint32_t packed = (uint32_t)v[STP_COLUMN_PACKED];
+    if (text->packed)
+        for (int k = 0; k < 3; k++)
+            out->rgb[k] = (uint16_t)((packed >> (16 - 8 * k) & 255u) * 257u);
+    else if (text->attributes & STP_POINT_HAS_COLOUR)
         for (int k = 0; k < 3; k++)
             out->rgb[k] = stp_value_range_map(v[STP_COLUMN_RED + k], 0.0, text->colour_scale);
     if (text->attributes & STP_POINT_HAS_INTENSITY)

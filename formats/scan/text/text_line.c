@@ -3,6 +3,7 @@
 
 #include "formats/scan/number.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Longer than any number that anyone writes on purpose. */
@@ -49,6 +50,20 @@ bool stp_field_next(stp_separator separator, const char **at, const char *end, s
     return true;
 }
 
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+/* Whether three digits follow, and no fourth, and one precedes. */
+static bool is_thousands_mark(stp_field field, const char *at)
+{
+    if (at == field.begin || field.end - at < 4 || !is_digit(at[-1]))
+        return false;
+    return is_digit(at[1]) && is_digit(at[2]) && is_digit(at[3]) &&
+           (field.end - at == 4 || !is_digit(at[4]));
+}
+
 bool stp_field_number(stp_separator separator, stp_field field, double *value)
 {
     const size_t length = (size_t)(field.end - field.begin);
@@ -56,15 +71,81 @@ bool stp_field_number(stp_separator separator, stp_field field, double *value)
         return false;
     if (stp_number_parse(field.begin, field.end, value))
         return true;
-    if (separator > STP_SEPARATOR_TAB || length > STP_FIELD_CHARS_MAX)
-        return false;
     char text[STP_FIELD_CHARS_MAX];
-    memcpy(text, field.begin, length);
-    char *comma = memchr(text, ',', length);
-    if (!comma)
+    size_t used = 0;
+    for (const char *at = field.begin; at < field.end; at++) {
+        const ptrdiff_t left = field.end - at;
+        if (used == sizeof text)
+            return false;
+        if (*at == '\'' && is_thousands_mark(field, at))
+            continue;
+        if (*at == ',' && separator <= STP_SEPARATOR_TAB && !memchr(text, '.', used))
+            text[used++] = '.';
+        else if ((*at | 32) == 'd' && left > 2 && (at[1] == '+' || at[1] == '-'))
+            text[used++] = 'e';
+        else
+            text[used++] = *at;
+    }
+    return stp_number_parse(text, text + used, value);
+}
+
+static int hex_digit(char c)
+{
+    const char *digits = "0123456789abcdef", lower = (char)(c >= 'A' && c <= 'F' ? c + 32 : c);
+    const char *at = lower != '\0' ? strchr(digits, lower) : NULL;
+    return at ? (int)(at - digits) : -1;
+}
+
+/* All of it, 6 or 8 digits. */
+static bool read_hex(const char *begin, const char *end, uint32_t *value)
+{
+    *value = 0;
+    for (const char *at = begin; at < end; at++) {
+        if (hex_digit(*at) < 0)
+            return false;
+        *value = *value << 4 | (uint32_t)hex_digit(*at);
+    }
+    return end - begin == 6 || end - begin == 8;
+}
+
+/* How many characters tell that hexadecimal digits follow. */
+static int hex_sign(stp_field field)
+{
+    const ptrdiff_t length = field.end - field.begin;
+    if (length > 1 && *field.begin == '#')
+        return 1;
+    return length > 2 && *field.begin == '0' && (field.begin[1] | 32) == 'x' ? 2 : 0;
+}
+
+bool stp_field_is_hex(stp_field field)
+{
+    uint32_t value;
+    const int sign = hex_sign(field);
+    return sign > 0 && read_hex(field.begin + sign, field.end, &value);
+}
+
+bool stp_field_colour(stp_separator separator, stp_field field, bool hex, double *value)
+{
+    const int sign = hex_sign(field);
+    uint32_t bits;
+    double number;
+    if (hex || sign > 0) {
+        if (!read_hex(field.begin + sign, field.end, &bits))
+            return false;
+        const bool alpha_last = sign < 2 && field.end - field.begin - sign == 8;
+        *value = (alpha_last ? bits >> 8 : bits) & 0xFFFFFFu;
+        return true;
+    }
+    if (!stp_field_number(separator, field, &number) || !(fabs(number) < 0x1p32))
         return false;
-    *comma = '.';
-    return stp_number_parse(text, text + length, value);
+    if (floor(number) != number) {
+        const float packed = (float)number;
+        memcpy(&bits, &packed, sizeof bits);
+    } else {
+        bits = (uint32_t)(int64_t)number;
+    }
+    *value = bits & 0xFFFFFFu;
+    return true;
 }
 
 stp_field_count stp_fields_count(stp_separator separator, const char *begin, const char *end)

@@ -1,8 +1,9 @@
 /* Splits a line of numbers into fields and finds their separator.
  *
- * Fields are separated by semicolons, single tabs, commas, or runs of spaces and tabs. Spaces and
- * quotation marks around a field are not part of it. A separator at the line's end begins no
- * further field. If semicolons or tabs separate, a number may have a decimal comma. A line that is
+ * Fields are separated by bars, semicolons, single tabs, commas, or runs of spaces and tabs. Spaces
+ * and quotation marks around a field are not part of it. A separator at the line's end begins no
+ * further field. If bars, semicolons or tabs separate, a number may have a decimal comma. Numbers
+ * may have Fortran's exponents (1.5D+03) and marks of thousands (600'000.25). A line that is
  * blank or begins with # or // does not count. Threads: any. */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
@@ -12,6 +13,7 @@
 #include <stdint.h>
 
 typedef enum stp_separator {
+    STP_SEPARATOR_BAR,
     STP_SEPARATOR_SEMICOLON,
     STP_SEPARATOR_TAB,
     STP_SEPARATOR_COMMA,
@@ -21,7 +23,7 @@ typedef enum stp_separator {
 
 static inline char stp_separator_character(stp_separator separator)
 {
-    static const char characters[STP_SEPARATOR_COUNT] = {';', '\t', ',', ' '};
+    static const char characters[STP_SEPARATOR_COUNT] = {'|', ';', '\t', ',', ' '};
     return characters[separator];
 }
 
@@ -33,6 +35,14 @@ typedef struct stp_field {
 bool stp_field_next(stp_separator separator, const char **at, const char *end, stp_field *field);
 /* Reads the whole field as a number. False if it is none. Errors of range: as stp_number_parse. */
 bool stp_field_number(stp_separator separator, stp_field field, double *value);
+
+/* Reads a colour in one piece as 0xRRGGBB: #rrggbb, 0xrrggbb, or where `hex` is set rrggbb, all
+ * perhaps with two digits of alpha behind (#) or before (0x), or a whole number, whose bits above
+ * 24 do not count, or a fraction, as PCL writes the bits of these as floats. False if it is none.
+ */
+bool stp_field_colour(stp_separator separator, stp_field field, bool hex, double *value);
+/* Whether the field is #rrggbb or 0xrrggbb. */
+bool stp_field_is_hex(stp_field field);
 
 /* The number of fields of a line, and how many of them are numbers. */
 typedef struct stp_field_count {

@@ -34,9 +34,21 @@ static stp_status copy_line(const stp_text *text, line_copy *copy, const char *b
     return STP_OK;
 }
 
-/* Copies the names in a comment. */
+/* Whether the line names x, y and z. */
+static bool names_axes(const line_copy *copy)
+{
+    stp_columns columns;
+    for (int h = 0; copy->end && h < STP_SEPARATOR_COUNT; h++)
+        if (stp_columns_from_header(&columns, (stp_separator)h, copy->text, copy->end))
+            return true;
+    return false;
+}
+
+/* Copies the names in a comment; names of axes are not lost to a later one. */
 static void copy_comment(const stp_text *text, line_copy *copy, const char *begin, const char *end)
 {
+    if (names_axes(copy))
+        return;
     while (begin < end && (stp_is_blank(*begin) || *begin == '#' || *begin == '/'))
         begin++;
     if ((size_t)(end - begin) <= sizeof copy->text)
@@ -49,11 +61,15 @@ static bool has_numbers(const line_copy *copy)
                .numbers > 0;
 }
 
+/* As many lines without numbers may come before the points: titles, names of columns, units. */
+#define WORD_LINES 20u
+
 /* Reads to the first line of points and goes back to its begin. */
 static stp_status read_beginning(stp_text *text, beginning *b, stp_error *err)
 {
     stp_status status = STP_OK;
     const char *begin, *end;
+    unsigned words = 0;
     while (!b->row.end) {
         const uint64_t offset = text->source.offset, line = text->source.line;
         STP_TRY(stp_source_line(&text->source, &begin, &end, err));
@@ -66,11 +82,14 @@ static stp_status read_beginning(stp_text *text, beginning *b, stp_error *err)
         if (!stp_line_counts(begin, end))
             continue;
         STP_TRY(copy_line(text, &b->row, begin, end, err));
-        if (!b->header.end && !has_numbers(&b->row)) {
+        if (has_numbers(&b->row) || ++words > WORD_LINES)
+            continue;
+        if (!b->header.end || (!names_axes(&b->header) &&
+                               names_axes(&b->row))) { /* a title comes before, units come after */
             b->header = b->row;
             b->header.end = b->header.text + (b->row.end - b->row.text);
-            b->row.end = NULL;
         }
+        b->row.end = NULL;
     }
     stp_text_rewind(text);
 done:
@@ -152,7 +171,9 @@ static stp_status find_columns(stp_text *text, const beginning *b, const char *l
         from = "by content";
     }
     if (row->end && sample->count == 0) {
-        sample->count = row_fields(text, row);
+        const uint32_t fields = row_fields(text, row), named = text->columns.count;
+        sample->open_end = text->columns.open_end;
+        sample->count = sample->open_end && named < fields ? named : fields;
         STP_TRY(stp_text_sample(text, text->columns.separator, sample, err));
     }
     stp_text_decide(text, sample);
