@@ -1,8 +1,7 @@
-/* Finds holes and compares outlines. */
+/* Finds holes, and what the picture and the truth have far from each other. */
 #include "tests/support/coverage.h"
 
 #include "base/memory.h"
-#include "base/sort.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -78,7 +77,7 @@ done:
 typedef struct judge {
     const uint8_t *picture, *silhouette;
     int width, height;
-    uint8_t *work; /* marks of the floods, later outlines */
+    uint8_t *work; /* marks of the floods */
     size_t *stack; /* one place per pixel */
     double *distance;
 } judge;
@@ -159,7 +158,45 @@ static stp_status judge_holes(const judge *j, double tolerance, coverage_verdict
     return STP_OK;
 }
 
-/* ---- outlines ---- */
+/* ---- distances ---- */
+
+/* Counts the pixels that the picture covers farther than the tolerance from all of the truth. */
+static stp_status judge_spill(const judge *j, const uint8_t *truth, int scale, double tolerance,
+                              coverage_verdict *out, stp_error *err)
+{
+    const int wide = j->width * scale;
+    stp_status status = coverage_distance(truth, wide, j->height * scale, j->distance, err);
+    if (status != STP_OK)
+        return status;
+    for (int y = 0; y < j->height; y++)
+        for (int x = 0; x < j->width; x++) {
+            const size_t centre =
+                (size_t)(scale * y + scale / 2) * (size_t)wide + (size_t)(scale * x + scale / 2);
+            const double distance = j->distance[centre] / scale;
+            if (!j->picture[y * j->width + x])
+                continue;
+            out->spill += distance > tolerance;
+            out->spill_max_px = fmax(out->spill_max_px, distance);
+        }
+    return STP_OK;
+}
+
+/* Counts the pixels of the silhouette that are farther than the tolerance from all of the
+ * picture. */
+static stp_status judge_lost(const judge *j, double tolerance, coverage_verdict *out,
+                             stp_error *err)
+{
+    stp_status status = coverage_distance(j->picture, j->width, j->height, j->distance, err);
+    if (status != STP_OK)
+        return status;
+    for (size_t i = 0; i < pixel_count(j); i++) {
+        if (!j->silhouette[i])
+            continue;
+        out->lost += j->distance[i] > tolerance;
+        out->lost_max_px = fmax(out->lost_max_px, j->distance[i]);
+    }
+    return STP_OK;
+}
 
 static bool on_outline(const judge *j, const uint8_t *mask, size_t at)
 {
@@ -170,73 +207,43 @@ static bool on_outline(const judge *j, const uint8_t *mask, size_t at)
            !mask[at + 1] || !mask[at - (size_t)j->width] || !mask[at + (size_t)j->width];
 }
 
-/* Appends the distances from a's outline pixels to b's outline to list. */
-static stp_status outline_distances(const judge *j, const uint8_t *a, const uint8_t *b,
-                                    double *list, size_t *list_count, stp_error *err)
-{
-    for (size_t i = 0; i < pixel_count(j); i++)
-        j->work[i] = on_outline(j, b, i);
-    stp_status status = coverage_distance(j->work, j->width, j->height, j->distance, err);
-    if (status != STP_OK)
-        return status;
-    for (size_t i = 0; i < pixel_count(j); i++)
-        if (on_outline(j, a, i))
-            list[(*list_count)++] = j->distance[i];
-    return STP_OK;
-}
-
-static stp_status judge_outline(const judge *j, double tolerance, coverage_verdict *out,
-                                stp_error *err)
-{
-    stp_status status = STP_OK;
-    double *list = NULL;
-    size_t count = 0;
-    STP_TRY(stp_alloc(&list, 2 * pixel_count(j), sizeof *list, "outlines", err));
-    STP_TRY(outline_distances(j, j->picture, j->silhouette, list, &count, err));
-    STP_TRY(outline_distances(j, j->silhouette, j->picture, list, &count, err));
-    stp_sort_doubles(list, count);
-    out->outline = count;
-    for (size_t i = 0; i < count; i++)
-        out->outline_far += list[i] > tolerance;
-    if (count > 0) {
-        out->outline_p99_px = list[(size_t)ceil(0.99 * (double)count) - 1];
-        out->outline_max_px = list[count - 1];
-    }
-done:
-    free(list);
-    return status;
-}
-
 /* ---- the verdict ---- */
 
-static void judge_spill(const judge *j, coverage_verdict *out)
+/* The silhouette: the truth at the pixels' centres. */
+static void sample_truth(const judge *j, const uint8_t *truth, int scale, uint8_t *silhouette)
 {
-    for (size_t i = 0; i < pixel_count(j); i++) {
-        int x = (int)(i % (size_t)j->width), y = (int)(i / (size_t)j->width);
-        bool reached = false;
-        for (int v = y - 1; v <= y + 1; v++)
-            for (int u = x - 1; u <= x + 1; u++)
-                reached |= u >= 0 && v >= 0 && u < j->width && v < j->height &&
-                           j->silhouette[v * j->width + u];
-        out->spill += j->picture[i] && !reached;
-        out->silhouette += j->silhouette[i] != 0;
-    }
+    for (int y = 0; y < j->height; y++)
+        for (int x = 0; x < j->width; x++)
+            silhouette[y * j->width + x] =
+                truth[(size_t)(scale * y + scale / 2) * (size_t)(j->width * scale) +
+                      (size_t)(scale * x + scale / 2)];
 }
 
-stp_status coverage_judge(const uint8_t *picture, const uint8_t *silhouette, int width, int height,
-                          double outline_tolerance_px, coverage_verdict *out, stp_error *err)
+stp_status coverage_judge(const uint8_t *picture, int width, int height, const uint8_t *truth,
+                          int scale, double tolerance_px, coverage_verdict *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    judge j = {.picture = picture, .silhouette = silhouette, .width = width, .height = height};
+    judge j = {.picture = picture, .width = width, .height = height};
+    uint8_t *silhouette = NULL;
     coverage_verdict verdict = {0};
+    STP_TRY(stp_alloc(&silhouette, pixel_count(&j), 1, "a mask", err));
     STP_TRY(stp_alloc(&j.work, pixel_count(&j), 1, "a mask", err));
     STP_TRY(stp_alloc(&j.stack, pixel_count(&j), sizeof *j.stack, "a mask", err));
-    STP_TRY(stp_alloc(&j.distance, pixel_count(&j), sizeof *j.distance, "distances", err));
-    STP_TRY(judge_holes(&j, outline_tolerance_px, &verdict, err));
-    STP_TRY(judge_outline(&j, outline_tolerance_px, &verdict, err));
-    judge_spill(&j, &verdict);
+    STP_TRY(stp_alloc(&j.distance, pixel_count(&j) * (size_t)scale * (size_t)scale,
+                      sizeof *j.distance, "distances", err));
+    sample_truth(&j, truth, scale, silhouette);
+    j.silhouette = silhouette;
+    STP_TRY(judge_holes(&j, tolerance_px, &verdict, err));
+    STP_TRY(judge_spill(&j, truth, scale, tolerance_px, &verdict, err));
+    STP_TRY(judge_lost(&j, tolerance_px, &verdict, err));
+    for (size_t i = 0; i < pixel_count(&j); i++) {
+        verdict.silhouette += silhouette[i] != 0;
+        verdict.outline += on_outline(&j, silhouette, i);
+        verdict.outline += on_outline(&j, picture, i);
+    }
     *out = verdict;
 done:
+    free(silhouette);
     free(j.work);
     free(j.stack);
     free(j.distance);

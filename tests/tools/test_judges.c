@@ -127,7 +127,7 @@ static void rectangle(uint8_t *mask, int x0, int y0, int x1, int y1, uint8_t val
 static coverage_verdict judged(const uint8_t *picture, const uint8_t *truth, double tolerance)
 {
     coverage_verdict v;
-    check_ok(coverage_judge(picture, truth, W, H, tolerance, &v, err));
+    check_ok(coverage_judge(picture, W, H, truth, 1, tolerance, &v, err));
     return v;
 }
 
@@ -140,8 +140,8 @@ static void holes_are_found(void **state)
     memcpy(picture, truth, sizeof picture);
     coverage_verdict v = judged(picture, truth, 2.0);
     assert_int_equal(v.silhouette, 40 * 30 - 25);
-    assert_int_equal(v.hole_pixels + v.spill + v.outline_far, 0);
-    check_near(v.outline_max_px, 0.0, 0.0);
+    assert_int_equal(v.hole_pixels + v.spill + v.lost, 0);
+    check_near(v.spill_max_px + v.lost_max_px, 0.0, 0.0);
     picture[12 * W + 12] = 0;                        /* alone */
     picture[15 * W + 20] = picture[16 * W + 21] = 0; /* across a corner: one hole of two pixels */
     rectangle(picture, 40, 30, 43, 32, 0);
@@ -159,10 +159,11 @@ static void what_is_eaten_away_is_outline(void **state)
     rectangle(picture, 12, 10, 50, 40, 1); /* two columns too narrow */
     coverage_verdict v = judged(picture, truth, 2.0);
     assert_int_equal(v.hole_pixels, 0);
-    assert_int_equal(v.outline_far, 0);
-    check_near(v.outline_max_px, 2.0, 0.0);
+    assert_int_equal(v.outline, 2 * (40 + 30) - 4 + 2 * (38 + 30) - 4);
+    assert_int_equal(v.spill + v.lost, 0);
+    check_near(v.lost_max_px, 2.0, 0.0);
     v = judged(picture, truth, 1.5);
-    assert_true(v.outline_far > 30);
+    assert_int_equal(v.lost, 30);
     /* pixels inside, with all neighbours, and deeper than the outline's tolerance */
     rectangle(picture, 12, 24, 30, 25, 0);
     v = judged(picture, truth, 3.0);
@@ -184,17 +185,50 @@ static void spill_and_empty_pictures(void **state)
     rectangle(truth, 0, 10, 50, H, 1); /* reaches the picture's edges */
     rectangle(picture, 0, 9, 51, H, 1);
     coverage_verdict v = judged(picture, truth, 1.5); /* a corner is off by a diagonal */
-    assert_int_equal(v.spill + v.hole_pixels + v.outline_far, 0);
+    assert_int_equal(v.spill + v.hole_pixels + v.lost, 0);
     rectangle(picture, 0, 8, 10, 9, 1);
-    assert_int_equal(judged(picture, truth, 1.0).spill, 10);
+    v = judged(picture, truth, 1.5);
+    assert_int_equal(v.spill, 10);
+    check_near(v.spill_max_px, 2.0, 0.0);
     memset(picture, 0, sizeof picture);
     v = judged(picture, truth, 3.0);
-    assert_int_equal(v.outline_far, v.outline);
-    assert_true(isinf(v.outline_max_px));
+    assert_int_equal(v.lost, v.silhouette);
+    assert_true(isinf(v.lost_max_px));
     assert_true(v.hole_pixels > 1000 && v.hole_count == 1);
     memset(truth, 0, sizeof truth);
     v = judged(picture, truth, 3.0);
     assert_int_equal(v.outline + v.silhouette, 0);
+}
+
+/* A gap as wide as twice the tolerance may close; what a wider one loses beyond that is spill. */
+static void narrow_gaps_may_close(void **state)
+{
+    (void)state;
+    uint8_t truth[W * H] = {0}, picture[W * H] = {0};
+    rectangle(truth, 10, 10, 50, 40, 1);
+    memcpy(picture, truth, sizeof picture);
+    rectangle(truth, 20, 10, 24, 40, 0);
+    assert_int_equal(judged(picture, truth, 2.0).spill, 0);
+    rectangle(truth, 20, 10, 26, 40, 0);
+    assert_int_equal(judged(picture, truth, 2.0).spill, 2 * 30);
+}
+
+/* The truth is three times as fine: it ends a third of a pixel beyond a pixel's centre. */
+static void truth_may_be_finer(void **state)
+{
+    (void)state;
+    static uint8_t truth[9 * W * H];
+    uint8_t picture[W * H] = {0};
+    for (int i = 0; i < 9 * W * H; i++)
+        truth[i] = i % (3 * W) < 3 * 20;
+    rectangle(picture, 0, 0, 22, H, 1);
+    coverage_verdict v;
+    check_ok(coverage_judge(picture, W, H, truth, 3, 1.7, &v, err));
+    assert_int_equal(v.silhouette, 20 * H);
+    assert_int_equal(v.spill + v.lost + v.hole_pixels, 0);
+    check_near(v.spill_max_px, 5.0 / 3.0, 1e-12);
+    check_ok(coverage_judge(picture, W, H, truth, 3, 1.6, &v, err));
+    assert_int_equal(v.spill, H);
 }
 
 static void distances_are_exact(void **state)
@@ -355,6 +389,8 @@ int main(void)
         cmocka_unit_test(holes_are_found),
         cmocka_unit_test(what_is_eaten_away_is_outline),
         cmocka_unit_test(spill_and_empty_pictures),
+        cmocka_unit_test(narrow_gaps_may_close),
+        cmocka_unit_test(truth_may_be_finer),
         cmocka_unit_test(distances_are_exact),
         cmocka_unit_test(nearest_on_one_disc),
         cmocka_unit_test(grid_agrees_with_trying_all),
