@@ -271,6 +271,7 @@ static void test_version_2_0(void **state)
     check_codecs("coarse/2_0");
     check_codecs("known/2_0");
     check_codecs("slanted/2_0");
+    check_codecs("signed/2_0");
     check_codecs("known/level_2_0");
     check_codecs("known/depth_2_0");
     check_codecs("corners/2_0");

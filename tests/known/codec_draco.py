@@ -187,13 +187,15 @@ class TightTables:
 
     def read(self, rows, columns, level=None, last=False, kinds=()):
         """The next table: of patches, of their squares, or of samples; level: None for level 3; kinds: of its rows."""
-        symbols, shift, radii, same, coded, count = self.symbols, 0, 0, {}, [], 15
+        symbols, shift, radii, same, coded, count, signed_level = self.symbols, 0, 0, {}, [], 15, None
         if rows == 0:
             return Table()
         if columns == SAMPLE_COLUMNS and self.coarse:
             shift, radii = self.coarse
         elif columns == SAMPLE_COLUMNS:
             shift, self.shift = symbols.bits(0, 4) if self.shift is None else self.shift, None
+            if shift == 13 and level is not None and not last and symbols.known and not self.squares:
+                shift, signed_level = symbols.bits(0, 4), level
             if shift == 15 and level is not None and not self.squares:
                 shift = symbols.bits(0, 4)
                 if shift == 15 and level == 0:
@@ -223,7 +225,7 @@ class TightTables:
             firsts = TIGHT_SAMPLES[0 if level is None else 1 + last]
         else:
             firsts = TIGHT_PATCHES if patches else TIGHT_LADDER if columns == LADDER_COLUMNS else TIGHT_OWN
-        table = tight_columns(symbols, rows, columns, coded, firsts, known, kinds) | same
+        table = tight_columns(symbols, rows, columns, coded, firsts, known, kinds, signed_level) | same
         return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches, radii)
 
     def end(self):

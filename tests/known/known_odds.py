@@ -12,8 +12,11 @@ def runs(name, length):
     return [numbers[i:i + length] for i in range(0, len(numbers), length)]
 
 
-CURVES, COLUMNS, OF_SQUARES = (runs(*n) for n in (("known_curves.inc", 32), ("known_columns.inc", COUNT),
-                                                  ("known_squares.inc", COUNT)))
+CURVES, COLUMNS, OF_SQUARES, SIGNED_CURVES, SIGNED = (runs(*n) for n in (("known_curves.inc", 32), ("known_columns.inc", COUNT),
+                                                  ("known_squares.inc", COUNT), ("signed_curves.inc", 32),
+                                                  ("signed_columns.inc", 1099)))
+# By signed cells: the columns, and how many odds each has, by whether one is beside it.
+SIGNED_COLUMNS = {0: 91, 3: 91, 4: 245, 5: 91, 6: 245, 7: 245, 9: 91}
 # In the list of squares, behind the tables that points have, too: by columns of a table, and colours by rows.
 OTHERS = {10: 0, 11: 0, 2: 11}
 COLOURS = 13
@@ -37,6 +40,11 @@ class Known:
 
     def how(self, column, before_varies):
         return self.odds(column, HOW + (not before_varies))
+
+    @staticmethod
+    def signed(level, column):
+        begin = sum(width for c, width in SIGNED_COLUMNS.items() if c < column)
+        return [list(SIGNED_CURVES[curve]) for curve in SIGNED[2 - level][begin:begin + SIGNED_COLUMNS[column]]]
 
     def cells(self, column):
         return [self.odds(column, place) for place in range(HOW)]

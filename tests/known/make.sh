@@ -224,6 +224,10 @@ in_blocks known/2_0 middles.ply
 mkdir -p slanted
 "$program" gen statue -n 1600 --noise 0.3 --seed 21 -o middles.ply --quiet --force
 in_blocks slanted/2_0 middles.ply
+# From here on odds go by signed cells.
+mkdir -p signed
+"$program" gen statue -n 1800 --noise 0.3 --seed 23 -o middles.ply --quiet --force
+in_blocks signed/2_0 middles.ply
 # Maps as their paper stores them, and the same in the other codecs.
 mkdir -p paper
 "$program" gen statue -n 700 --seed 12 -o maps.ply --quiet --force

@@ -1,5 +1,6 @@
 """Odds: columns of cells whose symbols have odds that follow from the cells before."""
 
+from known_odds import SIGNED_COLUMNS
 from model import require, signed
 
 SYMBOLS, FAR, MOST, LANES, ALL = 32, 31, 15, 2, 1 << 15
@@ -102,7 +103,7 @@ class Numbers:
     """A column of numbers."""
 
     def __init__(self, lane, first, beside, side=0):
-        self.lane, self.mean, self.beside, self.size, self.cells = lane, 1 << first, beside, NONE, []
+        self.lane, self.mean, self.beside, self.size, self.cells, self.highs = lane, 1 << first, beside, NONE, [], []
         self.odds = [[falling_odds(ratio, side) for ratio in row] for row in RATIOS]
 
     def odds_of(self, size, _row):
@@ -120,6 +121,7 @@ class Numbers:
             high = MOST + (1 << (head >> 1)) + symbols.bits(self.lane, head >> 1)
             high = -high if head & 1 else high
         cell = signed((high << low) + plain - (1 << low >> 1), bits)
+        self.highs.append(high)
         self.size = SMALL if high == 0 else MIDDLE if abs(high) < 3 else LARGE
         self.mean += 32 * abs(cell) - (self.mean >> 3)
         self.cells.append(cell)
@@ -130,13 +132,34 @@ class KnownNumbers(Numbers):
     """A column of numbers whose odds are known."""
 
     def __init__(self, lane, first, beside, odds, is_b):
-        self.lane, self.mean, self.beside, self.size, self.cells = lane, 1 << first, beside, NONE, []
+        self.lane, self.mean, self.beside, self.size, self.cells, self.highs = lane, 1 << first, beside, NONE, [], []
         self.odds, self.is_b = odds, is_b
 
     def odds_of(self, size, row):
         if not self.beside:
             return self.odds[4 * size + row.left]
         return self.odds[4 * size + self.beside.size + (3 * (row.left - 1) if self.is_b and row.left else 0)]
+
+
+def side_of(high):
+    return 2 + (high > 0) + (high > 2) - (high < 0) - (high < -2)
+
+
+class SignedNumbers(Numbers):
+    """A column of numbers whose odds go by signed cells; paired: and by the column beside, if there is one."""
+
+    def __init__(self, lane, first, beside, odds, paired):
+        self.lane, self.mean, self.beside, self.size, self.cells, self.highs = lane, 1 << first, beside, NONE, [], []
+        self.odds, self.paired = odds, paired
+        self.highs.append(0)
+
+    def odds_of(self, size, row):
+        elder = side_of(self.highs[-1])
+        if not self.paired:
+            return self.odds[13 * size + (0, 7, 1, 0)[row.left] + (1 + elder if row.has_elder else 0)]
+        before, beside = self.beside.highs[-2:] if self.beside else (0, 0)
+        sign = 1 + (elder > 1) + (elder > 2) + 3 * (before < 0) if row.has_elder else 0
+        return self.odds[7 * (5 * size + side_of(beside)) + sign]
 
 
 class Kinds:
@@ -174,6 +197,8 @@ class KnownKinds(Kinds):
 class Row:
     """What is known of a row: how many siblings follow, the parent's fit, and whether the parent is closed."""
 
+    has_elder = False
+
     def __init__(self, left=0, flags=0):
         self.left, self.fit, self.closed = left, flags >> 6, flags >> 3 & 1
 
@@ -188,8 +213,11 @@ def beside_of(column, columns):
     return None if column in PATCH_ALONE else column - 1
 
 
-def tight_column(lane, c, columns, table, firsts, known):
+def tight_column(lane, c, columns, table, firsts, known, signed_level):
     kinds = KINDS.get(columns, PATCH_KINDS)
+    if signed_level is not None and c in SIGNED_COLUMNS:
+        beside = table.get(beside_of(c, columns))
+        return SignedNumbers(lane, firsts[c], beside, known.signed(signed_level, c), c in BESIDE[columns])
     if known:
         beside, is_b = table.get(beside_of(c, columns)), columns == 12 and c == POSITION_B
         return KnownKinds(lane, known.cells(c)) if c in kinds else KnownNumbers(lane, firsts[c], beside, known.cells(c), is_b)
@@ -208,11 +236,13 @@ def read_rows(symbols, rows, table, firsts, known=False, kinds=()):
     return {c: column.cells for c, column in table.items()}
 
 
-def tight_columns(symbols, rows, columns, coded, firsts, known=None, kinds=()):
-    """The cells of the columns `coded` of a tight table."""
+def tight_columns(symbols, rows, columns, coded, firsts, known=None, kinds=(), signed_level=None):
+    """The cells of the columns `coded` of a tight table; signed_level: the level, if odds go by signed cells."""
+    for before, row in zip(kinds, kinds[1:]):
+        row.has_elder = before.left == row.left + 1
     table = {}
     for i, c in enumerate(coded):
-        table[c] = tight_column(i % LANES, c, columns, table, firsts, known)
+        table[c] = tight_column(i % LANES, c, columns, table, firsts, known, signed_level)
     return read_rows(symbols, rows, table, firsts, known, kinds)
 
 

@@ -204,6 +204,7 @@ static stp_status level_encode(const stp_chunk *chunk, int level, block_squares 
     else
         stp_predict_level_encode(chunk, level, &tables);
     tables.elder.tight = tables.last.tight = to->is_tight;
+    tables.elder.is_signed = to->is_tight && tables.elder.may_sign;
     STP_TRY(table_write(to, &tables.elder, err));
     STP_TRY(table_write(to, &tables.last, err));
     if (choice.rows)

@@ -6,6 +6,7 @@
 #include "formats/chunk/codec/odds/symbols.h"
 #include "formats/chunk/codec/predict/predict.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,25 +32,22 @@
 /* A column's first mean is a power of two, at most that of the greatest magnitude. */
 #define FIRST_MOST (15u + STP_MEAN_BITS)
 
-/* The odds of a column of kinds: of the upper half by that of the cell before; of the lower half by
- * whether the upper one, and the lower one of the cell before, are not 0. */
-typedef struct kind_odds {
-    stp_odds upper[HALVES], lower[8];
-} kind_odds;
-
-/* What a row adds to the number of the odds of the halves of kinds, if they are known. */
+/* What a row adds to the number of the odds of the halves of kinds, if they are known. By signed
+ * cells: where the odds of its child begin, and all bits if the row before is its elder sibling. */
 typedef struct row_places {
     unsigned upper, lower;
+    unsigned begin, has_elder;
 } row_places;
+
+/* How a column is coded: by odds of numbers or of kinds; or of numbers by signed cells. */
+typedef enum column_way { WAY_NUMBERS, WAY_KINDS, WAY_SIGNED_ALONE, WAY_SIGNED_BESIDE } column_way;
 
 /* A column that is coded. */
 typedef struct column {
-    union {
-        stp_number_odds numbers;
-        kind_odds kinds;
-        stp_odds known[STP_KNOWN_CELLS];
-    } odds;
+    stp_odds *odds;
     int16_t *cells;
+    const struct column *beside; /* by signed cells; or `nobody` */
+    unsigned side, side_before;  /* likewise: side_of the last two cells */
     const unsigned *size_beside; /* `size` of the column beside, or of none */
     unsigned before_shift;       /* of kinds: so many bits less of the last cell count */
     uint32_t mean;               /* of the magnitudes of the cells before, in 1/256 */
@@ -57,7 +55,7 @@ typedef struct column {
     unsigned size_least;         /* what a small cell has: STP_BESIDE_SMALL, or by the row */
     unsigned before;             /* of kinds: the last cell */
     unsigned lane, number;       /* which lane of symbols; which column of the table */
-    bool is_kinds;
+    column_way way;
     uint64_t bytes; /* that were read for its cells */
 } column;
 
@@ -111,13 +109,11 @@ static void half_odds_begin(int half_odds, stp_odds *out)
     }
 }
 
-static void kind_odds_begin(bool tight, kind_odds *out)
+static void kind_odds_begin(bool tight, stp_odds *out)
 {
-    half_odds_begin(tight ? HALF_ODDS_TIGHT : HALF_ODDS, &out->upper[0]);
-    for (unsigned i = 1; i < HALVES; i++)
-        out->upper[i] = out->upper[0];
-    for (unsigned i = 0; i < 4; i++)
-        out->lower[i] = out->upper[0];
+    half_odds_begin(tight ? HALF_ODDS_TIGHT : HALF_ODDS, out);
+    for (unsigned i = 1; i < STP_KNOWN_KINDS; i++)
+        out[i] = out[0];
 }
 
 /* ---- one cell ---- */
@@ -137,15 +133,63 @@ INLINE void take(column *c, unsigned size, int32_t cell)
 INLINE void put_number(stp_symbol_writer *w, column *c, int32_t cell, int shift)
 {
     const stp_number_way way = way_of(c, shift);
-    take(c, stp_number_put(w, c->odds.known, &way, cell), cell);
+    take(c, stp_number_put(w, c->odds, &way, cell), cell);
 }
 
 INLINE int16_t get_number(stp_symbol_reader *r, column *c, int shift)
 {
     const stp_number_way way = way_of(c, shift);
     unsigned size;
-    const int16_t cell = stp_number_get(r, c->odds.known, &way, &size);
+    const int16_t cell = stp_number_get(r, c->odds, &way, &size);
     take(c, size, cell);
+    return cell;
+}
+
+/* The side of a high part: -3 and less, -2 and -1, 0, 1 and 2, and more. */
+enum { SIDE_ZERO = 2, SIDES = 5 };
+INLINE unsigned side_of(int32_t high)
+{
+    static const uint8_t side[7] = {0, 1, 1, SIDE_ZERO, 3, 3, 4};
+    return side[(high < -3 ? -3 : high > 3 ? 3 : high) + 3];
+}
+
+/* What is beside a column that none is beside. */
+static const column nobody = {.side = SIDE_ZERO, .side_before = SIDE_ZERO};
+
+/* Which odds a cell has by signed cells. */
+INLINE stp_odds *signed_odds(const column *c, const row_places *row)
+{
+    const unsigned size = stp_mean_size(c->mean);
+    static const uint8_t sign[SIDES] = {1, 1, 2, 3, 3};
+    if (c->way == WAY_SIGNED_ALONE)
+        return &c->odds[13u * size + row->begin + (row->has_elder & (1u + c->side))];
+    const unsigned falls = 3u * (c->beside->side_before < SIDE_ZERO);
+    return &c->odds[7u * (SIDES * size + c->beside->side) +
+                    (row->has_elder & (sign[c->side] + falls))];
+}
+
+INLINE void take_signed(column *c, int32_t high, int32_t cell)
+{
+    static const uint8_t size[SIDES] = {STP_BESIDE_LARGE, STP_BESIDE_MIDDLE, STP_BESIDE_SMALL,
+                                        STP_BESIDE_MIDDLE, STP_BESIDE_LARGE};
+    c->side_before = c->side;
+    c->side = side_of(high);
+    take(c, size[c->side], cell);
+}
+
+INLINE void put_signed(stp_symbol_writer *w, column *c, const row_places *row, int32_t cell,
+                       int shift)
+{
+    const stp_number_way way = way_of(c, shift);
+    take_signed(c, stp_number_put_by(w, signed_odds(c, row), &way, cell), cell);
+}
+
+INLINE int16_t get_signed(stp_symbol_reader *r, column *c, const row_places *row, int shift)
+{
+    const stp_number_way way = way_of(c, shift);
+    int32_t high;
+    const int16_t cell = stp_number_get_by(r, signed_odds(c, row), &way, &high);
+    take_signed(c, high, cell);
     return cell;
 }
 
@@ -167,8 +211,8 @@ INLINE void put_kind(stp_symbol_writer *w, column *c, const row_places *row, uns
 {
     const unsigned upper = cell >> HALF_BITS;
     const unsigned was = upper_odds(c, row), k = lower_odds(c, upper) + row->lower;
-    stp_symbol_put(w, c->lane, &c->odds.kinds.upper[was], shift, upper, 0, 0);
-    stp_symbol_put(w, c->lane, &c->odds.kinds.lower[k], shift, cell & (HALVES - 1), 0, 0);
+    stp_symbol_put(w, c->lane, &c->odds[was], shift, upper, 0, 0);
+    stp_symbol_put(w, c->lane, &c->odds[HALVES + k], shift, cell & (HALVES - 1), 0, 0);
     c->before = cell;
 }
 
@@ -177,10 +221,10 @@ INLINE int16_t get_kind(stp_symbol_reader *r, column *c, const row_places *row, 
     const unsigned was = upper_odds(c, row);
     uint32_t none;
     const unsigned upper =
-        stp_symbol_get(r, c->lane, &c->odds.kinds.upper[was], shift, 0, &none) & (HALVES - 1);
+        stp_symbol_get(r, c->lane, &c->odds[was], shift, 0, &none) & (HALVES - 1);
     const unsigned k = lower_odds(c, upper) + row->lower;
     const unsigned lower =
-        stp_symbol_get(r, c->lane, &c->odds.kinds.lower[k], shift, 0, &none) & (HALVES - 1);
+        stp_symbol_get(r, c->lane, &c->odds[HALVES + k], shift, 0, &none) & (HALVES - 1);
     c->before = upper << HALF_BITS | lower;
     return (int16_t)((int)(c->before ^ 128u) - 128);
 }
@@ -192,7 +236,7 @@ typedef struct columns {
     void *memory;
     column *of;
     unsigned count, number_count;
-    bool known;
+    bool known, is_signed;
     /* If odds are known: the kinds of rows, NULL if all are 0; what stands beside columns that have
      * none beside them; and the size_least of the column beside B, or of nobody. */
     const uint8_t *row_kinds;
@@ -202,20 +246,63 @@ typedef struct columns {
                              of the first row leave means as they are */
 } columns;
 
+/* How a column of the table is coded. */
+static column_way way_of_column(const stp_table *table, bool is_signed, unsigned number)
+{
+    if (table->beside[number] == STP_BESIDE_KINDS)
+        return WAY_KINDS;
+    switch (is_signed ? stp_signed_width(number) : 0) {
+    case STP_SIGNED_ALONE:
+        return WAY_SIGNED_ALONE;
+    case STP_SIGNED_BESIDE:
+        return WAY_SIGNED_BESIDE;
+    default:
+        return WAY_NUMBERS;
+    }
+}
+
+/* How many odds it has at most. */
+static unsigned odds_of_column(bool is_signed, unsigned number)
+{
+    const unsigned width = is_signed ? stp_signed_width(number) : 0;
+    return width > 0 ? width : STP_KNOWN_CELLS;
+}
+
 /* The odds of a column before its first cell. first: NULL if they are known. */
 static void column_begin(const stp_table *table, stp_first_odds *first, column *c)
 {
     const int side = table->tight && table->side ? table->side[c->number] : 0;
     const bool is_b = table->row_kinds && c->number == STP_COLUMN_POSITION_B;
-    const unsigned count = c->is_kinds ? STP_KNOWN_KINDS
-                           : is_b      ? STP_KNOWN_CELLS
-                                       : STP_KNOWN_NUMBERS;
-    if (!first)
-        stp_known_cells(table->known + (size_t)STP_KNOWN_COUNT * c->number, count, c->odds.known);
-    if (first && c->is_kinds)
-        kind_odds_begin(table->tight, &c->odds.kinds);
-    else if (first)
-        c->odds.numbers = *stp_number_odds_first(first, side);
+    const unsigned count = c->way == WAY_KINDS ? STP_KNOWN_KINDS
+                           : is_b              ? STP_KNOWN_CELLS
+                                               : STP_KNOWN_NUMBERS;
+    if (c->way == WAY_SIGNED_ALONE || c->way == WAY_SIGNED_BESIDE)
+        stp_signed_cells(stp_signed_column(table->level, c->number), stp_signed_width(c->number),
+                         c->odds);
+    else if (!first)
+        stp_known_cells(table->known + (size_t)STP_KNOWN_COUNT * c->number, count, c->odds);
+    else if (c->way == WAY_KINDS)
+        kind_odds_begin(table->tight, c->odds);
+    else
+        memcpy(c->odds, stp_number_odds_first(first, side), sizeof(stp_number_odds));
+}
+
+/* Makes room for columns and, in front of them, their odds. */
+static stp_status columns_alloc(const stp_table *table, uint64_t constant, columns *out,
+                                stp_odds **odds, stp_error *err)
+{
+    size_t count = 0;
+    for (unsigned k = 0; k < table->column_count; k++)
+        count += constant >> k & 1u ? 0 : odds_of_column(out->is_signed, k);
+    const size_t bytes = count * sizeof **odds + table->column_count * sizeof *out->of;
+    const stp_status status =
+        stp_alloc_unset(&out->memory, bytes + _Alignof(stp_odds), 1, "columns", err);
+    if (status != STP_OK)
+        return status;
+    *odds =
+        (stp_odds *)(((uintptr_t)out->memory + _Alignof(stp_odds) - 1) & ~(_Alignof(stp_odds) - 1));
+    out->of = (column *)(*odds + count);
+    return STP_OK;
 }
 
 static stp_status columns_create(const stp_table *table, uint64_t constant, stp_first_odds *first,
@@ -223,29 +310,35 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, stp_
 {
     stp_status status = STP_OK;
     const unsigned *size[STP_TABLE_COLUMNS_LIMIT];
+    const column *of[STP_TABLE_COLUMNS_LIMIT];
+    stp_odds *odds;
     out->known = !first;
     out->size_least_beside_b = &out->nobody;
     out->row_kinds = first ? NULL : table->row_kinds;
-    STP_TRY(
-        stp_alloc_unset(&out->memory, table->column_count + 1u, sizeof *out->of, "columns", err));
-    out->of = (column *)(((uintptr_t)out->memory + _Alignof(column) - 1) & ~(_Alignof(column) - 1));
+    out->is_signed = out->row_kinds && table->is_signed;
+    STP_TRY(columns_alloc(table, constant, out, &odds, err));
     out->first = table->tight ? table->tight_first : table->middles ? table->first : NULL;
     for (unsigned k = 0; k < table->column_count; k++) {
         column *c = &out->of[out->count];
         const int beside = table->beside[k];
         size[k] = &out->alone;
+        of[k] = &nobody;
         if (constant >> k & 1u)
             continue;
-        c->mean = c->size = c->before = 0;
-        c->bytes = 0;
-        c->number = k;
-        c->lane = out->count++ % STP_SYMBOL_LANES;
-        c->cells = stp_table_column(table, k);
-        c->is_kinds = beside == STP_BESIDE_KINDS;
-        c->size_beside = beside >= 0 ? size[beside] : &out->alone;
+        *c = (column){.odds = odds,
+                      .cells = stp_table_column(table, k),
+                      .beside = beside >= 0 ? of[beside] : &nobody,
+                      .size_beside = beside >= 0 ? size[beside] : &out->alone,
+                      .side = SIDE_ZERO,
+                      .side_before = SIDE_ZERO,
+                      .size_least = STP_BESIDE_SMALL,
+                      .lane = out->count++ % STP_SYMBOL_LANES,
+                      .number = k,
+                      .way = way_of_column(table, out->is_signed, k)};
+        odds += odds_of_column(out->is_signed, k);
         size[k] = &c->size;
-        out->number_count += !c->is_kinds;
-        c->size_least = STP_BESIDE_SMALL;
+        of[k] = c;
+        out->number_count += c->way != WAY_KINDS;
         if (out->row_kinds && k == STP_COLUMN_POSITION_A)
             out->size_least_beside_b = &c->size_least;
         c->before_shift = out->row_kinds ? 2 : 0;
@@ -282,9 +375,14 @@ INLINE row_places row_begin(columns *all, uint32_t row)
                                      STP_BESIDE_SMALL + SIZES_BESIDE,
                                      STP_BESIDE_SMALL + 2 * SIZES_BESIDE};
     const unsigned kind = all->row_kinds[row], left = kind & 3u;
+    static const uint8_t begin[4] = {0, 7, 1, 0};
+    const bool has_elder = row > 0 && (all->row_kinds[row - 1] & 3u) == left + 1;
     all->alone = left;
     *all->size_least_beside_b = least[left];
-    return (row_places){.upper = kind & 12u, .lower = kind >> 2 & 4u};
+    return (row_places){.upper = kind & 12u,
+                        .lower = kind >> 2 & 4u,
+                        .begin = begin[left],
+                        .has_elder = has_elder ? UINT_MAX : 0};
 }
 
 STP_WIDE
@@ -295,10 +393,12 @@ static void put_row(stp_symbol_writer *w, columns *all, uint32_t row)
     stp_symbol_writer own = *w; /* nothing else points to it: it stays in registers */
     column *const end = all->of + all->count;
     for (column *c = all->of; c < end; c++)
-        if (c->is_kinds)
+        if (c->way == WAY_KINDS)
             put_kind(&own, c, &places, (uint8_t)c->cells[row], shift);
-        else
+        else if (c->way == WAY_NUMBERS)
             put_number(&own, c, c->cells[row], shift);
+        else
+            put_signed(&own, c, &places, c->cells[row], shift);
     *w = own;
 }
 
@@ -343,7 +443,7 @@ stp_status stp_cells_encode(const stp_table *table, uint64_t constant, stp_bytes
     for (unsigned k = 0; k < all.count && !all.first; k++) {
         const uint8_t mean = first_mean(all.of[k].cells, table->row_count);
         all.of[k].mean = UINT32_C(1) << mean;
-        if (!all.of[k].is_kinds)
+        if (all.of[k].way != WAY_KINDS)
             STP_TRY(stp_bytes_append(out, &mean, 1, err));
     }
     STP_TRY(put_rows(&all, table->row_count, &w, err));
@@ -363,7 +463,7 @@ static stp_status take_first(const uint8_t *bytes, size_t size, columns *all, si
     if (*used > size)
         return stp_error_set(err, STP_CORRUPT, "a table ends before its columns");
     for (unsigned k = 0; k < all->count && !all->first; k++) {
-        if (all->of[k].is_kinds)
+        if (all->of[k].way == WAY_KINDS)
             continue;
         if (*bytes > FIRST_MOST)
             return stp_error_set(err, STP_CORRUPT, "a column begins with a mean of 2^%u", *bytes);
@@ -383,8 +483,9 @@ INLINE void decode_rows_as(stp_symbol_reader *r, columns *all, uint32_t rows, bo
         const row_places places = known ? row_begin(all, i) : (row_places){0};
         for (column *c = all->of; c < end; c++) {
             const uint8_t *begin = own.next;
-            c->cells[i] =
-                c->is_kinds ? get_kind(&own, c, &places, shift) : get_number(&own, c, shift);
+            c->cells[i] = c->way == WAY_KINDS     ? get_kind(&own, c, &places, shift)
+                          : c->way == WAY_NUMBERS ? get_number(&own, c, shift)
+                                                  : get_signed(&own, c, &places, shift);
             if (counted)
                 c->bytes += (uint64_t)(own.next - begin);
         }

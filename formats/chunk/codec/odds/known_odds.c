@@ -36,6 +36,17 @@ _Static_assert(sizeof square_columns == STP_KNOWN_COUNT * (COMMON_COLUMNS + SQUA
                                                            LADDER_COLUMNS + (size_t)3 * CHANNELS),
                "numbers of all columns");
 
+/* The same of columns that go by signed cells, of levels 2, 1, 0. */
+_Alignas(64) static const int16_t signed_curves[] = {
+#include "formats/chunk/codec/odds/signed_curves.inc"
+};
+_Static_assert(sizeof signed_curves == sizeof curves, "a curve's number is a byte");
+static const uint8_t signed_columns[] = {
+#include "formats/chunk/codec/odds/signed_columns.inc"
+};
+#define SIGNED_ODDS ((size_t)4 * STP_SIGNED_ALONE + (size_t)3 * STP_SIGNED_BESIDE)
+_Static_assert(sizeof signed_columns == 3 * SIGNED_ODDS, "numbers of all columns");
+
 const uint8_t *stp_known_patches(bool squares)
 {
     return squares ? square_columns : columns;
@@ -78,10 +89,43 @@ void stp_known_begin(unsigned curve, stp_odds *out)
     memcpy(out->below, curves + (size_t)STP_ODDS_SYMBOLS * curve, sizeof out->below);
 }
 
-STP_WIDE
-void stp_known_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out)
+STP_INLINE void cells_begin(const int16_t *all, const uint8_t *curve, unsigned count,
+                            stp_odds *restrict out)
 {
     for (unsigned i = 0; i < count; i++)
         for (unsigned s = 0; s < STP_ODDS_SYMBOLS; s++)
-            out[i].below[s] = curves[(size_t)STP_ODDS_SYMBOLS * curve[i] + s];
+            out[i].below[s] = all[(size_t)STP_ODDS_SYMBOLS * curve[i] + s];
+}
+
+STP_WIDE
+void stp_known_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out)
+{
+    cells_begin(curves, curve, count, out);
+}
+
+/* ---- by signed cells ---- */
+
+unsigned stp_signed_width(unsigned column)
+{
+    static const uint8_t width[STP_SAMPLE_COLUMN_COUNT] = {
+        [STP_COLUMN_RADIUS] = STP_SIGNED_ALONE,     [STP_COLUMN_NORMAL_U] = STP_SIGNED_ALONE,
+        [STP_COLUMN_NORMAL_V] = STP_SIGNED_BESIDE,  [STP_COLUMN_GREEN] = STP_SIGNED_ALONE,
+        [STP_COLUMN_RED] = STP_SIGNED_BESIDE,       [STP_COLUMN_BLUE] = STP_SIGNED_BESIDE,
+        [STP_COLUMN_POSITION_A] = STP_SIGNED_ALONE,
+    };
+    return width[column];
+}
+
+const uint8_t *stp_signed_column(int level, unsigned column)
+{
+    const uint8_t *out = signed_columns + SIGNED_ODDS * (size_t)(STP_LEVEL_COUNT - 2 - level);
+    for (unsigned c = 0; c < column; c++)
+        out += stp_signed_width(c);
+    return out;
+}
+
+STP_WIDE
+void stp_signed_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out)
+{
+    cells_begin(signed_curves, curve, count, out);
 }

@@ -31,6 +31,15 @@ const uint8_t *stp_known_colours(bool last);
 /* Of last children that are told by parents: by class and how far they are off. */
 const uint8_t *stp_known_last_colours(void);
 
+/* By signed cells (SPEC.md, "Signed cells"): how many odds a column of samples has, 0 if it goes by
+ * known odds as ever; and the curves of its odds, of level 2 to 0. signed_curves.inc and
+ * signed_columns.inc have the numbers. */
+#define STP_SIGNED_ALONE (7u * 13u)
+#define STP_SIGNED_BESIDE (7u * 5u * 7u)
+unsigned stp_signed_width(unsigned column);
+const uint8_t *stp_signed_column(int level, unsigned column);
+void stp_signed_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out);
+
 void stp_known_begin(unsigned curve, stp_odds *out);
 /* The same of several curves. */
 void stp_known_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out);

@@ -70,13 +70,19 @@ STP_INLINE unsigned stp_mean_low_bits(uint32_t mean)
     return (bits > STP_MEAN_BITS_WHOLE ? bits : STP_MEAN_BITS_WHOLE) - STP_MEAN_BITS_WHOLE;
 }
 
+/* The size of a mean, 0 to STP_NUMBER_SIZES - 1. */
+STP_INLINE unsigned stp_mean_size(uint32_t mean)
+{
+    unsigned bits = stp_significant_bits(mean);
+    bits = bits > STP_MEAN_BITS_LEAST ? bits : STP_MEAN_BITS_LEAST;
+    bits = bits < STP_MEAN_BITS_WHOLE ? bits : STP_MEAN_BITS_WHOLE;
+    return bits - STP_MEAN_BITS_LEAST;
+}
+
 /* Which odds the next number has. */
 STP_INLINE unsigned stp_number_odds_at(const stp_number_way *way)
 {
-    unsigned bits = stp_significant_bits(way->mean);
-    bits = bits > STP_MEAN_BITS_LEAST ? bits : STP_MEAN_BITS_LEAST;
-    bits = bits < STP_MEAN_BITS_WHOLE ? bits : STP_MEAN_BITS_WHOLE;
-    return (bits - STP_MEAN_BITS_LEAST) * STP_NUMBER_BESIDES + way->beside;
+    return stp_mean_size(way->mean) * STP_NUMBER_BESIDES + way->beside;
 }
 
 /* What a number is beside another one: STP_BESIDE_SMALL and so on. */
@@ -95,21 +101,27 @@ STP_INLINE void stp_number_put_far(stp_symbol_writer *w, unsigned lane, int32_t 
     stp_symbol_put_bits(w, lane, beyond - (1u << length), length);
 }
 
-/* Takes a number, for which there must be room. odds: as in stp_number_odds, or known. Returns its
- * stp_beside_of. */
-STP_INLINE unsigned stp_number_put(stp_symbol_writer *w, stp_odds *odds, const stp_number_way *way,
-                                   int32_t number)
+/* Takes a number of these odds, for which there must be room. Returns its high part. */
+STP_INLINE int32_t stp_number_put_by(stp_symbol_writer *w, stp_odds *odds,
+                                     const stp_number_way *way, int32_t number)
 {
     const unsigned bits = stp_mean_low_bits(way->mean);
     const int32_t raised = number + (int32_t)(1u << bits >> 1);
     const int32_t high = raised >> bits;
     const bool far = abs(high) > STP_NUMBER_HIGH_MOST;
-    stp_symbol_put(w, way->lane, &odds[stp_number_odds_at(way)], way->shift,
+    stp_symbol_put(w, way->lane, odds, way->shift,
                    far ? STP_NUMBER_FAR : (unsigned)(high + STP_NUMBER_HIGH_MOST),
                    (uint32_t)raised & ((1u << bits) - 1), bits);
     if (far)
         stp_number_put_far(w, way->lane, high);
-    return stp_beside_of(high);
+    return high;
+}
+
+/* The same. odds: as in stp_number_odds, or known. Returns its stp_beside_of. */
+STP_INLINE unsigned stp_number_put(stp_symbol_writer *w, stp_odds *odds, const stp_number_way *way,
+                                   int32_t number)
+{
+    return stp_beside_of(stp_number_put_by(w, &odds[stp_number_odds_at(way)], way, number));
 }
 
 STP_INLINE int32_t stp_number_get_far(stp_symbol_reader *r, unsigned lane)
@@ -121,19 +133,27 @@ STP_INLINE int32_t stp_number_get_far(stp_symbol_reader *r, unsigned lane)
     return head & 1u ? -size : size;
 }
 
+/* The next number, of these odds, and its high part. */
+STP_INLINE int16_t stp_number_get_by(stp_symbol_reader *r, stp_odds *odds,
+                                     const stp_number_way *way, int32_t *high)
+{
+    const unsigned bits = stp_mean_low_bits(way->mean);
+    uint32_t low;
+    const unsigned symbol = stp_symbol_get(r, way->lane, odds, way->shift, bits, &low);
+    *high = (int32_t)symbol - STP_NUMBER_HIGH_MOST;
+    if (symbol == STP_NUMBER_FAR)
+        *high = stp_number_get_far(r, way->lane);
+    return (int16_t)(((uint32_t)*high << bits) + low - (1u << bits >> 1));
+}
+
 /* The next number; *beside: its stp_beside_of. */
 STP_INLINE int16_t stp_number_get(stp_symbol_reader *r, stp_odds *odds, const stp_number_way *way,
                                   unsigned *beside)
 {
-    const unsigned bits = stp_mean_low_bits(way->mean);
-    uint32_t low;
-    const unsigned symbol =
-        stp_symbol_get(r, way->lane, &odds[stp_number_odds_at(way)], way->shift, bits, &low);
-    uint32_t high = (uint32_t)symbol - STP_NUMBER_HIGH_MOST;
-    if (symbol == STP_NUMBER_FAR)
-        high = (uint32_t)stp_number_get_far(r, way->lane);
-    *beside = stp_beside_of((int32_t)high);
-    return (int16_t)((high << bits) + low - (1u << bits >> 1));
+    int32_t high;
+    const int16_t number = stp_number_get_by(r, &odds[stp_number_odds_at(way)], way, &high);
+    *beside = stp_beside_of(high);
+    return number;
 }
 
 #endif

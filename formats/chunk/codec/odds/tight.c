@@ -24,6 +24,8 @@ enum { HOW_VARYING, HOW_ZERO, HOW_CONSTANT, HOW_COUNT };
 #define COARSE_MARK 15u
 /* Likewise: corners that are told once follow, then all that is there without them. */
 #define CORNERS_MARK 14u
+/* Likewise: the odds of the table go by signed cells; all follows that is there without them. */
+#define SIGNED_MARK 13u
 #define RADIUS_BITS 3u
 /* How many sublattices there are, without slanted ones, which are announced by another mark, and
  * with them; and what the odds of each change to another one are at first. */
@@ -31,7 +33,7 @@ enum { HOW_VARYING, HOW_ZERO, HOW_CONSTANT, HOW_COUNT };
 #define CHANGE_ODDS(slanted) ((slanted) ? 768 : 1024)
 #define SUBLATTICE_SHIFT 4
 /* Symbols and plain bits of a table before its rows, without those of sublattices. */
-#define HEAD_ITEMS (7u + SCALE_WORDS + 2u * STP_TABLE_COLUMNS_LIMIT)
+#define HEAD_ITEMS (8u + SCALE_WORDS + 2u * STP_TABLE_COLUMNS_LIMIT)
 
 const uint8_t stp_tight_patches[STP_LINKED_PATCH_COLUMN_COUNT] = {
     4, 14, 8,  15, 8,  10, 8,  0,  0,  12, 12, 9,  10, 8, 13, 11, 11, 11, 11, 10, 10, 10, 10,
@@ -148,6 +150,8 @@ static stp_status put_grids(stp_tight_writer *w, const stp_table *table, stp_err
     const bool slanted = sublattice >= STP_SLANTED;
     if (w->coarse)
         return STP_OK;
+    if (table->is_signed)
+        stp_symbol_put_bits(&w->symbols, LANE, SIGNED_MARK, SHIFT_BITS);
     w->coarse = table->radius_shift > 0 || placed;
     if (w->coarse)
         stp_symbol_put_bits(&w->symbols, LANE, COARSE_MARK, SHIFT_BITS);
@@ -278,6 +282,9 @@ static stp_status get_grids(stp_tight_reader *r, stp_table *table, stp_error *er
     if (!known && !r->shift_read)
         r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
     r->shift_read = false;
+    table->is_signed = table->may_sign && r->known && r->normal_shift == SIGNED_MARK;
+    if (table->is_signed)
+        r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
     r->coarse = known || (table->may_coarsen && r->normal_shift == COARSE_MARK);
     if (r->coarse && !known) {
         r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);

@@ -101,6 +101,8 @@ stp_status stp_level_tables_create(const stp_chunk *chunk, int level, bool squar
     tables->last.known = stp_known_level(squares, level, true);
     tables->elder.may_scale = tables->last.may_scale = chunk->is_block && level == 0;
     tables->elder.may_coarsen = tables->last.may_coarsen = chunk->is_block && !squares;
+    tables->elder.may_sign = tables->elder.may_coarsen && !tables->corners.of;
+    tables->elder.level = level;
     if (status == STP_OK && level == 0 && tables->elder.may_coarsen)
         status = stp_alloc(&tables->elder.sublattices, chunk->patch_count, 1, "sublattices", err);
     tables->last.sublattices = tables->elder.sublattices;

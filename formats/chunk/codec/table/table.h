@@ -55,6 +55,10 @@ typedef struct stp_table {
      * row stp_row_kind_of; NULL: all 0. */
     const uint8_t *known;
     uint8_t *row_kinds;
+    /* Of elder children of a level of points: whether odds are by signed cells (known_odds.h).
+     * Decoding sets it if the table may be so. */
+    bool may_sign, is_signed;
+    int level;
     /* Decoding adds each column's bytes here; those of a stream go to its first column. NULL:
      * nobody asks. */
     uint64_t *column_bytes;
