@@ -14,6 +14,7 @@
 
 /* Squares of a rectangle in which a block's squares of one piece lie, for each of them. */
 #define SPARSEST 4u
+#define SPARSE_FREE 256u
 /* Normals of level 2 are means; those of levels 1 and 0 follow. */
 #define COARSEST 2
 /* A normal that is farther off has an edge, and stays as it is. By level: the cosines of 10 and 5
@@ -62,7 +63,7 @@ static bool find_extent(piece *p)
     }
     const uint64_t all =
         ((uint64_t)p->greatest[0] - p->least[0] + 1) * ((uint64_t)p->greatest[1] - p->least[1] + 1);
-    return all <= (uint64_t)SPARSEST * p->square_count;
+    return all <= (uint64_t)SPARSEST * p->square_count + SPARSE_FREE;
 }
 
 static stp_status allocate(piece *p, int level, stp_error *err)
@@ -169,16 +170,26 @@ static void add_sample(int level, const square_samples *s, unsigned j, const uin
                 (size_t)stp_square_cell(m->on.column[sample], level)] = (int32_t)sample;
 }
 
-/* The code that a codec expects of a direction, on a grid. */
-static void encode_expected(const double toward[3], unsigned bits, uint8_t code[3])
+/* The code that a codec expects of a direction, on a grid; with a normal's own code, the one that
+ * is whole strides off and nearest to that, if this is not NULL. */
+static void encode_expected(const double toward[3], unsigned bits, int level, const uint8_t *own,
+                            uint8_t code[3])
 {
-    const unsigned shift = STP_NORMAL_BITS - bits;
+    const unsigned shift = STP_NORMAL_BITS - bits, stride = stp_square_stride(level, shift);
     const int32_t top = stp_normal_grid_place(STP_NORMAL_CODE_MAX, shift);
     double direction[2];
-    int32_t place[2];
+    int32_t place[2], to[2];
     stp_square_direction(toward, direction);
     for (int i = 0; i < 2; i++)
         place[i] = stp_square_whole(direction[i] / (double)(1 << shift));
+    if (own) {
+        stp_normal_codes_get(own, to);
+        for (int i = 0; i < 2; i++)
+            to[i] = stp_normal_grid_place(to[i], shift);
+        (void)stp_square_unfold(to, place, top, true, 0);
+        for (int i = 0; i < 2; i++)
+            place[i] += ((to[i] - place[i] + (1 << stride >> 1)) >> stride) * (1 << stride);
+    }
     stp_square_fold(place, top);
     for (int i = 0; i < 2; i++)
         place[i] = place[i] < 0 ? 0 : place[i] > top ? top : place[i];
@@ -242,14 +253,13 @@ static void derive_family(piece *p, uint32_t index, const square_samples *s, int
         const double c = (s->column[level][i] - above->on.column[parent]) / side;
         const double r = (s->row[level][i] - above->on.row[parent]) / side;
         double toward[3];
-        uint8_t code[3];
+        uint8_t code[3], own[3];
         for (int k = 0; k < 3; k++)
             toward[k] = stp_slope_field_value(&field[k], c, r, end - begin);
         const stp_dvec3 way = stp_dvec3_normalize((stp_dvec3){toward[0], toward[1], toward[2]});
-        if (stp_dvec3_dot(stp_dvec3_normalize(s->sum[level][i]), way) >= alike)
-            encode_expected(toward, bits, code);
-        else
-            encode_own(s->sum[level][i], bits, code);
+        encode_own(s->sum[level][i], bits, own);
+        const bool near = stp_dvec3_dot(stp_dvec3_normalize(s->sum[level][i]), way) >= alike;
+        encode_expected(toward, bits, level, near ? NULL : own, code);
         if (level > 0)
             // cppcheck-suppress arrayIndexOutOfBoundsCond ; likewise
             add_sample(level, s, i, code, &p->level[level]);

@@ -6,9 +6,13 @@
 #include "formats/chunk/normal_grid.h"
 #include "tests/fixtures/square_recipe.h"
 
+#define CHOICE_REACH 7u
 #define CHOICE_LADDER 16u
 #define CHOICE_LOOSE 32u
 #define CHOICE_MORE 64u
+/* Of a tight part of segment 0, before that: a mark, the number of rasters, and one that spreads.
+ */
+#define TIGHT_BEGIN (4u + 2u + 65u)
 /* What lines may take: by rows they take 305, family by family 524. */
 #define LINES_BYTES 400u
 /* In the byte that follows then. */
@@ -300,6 +304,51 @@ static void test_sides(void **state)
     assert_in_range(sizes[0], 1, sizes[1] * 19 / 20);
 }
 
+/* Gives levels 1 and 0 of a camera's image one normal, on a grid of 8 bits, but those that are off
+ * by whole strides, 2^stride places. If one is not, no level says strides. */
+static void fill_strides(stp_chunk *chunk, bool whole)
+{
+    enum { SHIFT = 4 };
+    for (int l = 0; l < 2; l++)
+        for (uint32_t i = 0; i < chunk->level_begin[l][SQUARES]; i++) {
+            const int32_t by = (int32_t)((l == 0) * (1u << stp_square_stride(l, SHIFT)));
+            const uint64_t random = stp_random_u64(11, i);
+            const bool far = i % 5 == 2, off = i == 40 && !whole;
+            int32_t uv[2] = {101 + off, 91};
+            for (int k = 0; k < 2 && far; k++)
+                uv[k] += by * (int32_t)(random >> 8 * k & 3u) - by;
+            for (int k = 0; k < 2; k++)
+                uv[k] = stp_normal_grid_code(uv[k], SHIFT);
+            stp_normal_codes_put(uv, chunk->samples[l][i].normal);
+        }
+}
+
+/* Normals that are whole strides off what is expected take fewer bytes. Level 2 has no strides. */
+static void test_strides(void **state)
+{
+    (void)state;
+    size_t sizes[2];
+    for (unsigned whole = 0; whole < 2; whole++) {
+        stp_chunk *chunk = make_chunk(&(recipe){.spread = true}), *decoded = make_room(chunk, 0);
+        fill_strides(chunk, whole);
+        coded bytes = encode(chunk);
+        assert_int_equal((*begin_of(&bytes, 2) & CHOICE_REACH) == STP_SQUARE_REACH_STRIDES, whole);
+        assert_int_equal(decode(&bytes, decoded), STP_OK);
+        assert_same(chunk, decoded);
+        sizes[whole] = bytes.segment[2].size;
+        damage(chunk);
+        uint8_t *coarsest = begin_of(&bytes, 0) + TIGHT_BEGIN;
+        assert_int_equal(*coarsest >> 7, 1);
+        *coarsest |= CHOICE_REACH;
+        assert_int_equal(decode(&bytes, decoded), STP_CORRUPT);
+        stp_chunk_destroy(&decoded);
+        stp_chunk_destroy(&chunk);
+        clear(&bytes);
+    }
+    print_message("strides: %zu bytes, else %zu\n", sizes[1], sizes[0]);
+    assert_in_range(sizes[1], 1, sizes[0] * 19 / 20);
+}
+
 /* Radii that are on a coarse grid take fewer bytes; those that are on none come back, too. */
 static void test_radii(void **state)
 {
@@ -420,6 +469,7 @@ int main(void)
         cmocka_unit_test(test_radii),        cmocka_unit_test(test_damaged),
         cmocka_unit_test(test_damaged_more), cmocka_unit_test(test_rungs),
         cmocka_unit_test(test_rows),         cmocka_unit_test(test_learned),
+        cmocka_unit_test(test_strides),
     };
     return cmocka_run_group_tests_name("choices of squares", tests, NULL, NULL);
 }

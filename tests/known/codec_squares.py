@@ -392,7 +392,7 @@ class Rows:
 def decode_level(block, level, how, more, parents, tables, ladder, symbols):
     """The samples of a level. tables: of elder and of last children. ladder: heights; empty: there is none. symbols: what
     follows the tables."""
-    require(how & 7 <= 6, "a level of squares begins wrong")
+    require(how & 7 < 7 or level < 2, "a level of squares begins wrong")
     multiple = more & 15 if level else 0
     require(level or not more & 12 and more & 3 != 2, "a level of squares goes on wrong")
     require(level or not more & 1 or not how & 40, "colours by rows follow or are loose")
@@ -480,7 +480,7 @@ def code_of(direction, cells, shift, folded, sides=False):
 
 def add_normals(block, level, reach, samples, cells, shift, parents, more):
     on, last, coarse = block.levels[level], {}, more >> 5
-    families = None
+    families, stride = None, 1 << 7 - shift - level if reach == 7 and shift <= 4 else 1
     if reach >= 5:
         units = [unit_normal(s.u, s.v) for s in parents]
         families = families_of(block, level, [[n[k] for n in units] for k in range(3)])
@@ -494,7 +494,7 @@ def add_normals(block, level, reach, samples, cells, shift, parents, more):
             direction = normal_of(block, level, i, block.fitted(level, i, reach) if reach else
                                   block.slopes(level, i, on.z))
         folded = reach >= 5 or block.rasters[on.rasters[i]].spreads
-        s.u, s.v = code_of(direction, row[3:5], shift, folded, bool(more & 16))
+        s.u, s.v = code_of(direction, [stride * n for n in row[3:5]], shift, folded, bool(more & 16))
         if families:
             left = [t + (e - n) for t, e, n in zip(left, expected, unit_normal(s.u, s.v))]
         kind, octaves = block.kind(level, i, s), 16 * (patch.exponent - block.exponent)

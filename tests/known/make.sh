@@ -296,4 +296,10 @@ for codec in raw draco zstd; do
         -o "parents/2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" parents/2_0_raw.stipple >parents/2_0.samples
+# From here on normals of noisy images that do not follow are whole strides off.
+mkdir -p strides
+for codec in raw draco zstd; do
+    "$program" prep turns.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "strides/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" strides/2_0_raw.stipple >strides/2_0.samples
 rm paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -7,6 +7,8 @@
 #include "formats/chunk/layout.h"
 #include "formats/chunk/normal_grid.h"
 
+#include <stdlib.h>
+
 #define REACH 7u
 #define FOLLOW 8u
 #define LADDER 16u
@@ -121,7 +123,7 @@ stp_status stp_square_choice_read(stp_cursor *c, int level, bool tight, stp_squa
                                .follow = byte & FOLLOW,
                                .loose = byte & LOOSE,
                                .tight = byte & TIGHT};
-    if (out->reach > STP_SQUARE_REACH_LOOSE || out->tight != tight ||
+    if ((out->reach == STP_SQUARE_REACH_STRIDES && (level > 1 || !tight)) || out->tight != tight ||
         (ladder && (level > 0 || !tight)))
         return stp_error_set(err, STP_CORRUPT, "a level of squares begins with byte %u", byte);
     stp_cursor_skip(c, BYTES);
@@ -135,4 +137,39 @@ stp_status stp_square_choice_read(stp_cursor *c, int level, bool tight, stp_squa
     stp_cursor_skip(c, LADDER_BYTES);
 done:
     return status;
+}
+
+static int16_t wrapped(int32_t x)
+{
+    return (int16_t)(((x + 128) & 0xff) - 128);
+}
+
+/* The sum of the magnitudes of red and blue, if they follow green or not. */
+static uint64_t cost(const stp_table *table, bool follow)
+{
+    const int16_t *green = stp_table_column(table, STP_COLUMN_GREEN);
+    const int16_t *red = stp_table_column(table, STP_COLUMN_RED);
+    const int16_t *blue = stp_table_column(table, STP_COLUMN_BLUE);
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < table->row_count; i++) {
+        const int32_t less = follow ? green[i] : 0;
+        sum += (uint64_t)abs(wrapped(red[i] - less)) + (uint64_t)abs(wrapped(blue[i] - less));
+    }
+    return sum;
+}
+
+bool stp_square_colours_follow(const stp_table *elder)
+{
+    return cost(elder, true) < cost(elder, false);
+}
+
+void stp_square_colours_move(const stp_table *table, int sign)
+{
+    const int16_t *green = stp_table_column(table, STP_COLUMN_GREEN);
+    int16_t *red = stp_table_column(table, STP_COLUMN_RED);
+    int16_t *blue = stp_table_column(table, STP_COLUMN_BLUE);
+    for (uint32_t i = 0; i < table->row_count; i++) {
+        red[i] = wrapped(red[i] + sign * green[i]);
+        blue[i] = wrapped(blue[i] + sign * green[i]);
+    }
 }

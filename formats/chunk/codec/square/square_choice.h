@@ -4,9 +4,10 @@
 
 #include "formats/chunk/codec/square/square_map.h"
 #include "formats/chunk/codec/table/column.h"
+#include "formats/chunk/codec/table/table.h"
 
 typedef struct stp_square_choice {
-    unsigned reach;  /* of the windows of normals, 1 to 4; 0, 5 and 6: square.h */
+    unsigned reach;  /* of the windows of normals, 1 to 4; 0, 5 to 7: square.h */
     bool follow;     /* red and blue change as green does */
     bool loose;      /* colours do not follow from what is left of the parent's */
     bool rows;       /* of level 0, tight: colours are coded by rows (square_colours.h) */
@@ -27,5 +28,10 @@ bool stp_square_choice_is_tight(uint8_t first_byte);
 /* tight: what the part is. Errors: CORRUPT. */
 stp_status stp_square_choice_read(stp_cursor *c, int level, bool tight, stp_square_choice *out,
                                   stp_error *err);
+
+/* Whether red and blue of elder children take less if they change as green does. */
+bool stp_square_colours_follow(const stp_table *elder);
+/* Takes green off red and blue of elder children (sign -1), or adds it (1). */
+void stp_square_colours_move(const stp_table *table, int sign);
 
 #endif

@@ -285,9 +285,10 @@ STP_INLINE void code_normal(const coder *c, const table_row *r, const double dir
         stp_normal_codes_put(uv, s->normal);
 }
 
-/* The same of a raster that spreads. Normals that face a camera are where codes are folded. */
-STP_INLINE void code_folded(const coder *c, const table_row *r, const double direction[2],
-                            stp_sample *s)
+/* The same of a raster that spreads. Normals that face a camera are where codes are folded. False:
+ * the normal is not off by multiples of 2^stride. */
+STP_INLINE bool code_folded(const coder *c, const table_row *r, const double direction[2],
+                            unsigned stride, stp_sample *s)
 {
     const unsigned shift = c->tables->last.normal_shift;
     const int32_t top = stp_normal_grid_place(STP_NORMAL_CODE_MAX, shift);
@@ -297,12 +298,14 @@ STP_INLINE void code_folded(const coder *c, const table_row *r, const double dir
         expected[i] = stp_square_whole(direction[i] / (double)(1 << shift));
         own[i] = stp_normal_grid_place(uv[i], shift);
     }
+    const bool fits = c->decode || stp_square_unfold(own, expected, top, c->choice->sides, stride);
+    for (unsigned i = 0; i < 2; i++) {
+        const int32_t off = (own[i] - expected[i]) >> stride;
+        const int16_t cell = (int16_t)code(c, r, STP_COLUMN_NORMAL_U + i, 0, off, 0xffff);
+        own[i] = (int16_t)(expected[i] + cell * (1 << stride));
+    }
     if (!c->decode)
-        stp_square_unfold(own, expected, top, c->choice->sides);
-    for (unsigned i = 0; i < 2; i++)
-        own[i] = (int16_t)code(c, r, STP_COLUMN_NORMAL_U + i, expected[i], own[i], 0xffff);
-    if (!c->decode)
-        return;
+        return fits;
     stp_square_fold(own, top);
     for (int i = 0; i < 2; i++)
         own[i] = own[i] < 0 ? 0 : own[i] > top ? top : own[i];
@@ -311,6 +314,7 @@ STP_INLINE void code_folded(const coder *c, const table_row *r, const double dir
     uv[0] = stp_normal_grid_code(own[0], shift);
     uv[1] = stp_normal_grid_code(own[1], shift);
     stp_normal_codes_put(uv, s->normal);
+    return true;
 }
 
 /* Kinds of a sample for its radius: how steep it is, and whether a neighbour is missing. */
@@ -390,20 +394,26 @@ STP_INLINE void set_parents_normals(const coder *c)
     }
 }
 
-/* Codes the normal of child k as its parent, and those around, let expect it. */
-STP_INLINE void code_turned(const coder *c, family *f, unsigned k, bool loose, const table_row *r)
+/* Codes the normal of child k as its parent, and those around, let expect it. Returns whether it is
+ * off by whole strides. */
+STP_INLINE bool code_turned(const coder *c, family *f, unsigned k, unsigned reach,
+                            const table_row *r)
 {
     stp_sample *s = &c->block->samples[c->level][f->first + k];
-    const double share = loose ? 0.0 : 1.0 / (f->count - k);
+    const double share = reach == STP_SQUARE_REACH_PARENTS ? 1.0 / (f->count - k) : 0.0;
+    const unsigned stride = reach == STP_SQUARE_REACH_STRIDES
+                                ? stp_square_stride(c->level, c->tables->last.normal_shift)
+                                : 0;
     double expected[VALUE_COUNT] = {0.0}, toward[3], direction[2];
     expect(c, f, k, expected);
     for (int i = 0; i < 3; i++)
         toward[i] = expected[GREEN + i] + share * f->left[GREEN + i];
     stp_square_direction(toward, direction);
-    code_folded(c, r, direction, s);
+    const bool fits = code_folded(c, r, direction, stride, s);
     const stp_ivec3 own = unit_normal_of(s);
     for (int i = 0; i < 3; i++)
         f->left[GREEN + i] += expected[GREEN + i] - own.v[i];
+    return fits;
 }
 
 STP_INLINE void code_by_slopes(const coder *c, const stp_square_normals *normals, uint32_t sample,
@@ -419,17 +429,18 @@ STP_INLINE void code_by_slopes(const coder *c, const stp_square_normals *normals
         stp_square_normal_of(normals, c->grid->raster, &at, slopes, direction);
     }
     if (stp_raster_spreads(c->grid->raster))
-        code_folded(c, r, direction, s);
+        (void)code_folded(c, r, direction, 0, s);
     else
         code_normal(c, r, direction, s);
 }
 
+/* False: some are not off by whole strides. */
 STP_WIDE
-static void code_normals(coder *c, unsigned reach)
+static bool code_normals(coder *c, unsigned reach)
 {
     walk w = {0};
+    bool fit = true;
     const bool by_parents = reach >= STP_SQUARE_REACH_PARENTS;
-    const bool loose = reach == STP_SQUARE_REACH_LOOSE;
     const stp_square_normals normals =
         stp_square_normals_begin(c->map, c->level, by_parents ? 0 : reach);
     if (by_parents)
@@ -440,11 +451,12 @@ static void code_normals(coder *c, unsigned reach)
         for (unsigned k = 0; k < w.f.count; k++) {
             const table_row next = next_row(c, &w.next, k + 1 == w.f.count);
             if (by_parents)
-                code_turned(c, &w.f, k, loose, &next);
+                fit = code_turned(c, &w.f, k, reach, &next) && fit;
             else
                 code_by_slopes(c, &normals, w.f.first + k, &next);
         }
     }
+    return fit;
 }
 
 /* When all normals are known. */
@@ -478,25 +490,6 @@ static void set_heights(const stp_chunk *block, int level, const stp_square_map 
     }
 }
 
-static int16_t wrapped(int32_t x)
-{
-    return (int16_t)(((x + 128) & 0xff) - 128);
-}
-
-/* The sum of the magnitudes of red and blue, if they follow green or not. */
-static uint64_t cost(const stp_table *table, bool follow)
-{
-    const int16_t *green = stp_table_column(table, STP_COLUMN_GREEN);
-    const int16_t *red = stp_table_column(table, STP_COLUMN_RED);
-    const int16_t *blue = stp_table_column(table, STP_COLUMN_BLUE);
-    uint64_t sum = 0;
-    for (uint32_t i = 0; i < table->row_count; i++) {
-        const int32_t less = follow ? green[i] : 0;
-        sum += (uint64_t)abs(wrapped(red[i] - less)) + (uint64_t)abs(wrapped(blue[i] - less));
-    }
-    return sum;
-}
-
 static uint64_t normals_cost(const stp_level_tables *tables)
 {
     const stp_table *both[2] = {&tables->elder, &tables->last};
@@ -514,36 +507,25 @@ static uint64_t normals_cost(const stp_level_tables *tables)
 static void choose_reach(coder *c, stp_square_choice *choice)
 {
     const bool spreads = stp_raster_spreads(stp_square_grid_of(c->map, 0)->raster);
-    const unsigned reaches[4] = {0, choice->reach, STP_SQUARE_REACH_PARENTS,
-                                 STP_SQUARE_REACH_LOOSE};
+    const unsigned reaches[5] = {0, choice->reach, STP_SQUARE_REACH_PARENTS, STP_SQUARE_REACH_LOOSE,
+                                 STP_SQUARE_REACH_STRIDES};
+    const unsigned end = !spreads ? 3 : c->level > 1 || !choice->tight ? 4 : 5;
     const uint32_t count = c->tables->elder.row_count + c->tables->last.row_count;
     unsigned coded = 0;
     uint64_t least = UINT64_MAX;
-    for (unsigned i = c->level > 0 || spreads ? 0 : 1; i < (spreads ? 4 : 3); i++) {
+    for (unsigned i = c->level > 0 || spreads ? 0 : 1; i < end; i++) {
         if (i == 2 && !spreads && least <= count)
             break;
-        code_normals(c, reaches[i]);
+        const bool fit = code_normals(c, reaches[i]);
         coded = reaches[i];
-        const uint64_t cost = normals_cost(c->tables);
+        const uint64_t cost = fit ? normals_cost(c->tables) : UINT64_MAX;
         if (cost < least || (i == 1 && cost == least)) {
             choice->reach = coded;
             least = cost;
         }
     }
     if (coded != choice->reach)
-        code_normals(c, choice->reach);
-}
-
-/* Takes green off red and blue of elder children, or adds it. */
-static void move_colours(const stp_table *table, int sign)
-{
-    const int16_t *green = stp_table_column(table, STP_COLUMN_GREEN);
-    int16_t *red = stp_table_column(table, STP_COLUMN_RED);
-    int16_t *blue = stp_table_column(table, STP_COLUMN_BLUE);
-    for (uint32_t i = 0; i < table->row_count; i++) {
-        red[i] = wrapped(red[i] + sign * green[i]);
-        blue[i] = wrapped(blue[i] + sign * green[i]);
-    }
+        (void)code_normals(c, choice->reach);
 }
 
 /* Sets what the level's parents tell. Their colours take the place of the map's sums. */
@@ -578,9 +560,9 @@ void stp_square_level_encode(const stp_chunk *block, int level, stp_square_map *
         code_families(&c);
     choose_reach(&c, choice);
     code_radii(&c);
-    choice->follow = !choice->rows && cost(&tables->elder, true) < cost(&tables->elder, false);
+    choice->follow = !choice->rows && stp_square_colours_follow(&tables->elder);
     if (choice->follow)
-        move_colours(&tables->elder, -1);
+        stp_square_colours_move(&tables->elder, -1);
 }
 
 void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
@@ -589,8 +571,8 @@ void stp_square_level_decode(stp_chunk *block, int level, stp_square_map *map,
 {
     coder c = coder_begin(block, level, map, ladder, choice, tables, true);
     if (choice->follow)
-        move_colours(&tables->elder, 1);
+        stp_square_colours_move(&tables->elder, 1);
     code_families(&c);
-    code_normals(&c, choice->reach);
+    (void)code_normals(&c, choice->reach);
     code_radii(&c);
 }

@@ -283,8 +283,8 @@ void stp_square_fold(int32_t place[2], int32_t top)
 /* A place that folds to `own`: of all, the one nearest to what is expected. */
 typedef struct unfolding {
     const int32_t *own, *expected;
-    int32_t top, least; /* least: how far it is off */
-    bool mirrored;      /* it is on a side, and stands for its mirror, too */
+    int32_t top, between, least; /* between: bits that what it is off has not; least: its sum */
+    bool mirrored;               /* it is on a side, and stands for its mirror, too */
     int32_t place[2];
 } unfolding;
 
@@ -303,22 +303,27 @@ static void unfold(unfolding *f, int32_t u, int32_t v)
                                   {u + top, v + top}};
     for (int i = 0; i < 9; i++) {
         int32_t back[2] = {places[i][0], places[i][1]};
-        const int32_t off = abs(back[0] - f->expected[0]) + abs(back[1] - f->expected[1]);
+        const int32_t by[2] = {back[0] - f->expected[0], back[1] - f->expected[1]};
+        const int32_t off = abs(by[0]) + abs(by[1]);
         stp_square_fold(back, top);
         if (f->mirrored)
             stp_normal_side(back, top);
-        if (off >= f->least || back[0] != f->own[0] || back[1] != f->own[1])
+        if (off >= f->least || (by[0] | by[1]) & f->between || back[0] != f->own[0] ||
+            back[1] != f->own[1])
             continue;
         f->least = off;
         memcpy(f->place, places[i], sizeof f->place);
     }
 }
 
-void stp_square_unfold(int32_t own[2], const int32_t expected[2], int32_t top, bool sides)
+bool stp_square_unfold(int32_t own[2], const int32_t expected[2], int32_t top, bool sides,
+                       unsigned stride)
 {
     const bool mirrored = sides && (own[0] == 0 || own[0] == top || own[1] == 0 || own[1] == top);
-    unfolding f = {own, expected, top, INT32_MAX, mirrored, {own[0], own[1]}};
+    const int32_t between = (1 << stride) - 1;
+    unfolding f = {own, expected, top, between, INT32_MAX, mirrored, {own[0], own[1]}};
     for (int mirror = 0; mirror < (mirrored ? 4 : 1); mirror++)
         unfold(&f, mirror & 1 ? top - own[0] : own[0], mirror & 2 ? top - own[1] : own[1]);
     memcpy(own, f.place, sizeof f.place);
+    return f.least < INT32_MAX;
 }
