@@ -167,10 +167,12 @@ static inline bool stp_dbox_is_map(const stp_dbox *box)
     return fabs(middle.x) > far && fabs(middle.y) > far;
 }
 
-/* From where a whole model is seen, if y or z is up: the front, a little from the right and above.
- * Not a unit vector. */
+/* From where a whole model is seen, if y or z is up, or y down as for cameras that look along z:
+ * the front, a little from the right and above. Not a unit vector. */
 static inline stp_dvec3 stp_whole_direction(stp_dvec3 up)
 {
+    if (up.y < -0.5)
+        return (stp_dvec3){0.35, -0.25, -1.0};
     return up.z > 0.5 ? (stp_dvec3){0.3, -1.0, 0.7} : (stp_dvec3){0.35, 0.25, 1.0};
 }
 

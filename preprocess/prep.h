@@ -74,6 +74,7 @@ typedef struct stp_prep_source {
     bool floats;                  /* some points have no such scale */
     bool heights;                 /* z is the height */
     bool y_up;                    /* y points up, unless z is the height */
+    bool y_down;                  /* y points down, unless one of the two holds */
     const stp_dvec3 *stations;    /* stations of the points, borrowed */
     const stp_dvec3 *station_ups; /* up axes of the stations; zero: not told; NULL: none told */
     uint32_t station_count;

@@ -3,7 +3,8 @@
  * The file says what a value means. If it does not, the greatest value of a sample of records,
  * spread over the file, decides: 8-bit whole numbers are 8-bit; floats up to 1 are fractions; other
  * values up to 255 are 8-bit values that were stored wide; all others are 16-bit, but colours up to
- * 1023 or 4095 are those of a camera of 10 or 12 bits. Threads: any. */
+ * 1023 or 4095 are those of a camera of 10 or 12 bits, and colours up to 1 are fractions in any
+ * type. Threads: any. */
 #ifndef STP_FORMATS_SCAN_VALUE_RANGE_H
 #define STP_FORMATS_SCAN_VALUE_RANGE_H
 
@@ -34,6 +35,8 @@ static inline stp_value_range stp_value_range_guess_colour(bool is_float, unsign
                                                            double maximum)
 {
     stp_value_range range = stp_value_range_guess(is_float, bytes, maximum);
+    if (maximum > 0.0 && maximum <= 1.0)
+        range.high = 1.0;
     if (range.high > 255.0 && maximum > 255.0 && maximum <= 4095.0)
         range.high = maximum <= 1023.0 ? 1023.0 : 4095.0;
     return range;
@@ -66,6 +69,14 @@ static inline stp_value_range stp_value_range_guess_intensity(bool is_float, uns
     if (span.max > 65535.0)
         return (stp_value_range){0.0, span.max};
     return stp_value_range_guess(is_float, bytes, span.max);
+}
+
+/* Whether colours whose channels are all within least..greatest are white: where there are
+ * intensities, a program wrote them for want of any. */
+static inline bool stp_value_is_white(double least, double greatest)
+{
+    return least == greatest &&
+           (greatest == 1.0 || greatest == 255.0 || greatest == 65535.0 || greatest == 65280.0);
 }
 
 /* The range that holds both. */

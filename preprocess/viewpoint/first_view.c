@@ -258,19 +258,28 @@ done:
 static stp_dvec3 told_up(const stp_cloud *cloud, const stp_prep_source *source)
 {
     const bool z = source->heights || stp_dbox_is_map(&cloud->box);
-    return (stp_dvec3){0.0, !z && source->y_up, z};
+    const double y = source->y_up ? 1.0 : source->y_down ? -1.0 : 0.0;
+    return (stp_dvec3){0.0, z ? 0.0 : y, z};
 }
 
 /* What is up, where the format says nothing; zero: the box tells it. */
-static stp_dvec3 up_of(const stp_space *s, const stp_interior *interior,
-                       const stp_prep_source *source)
+static stp_status up_of(stp_dvec3 *out, const stp_cloud *cloud, const stp_space *s,
+                        const stp_interior *interior, const stp_prep_source *source, stp_error *err)
 {
-    const stp_dvec3 y = {0.0, 1.0, 0.0}, z = {0.0, 0.0, 1.0};
-    if (source->heights || source->y_up || stp_dbox_is_map(&s->box))
-        return (stp_dvec3){0.0, 0.0, 0.0};
-    if (interior->found)
-        return interior->up_axis == 1 ? y : z;
-    return stp_dbox_up(&s->box).z == 0.0 && stp_up_is_z(s) ? z : (stp_dvec3){0.0, 0.0, 0.0};
+    stp_status status = STP_OK;
+    bool down = false;
+    *out = (stp_dvec3){0.0, 0.0, 0.0};
+    if (stp_dvec3_length(told_up(cloud, source)) > 0.0 || stp_dbox_is_map(&s->box))
+        return STP_OK;
+    if (interior->found) {
+        *out = (stp_dvec3){0.0, interior->up_axis == 1, interior->up_axis == 2};
+    } else if (stp_dbox_up(&s->box).z == 0.0) {
+        STP_TRY(stp_up_is_against_y(&down, cloud, s, err));
+        const bool z = stp_up_is_z(s);
+        *out = (stp_dvec3){0.0, down && !z ? -1.0 : 0.0, z};
+    }
+done:
+    return status;
 }
 
 static double diagonal(const stp_dbox *box)
@@ -283,8 +292,8 @@ static stp_first_camera view_of_main(const stp_dbox *box, stp_dvec3 model_up,
                                      const stp_prep_source *source)
 {
     stp_dvec3 up = {0.0, 0.0, 1.0};
-    if (source->y_up)
-        up = (stp_dvec3){0.0, 1.0, 0.0};
+    if (source->y_up || (source->y_down && !source->heights))
+        up = (stp_dvec3){0.0, source->y_up ? 1.0 : -1.0, 0.0};
     else if (stp_dvec3_length(model_up) > 0.0)
         up = model_up;
     else if (!source->heights && !stp_dbox_is_map(box))
@@ -380,13 +389,18 @@ stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *clou
     stp_interior interior;
     STP_TRY(stp_interior_find(&interior, cloud, &space, err));
     stp_broad_side side;
-    stp_dvec3 up = up_of(&space, &interior, source);
-    STP_TRY(stp_broad_side_find(&side, cloud, &space.box, told_up(cloud, source), err));
+    const stp_dvec3 told = told_up(cloud, source);
+    stp_dvec3 up;
+    STP_TRY(up_of(&up, cloud, &space, &interior, source, err));
+    STP_TRY(stp_broad_side_find(&side, cloud, &space.box,
+                                stp_dvec3_length(told) > 0.0 || up.y == 0.0 ? told : up, err));
     if (interior.found) {
         *out = stp_interior_camera(&interior, &space);
+        if (told.y < 0.0 && interior.up_axis == 1)
+            out->up = told;
     } else if (side.found) {
         STP_TRY(view_of_side(out, cloud, &space, &side, err));
-        up = stp_dvec3_length(told_up(cloud, source)) > 0.0 ? up : side.up;
+        up = stp_dvec3_length(told) > 0.0 ? up : side.up;
         why = why == STP_FIRST_WHOLE ? STP_FIRST_SIDE : why;
     } else if (why != STP_FIRST_WHOLE)
         *out = view_of_main(&space.box, up, source);

@@ -1,6 +1,12 @@
 /* Compares what lies level at the low ends of y and z. */
 #include "preprocess/viewpoint/up_axis.h"
 
+#include "base/memory.h"
+#include "preprocess/cloud/cloud_blocks.h"
+
+#include <math.h>
+#include <stdlib.h>
+
 /* A floor has at least this share, and this many times as much as the other axis has. */
 #define FLOOR_LEAST 0.15
 #define FLOOR_TIMES 2.0
@@ -9,7 +15,17 @@
 #define TALL_LEAST 1.5
 #define TALL_MOST 6.0
 
-double stp_floor_share(const stp_space *s, int axis)
+/* A ground at the high end of y has at least this share; of so many normals of the file's there, at
+ * least this share points against y, of POINTS that are looked at. */
+#define GROUND_LEAST 0.3
+#define NORMALS_LEAST 50u
+#define AGAINST_LEAST 0.95
+#define POINTS 16384u
+#define ALONG_COSINE 0.9f
+#define HIGH_PART 0.1
+
+/* The share of columns that are level at the low end, less that at the high end. */
+static double share_of(const stp_space *s, int axis)
 {
     const int other = 3 - axis;           /* x and this axis lie across */
     const int layers = s->size[axis] - 2; /* the grid has a margin of one voxel */
@@ -28,7 +44,37 @@ double stp_floor_share(const stp_space *s, int axis)
             columns += any;
             floors += low - high;
         }
-    return columns > 0 ? fmax((double)floors / columns, 0.0) : 0.0;
+    return columns > 0 ? (double)floors / columns : 0.0;
+}
+
+double stp_floor_share(const stp_space *s, int axis)
+{
+    return fmax(share_of(s, axis), 0.0);
+}
+
+stp_status stp_up_is_against_y(bool *out, const stp_cloud *cloud, const stp_space *s,
+                               stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud_point *points = NULL;
+    uint32_t count = 0, level = 0, against = 0;
+    const double from = s->box.max.y - HIGH_PART * (s->box.max.y - s->box.min.y);
+    *out = false;
+    if (share_of(s, 1) > -GROUND_LEAST)
+        return STP_OK;
+    STP_TRY(stp_cloud_every(cloud, cloud->count / POINTS + 1, &points, &count, err));
+    for (uint32_t i = 0; i < count; i++) {
+        const stp_cloud_point *p = &points[i];
+        if (p->given != STP_GIVEN_INPUT || p->position.y < from ||
+            fabsf(p->normal.y) < ALONG_COSINE)
+            continue;
+        level++;
+        against += p->normal.y < 0.0f;
+    }
+    *out = level >= NORMALS_LEAST && against >= AGAINST_LEAST * level;
+done:
+    free(points);
+    return status;
 }
 
 bool stp_up_is_z(const stp_space *s)

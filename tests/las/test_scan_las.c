@@ -181,6 +181,30 @@ static void no_colours_at_all(void **state)
     assert_non_null(strstr(text, ", red, green, blue (all zero)"));
 }
 
+/* White colours would hide the intensities; where there are none, they stay. */
+static void white_hides_no_intensities(void **state)
+{
+    (void)state;
+    for (unsigned kind = 0; kind < 3; kind++) {
+        char text[1024];
+        stp_scan_info info;
+        las_file f;
+        las_begin(&f, 2, 2, 26);
+        las_set_count(&f, 100);
+        for (unsigned i = 0; i < 100; i++) {
+            const size_t at = las_add_point(&f, (int32_t)i, 0, 0);
+            las_put(&f, at + 12, 2, kind == 1 ? 0 : 5 * i);
+            for (unsigned k = 0; k < 3; k++)
+                las_put(&f, at + 20 + 2 * k, 2, kind == 2 && i == 9 ? 65534 : 65535);
+        }
+        las_save(&f, "white.las");
+        free(scan_fixture_read("white.las", NULL, &info));
+        assert_int_equal((info.attributes & STP_POINT_HAS_COLOUR) != 0, kind > 0);
+        las_note("white.las", "left_out", text, sizeof text);
+        assert_int_equal(strstr(text, ", red, green, blue (all white)") != NULL, kind == 0);
+    }
+}
+
 /* The depth must be found in the whole file: only the last of 400,000 points are brighter than
  * 255. */
 static void depth_looks_far(void **state)
@@ -262,8 +286,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_format_and_version), cmocka_unit_test(other_header_lengths),
         cmocka_unit_test(withheld_points),          cmocka_unit_test(depth_is_told_from_data),
-        cmocka_unit_test(no_colours_at_all),        cmocka_unit_test(depth_looks_far),
-        cmocka_unit_test(counts_of_both_widths),    cmocka_unit_test(more_and_no_points),
+        cmocka_unit_test(no_colours_at_all),        cmocka_unit_test(white_hides_no_intensities),
+        cmocka_unit_test(depth_looks_far),          cmocka_unit_test(counts_of_both_widths),
+        cmocka_unit_test(more_and_no_points),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

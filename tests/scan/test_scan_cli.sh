@@ -215,6 +215,14 @@ expect_text err "d.pgm: taken as a depth camera's image (--pinhole 262.5,262.5,1
 run "$STIPPLE" prep "$FOLDER/d.pgm" -o "$FOLDER/d.stipple" --spacing 1 --force
 expect_code 0
 found "depth camera's image (" <"$FOLDER/err" && fail "--spacing leaves it a camera's"
+# COLMAP's y points down, and its pictures stand upright.
+{
+    echo '#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)'
+    awk 'BEGIN { for (i = 0; i < 900; i++) print i, i % 30, sin(i), int(i / 30), 9, 99, 9, 1, i, i }'
+} >"$FOLDER/points3D.txt"
+run "$STIPPLE" prep "$FOLDER/points3D.txt" -o "$FOLDER/colmap.stipple" --quiet
+expect_code 0
+found -a '"up":\[0, -1, 0\]' <"$FOLDER/colmap.stipple" || fail "the model of COLMAP does not say what is up"
 # If a command needs a chunk file but gets a scan, it must name the command that makes one.
 "$STIPPLE" gen sphere -n 500 -o "$FOLDER/ball.ply" --quiet --force
 printf '1 2 3\n4 5 6\n7 8 9\n' >"$FOLDER/a few.xyz"

@@ -276,6 +276,36 @@ static void all_black_is_no_colour(void **state)
     free(bytes);
 }
 
+/* White colours that hide intensities are none; colours of 0 and 1 are dark and full. */
+static void colours_for_want_of_any(void **state)
+{
+    (void)state;
+    const char head[] = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\n"
+                        "property float y\nproperty float z\nproperty uchar red\n"
+                        "property uchar green\nproperty uchar blue\n";
+    const struct {
+        const char *rest;
+        uint32_t attributes;
+    } cases[] = {
+        {"property float intensity\nend_header\n0 0 0 255 255 255 3\n1 1 1 255 255 255 9\n",
+         STP_POINT_HAS_INTENSITY},
+        {"property float intensity\nend_header\n0 0 0 255 255 255 3\n1 1 1 255 254 255 9\n",
+         STP_POINT_HAS_INTENSITY | STP_POINT_HAS_COLOUR},
+        {"end_header\n0 0 0 255 255 255\n1 1 1 255 255 255\n", STP_POINT_HAS_COLOUR},
+        {"end_header\n0 0 0 1 0 1\n1 1 1 0 0 1\n", STP_POINT_HAS_COLOUR},
+    };
+    stp_scan_info info;
+    char text[512];
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        snprintf(text, sizeof text, "%s%s", head, cases[i].rest);
+        stp_point *points = scan_fixture_points("white.ply", text, &info);
+        assert_int_equal(info.attributes, cases[i].attributes);
+        if (i == 3)
+            scan_fixture_rgb(&points[0], 65535, 0, 65535);
+        free(points);
+    }
+}
+
 /* Gaussian splats have colours as spherical harmonics: 1/2 + 0.2820948 c. They stay attributes. */
 static void splats_have_colours(void **state)
 {
@@ -499,6 +529,7 @@ int main(void)
         cmocka_unit_test(binary_after_crlf),
         cmocka_unit_test(colour_depths),
         cmocka_unit_test(all_black_is_no_colour),
+        cmocka_unit_test(colours_for_want_of_any),
         cmocka_unit_test(splats_have_colours),
         cmocka_unit_test(packed_colours),
         cmocka_unit_test(packed_colours_in_floats),

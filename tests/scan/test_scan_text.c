@@ -261,7 +261,7 @@ static void depths(void **state)
         {"x y z r g b i\n0 0 0 51 0 0 51\n0 0 0 4000 0 0 4000\n", 816, 51}, /* 12 bits */
         {"x y z r g b i\n0 0 0 0.2 0 0 0.2\n0 0 0 1 0 0 1.0\n", 13107, 13107},
         {"x y z r g b i\n0 0 0 1.0 0 0 1.0\n0 0 0 0.0 0 0 0.0\n", 65535, 65535},
-        {"x y z r g b i\n0 0 0 1 0 0 1\n0 0 0 0 0 0 0\n", 257, 257},
+        {"x y z r g b i\n0 0 0 1 0 0 1\n0 0 0 0 0 0 0\n", 65535, 257},
         {"x y z r g b i\n0 0 0 0 0 0 -2048\n0 0 0 0 0 0 2047\n", 0, 0},
         {"x y z r g b i\n0 0 0 0 0 0 2047\n0 0 0 0 0 0 -1\n", 0, 65535},
         {"x y z r g b i\n0 0 0 0 0 0 0\n0 0 0 0 0 0 -5\n", 0, (2048 * 65535 + 2047) / 4095},
@@ -292,6 +292,9 @@ static void all_black_is_no_colour(void **state)
         {"x y z r g b i\n1 2 3 0 0 0 7\n", STP_POINT_HAS_INTENSITY},
         {"x y z r g b i\n1 2 3 1 0 0 7\n", STP_POINT_HAS_COLOUR | STP_POINT_HAS_INTENSITY},
         {"1 2 3 90 0 0 0\n4 5 6 70 0 0 0\n", STP_POINT_HAS_INTENSITY},
+        {"x y z r g b i\n1 2 3 255 255 255 7\n", STP_POINT_HAS_INTENSITY}, /* white hides it */
+        {"x y z r g b i\n1 2 3 255 255 254 7\n", STP_POINT_HAS_COLOUR | STP_POINT_HAS_INTENSITY},
+        {"1 2 3 255 255 255\n", STP_POINT_HAS_COLOUR},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         stp_scan_info info;

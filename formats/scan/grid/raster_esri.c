@@ -1,9 +1,14 @@
-/* Reads ESRI ASCII grids: lines of names and numbers, then the rows' numbers, the top row first. */
+/* Reads ESRI ASCII grids: lines of names and numbers, then the rows' numbers, the top row first.
+ *
+ * The format names no coordinate system. Cells of seconds of arc are degrees: a third, or a whole
+ * number of seconds, that no length would be written as (1/1200, not 0.01), on the globe, and not
+ * at its corner 0, 0. */
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
 #include "formats/scan/grid/raster_numbers.h"
 #include "formats/scan/number.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -65,16 +70,34 @@ static stp_status read_keys(esri_raster *g, stp_error *err)
             return STP_OK;
         }
         const char *number = stp_token(&at, end);
-        if (number == NULL || !stp_number_parse(number, at, &g->numbers[key]))
-            return stp_error_set(err, STP_CORRUPT,
-                                 "%s: line %llu: %.*s needs a number, with a point before "
-                                 "decimals",
+        if (number == NULL || !stp_raster_text_number(number, at, &g->numbers[key]))
+            return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s needs a number",
                                  g->text.source.path, (unsigned long long)g->text.source.line,
                                  (int)(word_end - word), word);
         g->has[key] = true;
     }
 done:
     return status;
+}
+
+#define SECONDS 3600.0
+#define SECONDS_ROUNDING 1e-5 /* of a cell: it is written with few digits */
+#define WGS_84 4326u
+
+/* Whether a cell is of seconds of arc, and has more digits than a length would. */
+static bool is_seconds(double cell)
+{
+    const double thirds = 3.0 * SECONDS * cell, whole = round(thirds), digits = 1e5 * cell;
+    return whole >= 1.0 && (whole == 1.0 || fmod(whole, 3.0) == 0.0) &&
+           fabs(thirds - whole) <= SECONDS_ROUNDING * whole &&
+           fabs(digits - round(digits)) > SECONDS_ROUNDING * digits;
+}
+
+static bool is_on_globe(const stp_raster_info *info)
+{
+    const double right = info->x + info->width * info->dx, low = info->y - info->height * info->dy;
+    return info->x >= -181.0 && right <= 361.0 && low >= -91.0 && info->y <= 91.0 &&
+           (fabs(info->x) > info->dx || fabs(low) > info->dy);
 }
 
 static stp_status open_esri(void *state, stp_raster_info *info, const char *path,
@@ -110,6 +133,10 @@ static stp_status open_esri(void *state, stp_raster_info *info, const char *path
                                         (g->has[BELOW] || g->has[BELOW_MIDDLE])};
     info->x = g->has[LEFT_MIDDLE] ? n[LEFT_MIDDLE] : n[LEFT] + 0.5 * dx;
     info->y = (g->has[BELOW_MIDDLE] ? n[BELOW_MIDDLE] : n[BELOW] + 0.5 * dy) + (n[ROWS] - 1.0) * dy;
+    if (info->placed && is_seconds(dx) && is_seconds(dy) && is_on_globe(info)) {
+        info->degrees = true;
+        info->epsg = WGS_84;
+    }
 done:
     return status;
 }

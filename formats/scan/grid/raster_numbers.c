@@ -4,9 +4,16 @@
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
 #include "formats/scan/number.h"
+#include "formats/scan/text/text_line.h"
 
 #include <math.h>
 #include <string.h>
+
+bool stp_raster_text_number(const char *begin, const char *end, double *number)
+{
+    return stp_number_parse(begin, end, number) ||
+           stp_field_number(STP_SEPARATOR_TAB, (stp_field){begin, end}, number);
+}
 
 stp_status stp_raster_text_read(stp_raster_text *t, uint32_t row, double *numbers, uint32_t count,
                                 stp_error *err)
@@ -21,7 +28,7 @@ stp_status stp_raster_text_read(stp_raster_text *t, uint32_t row, double *number
                                      t->source.path, row + 1);
             continue;
         }
-        if (!stp_number_parse(begin, t->at, &numbers[i++]))
+        if (!stp_raster_text_number(begin, t->at, &numbers[i++]))
             return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s is no number",
                                  t->source.path, (unsigned long long)t->source.line,
                                  (int)(t->at - begin < 40 ? t->at - begin : 40), begin);

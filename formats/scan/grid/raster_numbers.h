@@ -12,6 +12,8 @@ typedef struct stp_raster_text {
     const char *at, *end; /* the rest of a line; NULL: none is begun */
 } stp_raster_text;
 
+/* Reads a number, perhaps with a comma before decimals. False if it is none. */
+bool stp_raster_text_number(const char *begin, const char *end, double *number);
 /* Reads the next count numbers. row: for messages, from 0. Errors: IO, CORRUPT. */
 stp_status stp_raster_text_read(stp_raster_text *text, uint32_t row, double *numbers,
                                 uint32_t count, stp_error *err);

@@ -16,6 +16,8 @@ void stp_las_depth_look(stp_las_seen *seen, const stp_las_header *header,
             const uint16_t value = stp_las_u16(records + header->format->rgb + 2 * k);
             if (value > seen->colour_max)
                 seen->colour_max = value;
+            if (UINT16_MAX - value > seen->colour_gap)
+                seen->colour_gap = (uint16_t)(UINT16_MAX - value);
             seen->colour_low |= (uint8_t)(value & 0xff);
         }
     }
@@ -24,7 +26,9 @@ void stp_las_depth_look(stp_las_seen *seen, const stp_las_header *header,
 stp_las_depth stp_las_depth_decide(const stp_las_seen *seen)
 {
     stp_las_depth depth = {.intensity_8 = seen->intensity_max > 0 && seen->intensity_max <= 255};
-    if (seen->colour_max == 0)
+    depth.white = seen->intensity_max > 0 &&
+                  stp_value_is_white(UINT16_MAX - seen->colour_gap, seen->colour_max);
+    if (seen->colour_max == 0 || depth.white)
         depth.colour = STP_LAS_COLOUR_NONE;
     else if (seen->colour_max <= 255)
         depth.colour = STP_LAS_COLOUR_8;

@@ -1,10 +1,10 @@
 /* Finds from the data how many bits the colours and intensities of a LAS file really have.
  *
  * The standard wants 16 bits. Several writers store 0..255 in them, others store 8 bits times 256,
- * or what a camera of 10 or 12 bits gave. The points looked at decide. Colours: all zero: the file
- * has no colours; up to 255: 8 bits; every low byte zero: 8 bits times 256; up to 1023 or 4095: 10
- * or 12 bits; else 16 bits. Intensities: up to 255 and not all zero: 8 bits;
- * else 16 bits. Values above the range found are clamped. */
+ * or what a camera of 10 or 12 bits gave. The points looked at decide. Colours: all zero, or all
+ * white if there are intensities: the file has no colours; up to 255: 8 bits; every low byte zero:
+ * 8 bits times 256; up to 1023 or 4095: 10 or 12 bits; else 16 bits. Intensities: up to 255 and not
+ * all zero: 8 bits; else 16 bits. Values above the range found are clamped. */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_DEPTH_H
 #define STP_FORMATS_SCAN_LAS_LAS_DEPTH_H
 
@@ -25,7 +25,8 @@
 /* What the points that were looked at have in common. */
 typedef struct stp_las_seen {
     uint16_t colour_max, intensity_max;
-    uint8_t colour_low; /* the low bytes of all colours, ored */
+    uint16_t colour_gap; /* 65535 less the least channel */
+    uint8_t colour_low;  /* the low bytes of all colours, ored */
 } stp_las_seen;
 
 typedef enum stp_las_colour_depth {
@@ -40,6 +41,7 @@ typedef enum stp_las_colour_depth {
 typedef struct stp_las_depth {
     stp_las_colour_depth colour;
     bool intensity_8;
+    bool white; /* colours were there, but all white */
 } stp_las_depth;
 
 /* Adds count records of the header's length. */

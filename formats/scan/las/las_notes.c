@@ -55,7 +55,8 @@ static stp_status left_out(stp_las_text *text, const stp_las_header *header,
     if (format->gps_time > 0)
         STP_TRY(stp_las_text_add(text, err, ", GPS time"));
     if (format->rgb > 0 && depth->colour == STP_LAS_COLOUR_NONE && header->point_count > 0)
-        STP_TRY(stp_las_text_add(text, err, ", red, green, blue (all zero)"));
+        STP_TRY(stp_las_text_add(text, err, ", red, green, blue (all %s)",
+                                 depth->white ? "white" : "zero"));
     if (format->nir > 0)
         STP_TRY(stp_las_text_add(text, err, ", NIR"));
     if (format->wave > 0)

@@ -57,6 +57,8 @@ void stp_ept_records_look(stp_las_seen *seen, const stp_ept_header *h, const uns
             const uint16_t value = number_of(h, (stp_ept_role)(STP_EPT_RED + k), records);
             if (value > seen->colour_max)
                 seen->colour_max = value;
+            if (UINT16_MAX - value > seen->colour_gap)
+                seen->colour_gap = (uint16_t)(UINT16_MAX - value);
             seen->colour_low |= (uint8_t)(value & 0xff);
         }
     }

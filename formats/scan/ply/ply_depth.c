@@ -12,6 +12,7 @@
 /* The values so far. */
 typedef struct depth_spans {
     stp_value_span colour, intensity;
+    double colour_min;
 } depth_spans;
 
 static void add_column(const stp_ply *ply, stp_ply_target target, size_t count,
@@ -27,6 +28,9 @@ static void add_block(const stp_ply *ply, size_t count, depth_spans *spans)
         add_column(ply, STP_PLY_RED, count, &spans->colour);
         add_column(ply, STP_PLY_GREEN, count, &spans->colour);
         add_column(ply, STP_PLY_BLUE, count, &spans->colour);
+        for (int k = 0; k < 3; k++)
+            for (size_t i = 0; i < count; i++)
+                spans->colour_min = fmin(spans->colour_min, ply->columns[STP_PLY_RED + k][i]);
     }
     if (ply->attributes & STP_POINT_HAS_INTENSITY)
         add_column(ply, STP_PLY_INTENSITY, count, &spans->intensity);
@@ -101,7 +105,7 @@ bool stp_ply_is_harmonic(const stp_ply_property *property)
 stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
 {
     stp_status status = STP_OK;
-    depth_spans spans = {0};
+    depth_spans spans = {.colour_min = INFINITY};
     const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
     const stp_ply_property *intensity = stp_ply_target_property(ply, STP_PLY_INTENSITY);
     const bool harmonic = red && stp_ply_is_harmonic(red);
@@ -110,8 +114,11 @@ stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
         (ply->attributes & STP_POINT_HAS_COLOUR || is_wide(ply, STP_PLY_INTENSITY))) {
         STP_TRY(fixed ? sample_spread(ply, &spans, err) : sample_prefix(ply, &spans, err));
         const bool all = fixed || ply->vertex->count <= STP_PLY_SAMPLE_PREFIX;
-        /* Colours that are all zero are none: a program wrote them for want of any. */
-        if (spans.colour.max <= 0.0 && all && !harmonic)
+        /* Colours that are all zero are none: a program wrote them for want of any. So are white
+         * ones that would hide intensities. */
+        const bool white = ply->attributes & STP_POINT_HAS_INTENSITY &&
+                           stp_value_is_white(spans.colour_min, spans.colour.max);
+        if ((spans.colour.max <= 0.0 || white) && all && !harmonic)
             ply->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
         stp_source_seek(&ply->source, ply->vertex_offset, ply->vertex_line);
         ply->cursor.index = 0;

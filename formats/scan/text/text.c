@@ -184,21 +184,25 @@ done:
     return status;
 }
 
-/* Colours that are all zero are none: a program wrote them for want of any. */
+/* Colours that are all zero are none: a program wrote them for want of any. So are white ones that
+ * would hide intensities. */
 static void find_colour_scale(stp_text *text, const stp_columns_sample *sample)
 {
-    double greatest = 0.0;
+    double greatest = 0.0, least = INFINITY;
     bool written_whole = true;
     uint32_t places[3];
     for (unsigned k = 0; k < 3; k++) {
         places[k] = stp_columns_find(&text->columns, (stp_column)(STP_COLUMN_RED + k));
         const stp_column_range *range = &sample->ranges[places[k]];
         greatest = fmax(greatest, range->max);
+        least = fmin(least, range->min);
         written_whole = written_whole && (range->written_whole || range->count == 0);
     }
     text->colour_scale =
         stp_value_range_scale(stp_value_range_guess_colour(!written_whole, 0, greatest));
-    if (greatest > 0.0 || sample->rows == 0)
+    const bool white =
+        text->attributes & STP_POINT_HAS_INTENSITY && stp_value_is_white(least, greatest);
+    if ((greatest > 0.0 && !white) || sample->rows == 0)
         return;
     text->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
     for (unsigned k = 0; k < 3; k++)

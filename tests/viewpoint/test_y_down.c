@@ -1,0 +1,72 @@
+/* Tests that clouds whose y points down, as photogrammetry has them, stand upright, and that
+ * nothing else is turned. */
+#include "tests/fixtures/first_view_fixture.h"
+
+#include "preprocess/viewpoint/free_space.h"
+#include "tests/fixtures/prep_fixture.h"
+
+enum { GROUND = 6000, POINTS = GROUND + 3000 };
+
+/* A ground of 6 x 4 with a ball over it, or with the ball below: a table, as far as levels tell.
+ * down: y points down. */
+static positions scene(stp_dvec3 *normals, bool ball_below, bool down)
+{
+    positions p = {0};
+    const double sign = down ? -1.0 : 1.0, side = ball_below ? -1.0 : 1.0;
+    for (uint64_t i = 0; i < GROUND; i++) {
+        positions_add(&p, 6.0 * stp_random_unit(5, 2 * i), 0.0,
+                      4.0 * stp_random_unit(5, 2 * i + 1));
+        normals[i] = (stp_dvec3){0.0, sign, 0.0};
+    }
+    for (int i = 0; i < POINTS - GROUND; i++) {
+        const stp_dvec3 d = stp_space_direction(i, POINTS - GROUND);
+        positions_add(&p, 3.0 + 0.6 * d.x, sign * side * (0.9 + 0.6 * d.y), 2.0 + 0.6 * d.z);
+        normals[GROUND + i] = (stp_dvec3){d.x, sign * side * d.y, d.z};
+    }
+    return p;
+}
+
+static void grounds_are_below(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        bool ball_below, down, normals;
+        double up; /* y of what is up; 0: the points do not say */
+    } cases[] = {
+        {"y down", false, true, true, -1.0},
+        {"y up", false, false, true, 0.0},
+        {"a table, y up", true, false, true, 0.0},
+        {"y down, without normals", false, true, false, 0.0},
+    };
+    stp_dvec3 normals[POINTS];
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        positions p = scene(normals, cases[i].ball_below, cases[i].down);
+        write_points("down.ply", &p, cases[i].normals ? normals : NULL);
+        const stp_first_camera first = first_prep("down.ply", 2).first;
+        if (first.model_up.y != cases[i].up || first.model_up.z != 0.0)
+            fail_msg("%s: up is %g %g", cases[i].name, first.model_up.y, first.model_up.z);
+        stp_chunk_file *file = prep_open_verified("first.stipple");
+        const char *json = stp_chunk_file_get_info(file)->metadata_json;
+        assert_int_equal(strstr(json, "\"up\":[0, -1, 0]") != NULL, cases[i].up < 0.0);
+        stp_chunk_file_close(&file);
+        free(p.at);
+    }
+}
+
+/* The whole model is seen from its front, from above, upright. */
+static void seen_from_above(void **state)
+{
+    (void)state;
+    const stp_dvec3 away = stp_whole_direction((stp_dvec3){0.0, -1.0, 0.0});
+    assert_true(away.y < 0.0 && away.z < 0.0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(grounds_are_below),
+        cmocka_unit_test(seen_from_above),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
