@@ -18,14 +18,14 @@ static void bumpy(void **state)
     (void)state;
     gl_coverage_judge(
         "bumpy", &(model_recipe){.shape = GEN_BUMPY, .point_count = COUNT, .noise_spacings = 0.1},
-        TRIANGLES, SIZE);
+        TRIANGLES, SIZE, 1);
 }
 
 static void torus(void **state)
 {
     (void)state;
     gl_coverage_judge("torus", &(model_recipe){.shape = GEN_TORUS, .point_count = COUNT}, TRIANGLES,
-                      SIZE);
+                      SIZE, 1);
 }
 
 int main(void)
