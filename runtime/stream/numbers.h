@@ -14,7 +14,7 @@
 
 typedef struct stp_numbers stp_numbers;
 
-/* A decoded block, and all blocks of its chunk, of which it is `index`. */
+/* A decoded block: number `index` of all blocks of its chunk. */
 typedef struct stp_numbers_block {
     const stp_block *blocks;
     uint32_t index, count;
