@@ -8,7 +8,7 @@
 #define STP_RUNTIME_STREAM_NUMBERS_H
 
 #include "formats/chunk/attribute/attribute_file.h"
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 
 #define STP_NUMBERS_CHUNKS 64u
 

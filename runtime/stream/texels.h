@@ -3,7 +3,7 @@
  * A patch begins with what it needs besides its record (stp_gpu_patch). The finer the patch is
  * resident, the more it has:
  *
- *     always                 2 texels: its vertex, as formats/chunk/sample.h has it
+ *     always                 2 texels: its vertex, as formats/chunk/sample/sample.h has it
  *     STP_GPU_PATCH_APART    bound_centre: 3 x 16 bits
  *     finer than level 3     widths
  *                            errors of level 2: perpendicular, tangential; by quarter

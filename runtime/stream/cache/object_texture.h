@@ -6,7 +6,7 @@
 #ifndef STP_RUNTIME_STREAM_CACHE_OBJECT_TEXTURE_H
 #define STP_RUNTIME_STREAM_CACHE_OBJECT_TEXTURE_H
 
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 #include "runtime/cut/level_choice.h"
 #include "runtime/gl/lazy_buffer.h"
 #include "runtime/stream/cache/range_pool.h"

@@ -3,10 +3,10 @@
  * "The table of blocks").
  *
  * Pure conversions and checks. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_BLOCK_TABLE_H
-#define STP_FORMATS_CHUNK_BLOCK_TABLE_H
+#ifndef STP_FORMATS_CHUNK_BLOCK_BLOCK_TABLE_H
+#define STP_FORMATS_CHUNK_BLOCK_BLOCK_TABLE_H
 
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 #include "formats/chunk/codec/table/column.h"
 
 /* Appends the records of a chunk's blocks; none if its codec has no blocks. The payload is what the

@@ -3,8 +3,8 @@
  *
  * Noisy normals are rounded to a grid, because bits of noise take space. Threads: any (pure
  * functions). */
-#ifndef STP_FORMATS_CHUNK_NORMAL_GRID_H
-#define STP_FORMATS_CHUNK_NORMAL_GRID_H
+#ifndef STP_FORMATS_CHUNK_SAMPLE_NORMAL_GRID_H
+#define STP_FORMATS_CHUNK_SAMPLE_NORMAL_GRID_H
 
 #include "formats/chunk/chunk_file.h"
 

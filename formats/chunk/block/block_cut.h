@@ -1,7 +1,7 @@
 /* Where a chunk is cut into blocks: between the patches that one patch of the parent stands for and
  * the next, so that no patch of the parent stands for patches of two blocks. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_BLOCK_CUT_H
-#define STP_FORMATS_CHUNK_BLOCK_CUT_H
+#ifndef STP_FORMATS_CHUNK_BLOCK_BLOCK_CUT_H
+#define STP_FORMATS_CHUNK_BLOCK_BLOCK_CUT_H
 
 #include "formats/chunk/chunk_file.h"
 
