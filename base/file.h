@@ -21,7 +21,7 @@ uint64_t stp_output_sweep(const char *path, uint64_t *bytes);
 /* Creates an output, after a sweep. Errors: EXISTS (path exists and force is false), IO (the folder
  * is missing or read-only), OUT_OF_MEMORY. */
 stp_status stp_output_create(stp_output **out, const char *path, bool force, stp_error *err);
-/* The same with a temporary name, by which other processes may open the file and write to it. */
+/* The same with a temporary name: other processes may open the file by it and write to it. */
 stp_status stp_output_create_shared(stp_output **out, const char *path, bool force, stp_error *err);
 /* Opens a file to change it in place, and locks it: no other run can reopen it until the output is
  * destroyed. Programs may read it meanwhile. What is written is appended; stp_output_sync makes it

@@ -35,8 +35,8 @@ void stp_spill_destroy(stp_spill **spill);
  * message says how much was asked for). */
 stp_status stp_spill_alloc(stp_spill *spill, void *out, size_t count, size_t size, const char *what,
                            stp_error *err);
-/* Like stp_spill_alloc, of an array of which only parts are used: it takes no memory, and no space
- * in the folder, before stp_spill_claim. Errors: likewise. */
+/* Like stp_spill_alloc, for an array that is used in parts: a part takes no memory, and no space in
+ * the folder, before stp_spill_claim. Errors: those of stp_spill_alloc. */
 stp_status stp_spill_alloc_sparse(stp_spill *spill, void *out, size_t count, size_t size,
                                   const char *what, stp_error *err);
 /* Takes space for a part of a sparse array: whole pages that hold nothing yet. They are zero, and

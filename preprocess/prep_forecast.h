@@ -8,7 +8,7 @@
 
 typedef struct stp_prep_forecast {
     double lone_s;     /* stages that every rank runs over all points */
-    double shared_s;   /* all others, of which each rank does a part */
+    double shared_s;   /* all others; each rank does a part */
     double sent_s;     /* results to all other ranks */
     double written_s;  /* the file, by all ranks */
     double sent_bytes; /* by all ranks together */

@@ -1,7 +1,7 @@
 /* The stages of points: from the stations that files claim to maps and images. */
 #include "preprocess/prep_points.h"
 
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/closed/enclosure.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/cloud_cells.h"

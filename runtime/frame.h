@@ -1,4 +1,4 @@
-/* A picture while it is being drawn, and the order of its steps. Threads: the GL thread. */
+/* A picture while it is being drawn, and the order of its steps. Threads: the render thread. */
 #ifndef STP_RUNTIME_FRAME_H
 #define STP_RUNTIME_FRAME_H
 

@@ -1,5 +1,5 @@
 /* What a frame draws and asks for: describes the view, chooses the cut by what is resident, and
- * loads blocks. Threads: the GL thread. */
+ * loads blocks. Threads: the render thread. */
 #ifndef STP_RUNTIME_FRAME_LOAD_H
 #define STP_RUNTIME_FRAME_LOAD_H
 

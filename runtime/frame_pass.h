@@ -1,5 +1,5 @@
 /* Draws a pass of a picture, what was chosen and is resident, and finishes the picture. Threads:
- * the GL thread. */
+ * the render thread. */
 #ifndef STP_RUNTIME_FRAME_PASS_H
 #define STP_RUNTIME_FRAME_PASS_H
 

@@ -1,5 +1,5 @@
 /* Gets ready to draw: compiles the programs that a picture's parameters ask for, and makes room for
- * its pixels. Threads: the GL thread. */
+ * its pixels. Threads: the render thread. */
 #ifndef STP_RUNTIME_FRAME_READY_H
 #define STP_RUNTIME_FRAME_READY_H
 

@@ -1,4 +1,5 @@
-/* Leaves out what a picture hides ("Occlusion" in shaders/README.md). Threads: the GL thread. */
+/* Leaves out what a picture hides ("Occlusion" in shaders/README.md).
+ * Threads: the render thread. */
 #ifndef STP_RUNTIME_OCCLUDE_H
 #define STP_RUNTIME_OCCLUDE_H
 

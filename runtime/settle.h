@@ -1,5 +1,5 @@
-/* Draws a view at rest in passes, a step each frame, until it is complete. Threads: the GL thread.
- */
+/* Draws a view at rest in passes, a step each frame, until it is complete.
+ * Threads: the render thread. */
 #ifndef STP_RUNTIME_SETTLE_H
 #define STP_RUNTIME_SETTLE_H
 

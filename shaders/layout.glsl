@@ -141,7 +141,7 @@ layout(binding = 13) uniform samplerBuffer code_texture;
 #define STP_SQUARE_OVERLAPS 1u
 #define STP_SQUARE_OF_MAP 2u
 
-// Flags of a patch (formats/chunk/sample.h).
+// Flags of a patch (formats/chunk/sample/sample.h).
 #define STP_PATCH_STRIP 2u
 #define STP_PATCH_APART 64u // the centre of its bound is not where its vertex is
 #define STP_PATCH_TRIANGLES 4u

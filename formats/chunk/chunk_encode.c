@@ -1,9 +1,9 @@
 /* Encodes a chunk as payload bytes, and fills its directory entry. */
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/segment.h"
-#include "formats/chunk/describe.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/describe.h"
+#include "formats/chunk/sample/patch.h"
 
 #include <inttypes.h>
 #include <stdlib.h>

@@ -10,7 +10,7 @@
 #include "base/error.h"
 #include "formats/attribute/attribute.h"
 #include "formats/chunk/byte_source.h"
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "formats/chunk/attribute/attribute_file.h"
-#include "formats/chunk/block_cut.h"
+#include "formats/chunk/block/block_cut.h"
 #include "formats/chunk/codec/segment.h"
 #include "formats/chunk/layout.h"
 

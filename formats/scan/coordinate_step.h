@@ -11,7 +11,7 @@
 /* Reads the first 65536 points, or fewer, of a scan that was just opened. *step is the coarsest of
  * 1, 0.1, 0.01 and 0.001 such that every coordinate is a multiple of it, to the precision of the
  * coordinate's float or double. *step is 0 if no step fits, or if the points lie more than 1e9
- * steps apart: then one point is no measurement, and a model could not keep the step. Of a grid of
+ * steps apart: then one point is no measurement, and a model could not keep the step. In a grid of
  * heights only z counts, unless `fine` is set: *step is then the step of the file's numbers times
  * their scale. A step finer than 0.001 is none if 8 x 8 cells are too wide for it. fine: also tries
  * steps down to 1e-9, if some coordinates are no floats. If the scan's info gives a step, that step

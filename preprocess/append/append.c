@@ -4,7 +4,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "formats/chunk/attribute/attribute_file.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "formats/chunk/verify/verify_tree.h"
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/prep_points.h"

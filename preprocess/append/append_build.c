@@ -2,7 +2,7 @@
 #include "preprocess/append/append_tree.h"
 
 #include "base/memory.h"
-#include "formats/chunk/block_cut.h"
+#include "formats/chunk/block/block_cut.h"
 #include "formats/chunk/measure/raise.h"
 
 #include <inttypes.h>

@@ -3,7 +3,7 @@
 #define STP_PREPROCESS_APPEND_APPEND_JOB_H
 
 #include "base/file.h"
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 #include "formats/chunk/measure/chunk_boxes.h"
 #include "preprocess/append/append.h"
 #include "preprocess/patch/item.h"

@@ -46,8 +46,8 @@ typedef struct stp_cloud_blocks {
                              borrowed; NULL: none */
 } stp_cloud_blocks;
 
-/* Shares a cloud of `count` points, of which rank r owns those from begins[r] on; takes begins also
- * after a failure. The arrays by point are made next. Errors: OUT_OF_MEMORY. */
+/* Shares a cloud of `count` points: rank r owns those from begins[r] on. Takes begins, also after a
+ * failure. The arrays by point are made next. Errors: OUT_OF_MEMORY. */
 stp_status stp_cloud_share(stp_cloud *cloud, uint64_t count, uint64_t *begins, stp_ranks *ranks,
                            stp_error *err);
 /* Lets ranks own other runs, from begins[r] on. What a rank gets must be here. */

@@ -3,7 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/square/square.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/maps/map_raster.h"
 #include "preprocess/patch/world_lattice.h"
 

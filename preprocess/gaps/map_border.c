@@ -2,7 +2,7 @@
 #include "preprocess/gaps/map_border.h"
 
 #include "base/memory.h"
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 #include "preprocess/gaps/map_trim.h"
 
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* Makes leaf chunks of depth images. */
 #include "base/memory.h"
 #include "base/sort.h"
-#include "formats/chunk/block_cut.h"
+#include "formats/chunk/block/block_cut.h"
 #include "formats/chunk/codec/square/square.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/grid/depth_holes.h"
 #include "preprocess/grid/depth_normals.h"
 #include "preprocess/patch/partition.h"

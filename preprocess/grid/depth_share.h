@@ -1,4 +1,4 @@
-/* Depth images of which each rank has cut its own (pixel_share.h), given to all ranks. Threads: the
+/* Gives depth images to all ranks, after each rank has cut its own (pixel_share.h). Threads: the
  * main thread. */
 #ifndef STP_PREPROCESS_GRID_DEPTH_SHARE_H
 #define STP_PREPROCESS_GRID_DEPTH_SHARE_H

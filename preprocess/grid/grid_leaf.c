@@ -3,7 +3,7 @@
 #include "base/wide.h"
 #include "formats/chunk/codec/inline.h"
 #include "formats/chunk/codec/square/plane_fit.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/grid/height_grid.h"
 
 #include <math.h>

@@ -38,9 +38,10 @@ stp_status stp_grid_records_create(stp_grid_records *out, const stp_scan_raster 
 /* Each record must be set or left out. */
 void stp_grid_records_set(stp_grid_records *records, uint64_t record, const stp_point *point);
 void stp_grid_records_leave_out(stp_grid_records *records, uint64_t record);
-/* Of samples at one place, only that of the first record stays, whoever read it. All ranks call it.
- * *twice: the others of this rank, by record in ascending order, 32 bits each. *box becomes that of
- * this rank's samples, if files overlap. Errors: OUT_OF_MEMORY, IO, CANCELLED. */
+/* If several samples have one place, only that of the first record stays, whichever rank read it.
+ * All ranks call it. *twice: the others of this rank, by record in ascending order, 32 bits each.
+ * *box becomes that of this rank's samples, if files overlap. Errors: OUT_OF_MEMORY, IO, CANCELLED.
+ */
 stp_status stp_grid_records_sift(stp_grid_records *records, stp_ranks *ranks, stp_bytes *twice,
                                  stp_dbox *box, stp_error *err);
 /* Adds up how many samples of all ranks each tile has. Errors: OUT_OF_MEMORY, IO, CANCELLED. */

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "formats/chunk/codec/square/square.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/cloud/morton.h"
 #include "preprocess/maps/map_raster.h"
 #include "preprocess/maps/maps_share.h"

@@ -3,7 +3,7 @@
 
 #include "formats/chunk/codec/square/plane_fit.h"
 #include "formats/chunk/codec/square/square_normal.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <math.h>
 

@@ -36,7 +36,7 @@ typedef struct stp_maps {
     stp_map_fill fill; /* empty unless it is wanted */
     bool paper;        /* as the parameters say */
     stp_spill *spill;  /* where samples lie, borrowed */
-    stp_ranks *ranks;  /* each of which has the samples of its maps, borrowed; NULL: all are here */
+    stp_ranks *ranks;  /* each has the samples of its maps; borrowed; NULL: all are here */
     uint64_t *firsts;  /* by rank: its first map; then the number of maps; NULL without ranks */
 } stp_maps;
 

@@ -45,7 +45,7 @@ typedef struct stp_graph {
  * and four rings. stations: NULL for none. Errors: OUT_OF_MEMORY, IO. */
 stp_status stp_graph_create(stp_graph *out, const stp_unit *unit, const stp_cell *cell,
                             const stp_dvec3 *stations, stp_error *err);
-/* Turns edges between points into edges between pieces. Of all edges that join the same two pieces,
+/* Turns edges between points into edges between pieces. If several edges join the same two pieces,
  * keeps the surest one and the surest that is not narrow. Sorts them surest first, and equals in
  * the order of the cell's points. The cloud's sheets number the pieces of all cells; this cell's
  * begin at piece_begin. Errors: OUT_OF_MEMORY. */

@@ -40,8 +40,9 @@ stp_status stp_pixel_images_list(stp_pixel_images *images, const struct stp_prep
 stp_status stp_pixel_images_room(stp_pixel_images *images, const stp_cloud *cloud, stp_error *err);
 /* The image that a point belongs to, or NULL: the last one that begins no later than its record. */
 stp_pixel_image *stp_pixel_image_of(const stp_pixel_images *images, const stp_cloud_point *point);
-/* Lists the images as above, and finds the points of a cloud in them. Of several points in one
- * pixel the first record has it. Errors: OUT_OF_MEMORY, IO. Free with stp_pixel_images_clear. */
+/* Lists the images as above, and finds the points of a cloud in them. If several points fall into
+ * one pixel, the first record has it. Errors: OUT_OF_MEMORY, IO. Free with stp_pixel_images_clear.
+ */
 stp_status stp_pixel_images_create(stp_pixel_images *out, const stp_cloud *cloud,
                                    const struct stp_prep_source *source, stp_error *err);
 void stp_pixel_images_clear(stp_pixel_images *images, const stp_cloud *cloud);

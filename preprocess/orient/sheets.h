@@ -1,4 +1,4 @@
-/* Sheets: pieces of smooth surface, and the signs by which their points' normals agree.
+/* Sheets: pieces of smooth surface, and the signs that make their points' normals agree.
  *
  * graph.h finds each cell's pieces. Here the pieces of all cells are joined, surest edges first:
  * within sheets, then across creases. The result is the same for any number of threads. */

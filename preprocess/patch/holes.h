@@ -1,4 +1,4 @@
-/* Where a grid has no samples, and how far from there a place is. By that discs are limited, so
+/* Where a grid has no samples, and how far a place is from there. This distance limits discs, so
  * that they cover no place that level 0 leaves open (--holes grow).
  *
  * The grid is one of heights, straight or bent, whose missing samples are places in the plane; or

@@ -16,8 +16,9 @@
 /* Of maps: radii are that of a full cell times powers of two of so many in an octave. */
 #define STP_MAP_RADIUS_PARTS 2.0
 
-/* How wide a merged disc need be, given its area and how far off the finer centres are. Those of a
- * regular grid's cell lie half as far off as its corners, up to which discs must reach. */
+/* How wide a merged disc need be, given its area and how far off the finer centres are. In a
+ * regular grid's cell the centres lie half as far off as the corners, and discs must reach the
+ * corners. */
 static inline double stp_wanted_radius(bool regular, double area, double reach)
 {
     const double side = sqrt(area), most = STP_MERGED_LAMBDA * side;
@@ -25,8 +26,8 @@ static inline double stp_wanted_radius(bool regular, double area, double reach)
                    : most;
 }
 
-/* Of a map: the nearest radius that the codec expects nearly, at least `least`. full: of a disc
- * whose cell is full. */
+/* In a map: the nearest radius, at least `least`, that the codec nearly expects. full: the radius
+ * of a disc whose cell is full. */
 static inline double stp_radius_on_map(double radius, double full, double least)
 {
     double step = round(log2(radius / full) * STP_MAP_RADIUS_PARTS);

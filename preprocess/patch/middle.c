@@ -1,7 +1,7 @@
 /* Puts patches into the middles of their lattices. */
 #include "preprocess/patch/middle.h"
 
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/patch.h"
 
 /* Whether all samples of a patch fit its lattice if its centre lies `middle` steps from the origin
  * along each axis. */

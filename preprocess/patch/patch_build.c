@@ -2,8 +2,8 @@
 #include "preprocess/patch/patch_build.h"
 
 #include "formats/chunk/measure/surroundings.h"
-#include "formats/chunk/normal_grid.h"
-#include "formats/chunk/sublattice.h"
+#include "formats/chunk/sample/normal_grid.h"
+#include "formats/chunk/sample/sublattice.h"
 #include "preprocess/patch/left_out.h"
 #include "preprocess/patch/merged_radius.h"
 #include "preprocess/patch/partition.h"

@@ -41,7 +41,8 @@ typedef struct stp_patch_grid {
     bool level;           /* columns and rows are those of a level raster */
     bool spreads;         /* the samples lie on rays from the station, world */
     stp_dvec3 station;
-    /* Normals of levels 1 and 2, by which finer ones are told; counts 0: means. */
+    /* Normals of levels 1 and 2, from which finer ones are predicted; counts 0: the normals are
+     * means. */
     const stp_dvec3 *merged[2];
     unsigned merged_counts[2];
 } stp_patch_grid;

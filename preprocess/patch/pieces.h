@@ -4,7 +4,7 @@
 #ifndef STP_PREPROCESS_PATCH_PIECES_H
 #define STP_PREPROCESS_PATCH_PIECES_H
 
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 #include "preprocess/patch/partition.h"
 
 /* Returns the number of pieces of the places order[0, count), count at most STP_PATCH_SAMPLES. Sets

@@ -1,7 +1,7 @@
 /* Makes points of a scan into items of a leaf chunk. */
 #include "preprocess/patch/point_item.h"
 
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/patch/patch_build.h"
 #include "preprocess/patch/world_lattice.h"
 

@@ -2,7 +2,7 @@
 #include "preprocess/patch/triangle_build.h"
 
 #include "formats/chunk/measure/triangles.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/patch/world_lattice.h"
 
 #include <string.h>

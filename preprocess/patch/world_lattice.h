@@ -4,7 +4,7 @@
 #ifndef STP_PREPROCESS_PATCH_WORLD_LATTICE_H
 #define STP_PREPROCESS_PATCH_WORLD_LATTICE_H
 
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 
 #include <stdbool.h>
 

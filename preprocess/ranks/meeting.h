@@ -23,7 +23,7 @@ stp_status stp_meeting_at(stp_meeting *meeting, const char *output, const stp_pr
 /* Waits for all ranks, and parts. *meeting becomes NULL. Errors: CANCELLED, IO: then abort. */
 stp_status stp_meeting_end(stp_meeting **meeting, stp_error *err);
 
-/* When something failed: whether this rank is to say so. Of all ranks that fail, one gets true. */
+/* When something failed: whether this rank is to say so. One of all ranks that fail gets true. */
 bool stp_meeting_speaks(stp_meeting *meeting);
 /* Ends all ranks: the caller is to exit if it still can. code: what mpirun ends with. spoken: what
  * stp_meeting_speaks said. */

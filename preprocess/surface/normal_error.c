@@ -1,7 +1,7 @@
 /* How exact fitted normals are. */
 #include "preprocess/surface/normal_error.h"
 
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <math.h>
 

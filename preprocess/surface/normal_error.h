@@ -1,5 +1,6 @@
 /* How exact fitted normals are: the standard errors of a model's normals, and the grid of codes
- * (formats/chunk/normal_grid.h) that is fine enough for them. Threads: any (pure functions). */
+ * (formats/chunk/sample/normal_grid.h) that is fine enough for them. Threads: any (pure functions).
+ */
 #ifndef STP_PREPROCESS_SURFACE_NORMAL_ERROR_H
 #define STP_PREPROCESS_SURFACE_NORMAL_ERROR_H
 

@@ -3,8 +3,8 @@
 
 #include "base/memory.h"
 #include "formats/chunk/measure/overhang.h"
-#include "formats/chunk/normal_grid.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/normal_grid.h"
+#include "formats/chunk/sample/patch.h"
 #include "preprocess/patch/middle.h"
 #include "preprocess/patch/partition.h"
 #include "preprocess/tree/vertex_item.h"

@@ -1,8 +1,8 @@
 /* The file that several ranks write: each rank the payloads of its own chunks, at their places, and
  * rank 0 the rest.
  *
- * The file has a temporary name, by which the other ranks open it, until rank 0 gives it its own.
- * All ranks call the same functions. Errors: IO, CANCELLED, OUT_OF_MEMORY. */
+ * The other ranks open the file by a temporary name, until rank 0 gives the file its own. All ranks
+ * call the same functions. Errors: IO, CANCELLED, OUT_OF_MEMORY. */
 #ifndef STP_PREPROCESS_TREE_TIER_FILE_H
 #define STP_PREPROCESS_TREE_TIER_FILE_H
 

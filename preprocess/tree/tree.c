@@ -3,8 +3,8 @@
 #include "preprocess/tree/tree.h"
 
 #include "base/memory.h"
-#include "formats/chunk/block_cut.h"
-#include "formats/chunk/block_table.h"
+#include "formats/chunk/block/block_cut.h"
+#include "formats/chunk/block/block_table.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/patch/world_lattice.h"

@@ -12,11 +12,11 @@ typedef struct stp_broad_side {
     stp_dvec3 up;     /* y or z */
 } stp_broad_side;
 
-/* Looks at the points within the box, of which there is one at least. up: what is up, y or z; zero:
- * not known. Of y and z, that one is up then which lies more along the side: z, if y is thin, and
- * also if x is. What is thin along z is ground. Its normals tell which side is seen; if there are
- * none, the side is the one that the view of a whole model shows. Errors: OUT_OF_MEMORY, and if
- * ranks share the cloud IO, CANCELLED. */
+/* Looks at the points within the box, one at least. up: what is up, y or z; zero: not known. If it
+ * is not known, the axis of y and z that lies more along the side is up: z, if y or x is thin.
+ * Points that are thin along z are ground. Normals tell which side is seen; without normals it is
+ * the side that the view of a whole model shows. Errors: OUT_OF_MEMORY, and if ranks share the
+ * cloud IO, CANCELLED. */
 stp_status stp_broad_side_find(stp_broad_side *out, const stp_cloud *cloud, const stp_dbox *box,
                                stp_dvec3 up, stp_error *err);
 

@@ -22,8 +22,8 @@
  * Errors: OUT_OF_MEMORY. */
 stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *cloud,
                                     const stp_prep_source *source, stp_error *err);
-/* Of a grid of heights in box `all`: shows the heights from low to high, which are this share of
- * all, if the others are so far away that these would be a speck. */
+/* For a grid of heights in box `all`: shows the heights from low to high, a share `share` of all,
+ * if the others are so far away that these would be a speck. */
 void stp_first_view_of_heights(stp_first_camera *out, const stp_dbox *all, double low, double high,
                                double share, const stp_prep_source *source);
 

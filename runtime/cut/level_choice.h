@@ -42,8 +42,8 @@ stp_gpu_frame stp_gpu_frame_from_view(const stp_view *view);
  * radii and bounds, by at most max(1, times). */
 void stp_gpu_frame_exaggerate(stp_gpu_frame *frame, double times);
 
-/* The level of each quarter (formats/chunk/sample.h); STP_LEVEL_SKIP: the quarter does not exist,
- * or quarter 0 draws level 3, which stands for the whole patch. */
+/* The level of each quarter (formats/chunk/sample/sample.h); STP_LEVEL_SKIP: the quarter does not
+ * exist, or quarter 0 draws level 3, which stands for the whole patch. */
 typedef struct stp_levels {
     int of[STP_PATCH_QUARTERS];
 } stp_levels;

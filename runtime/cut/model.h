@@ -4,7 +4,7 @@
 #ifndef STP_RUNTIME_CUT_MODEL_H
 #define STP_RUNTIME_CUT_MODEL_H
 
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/outside.h"
 #include "runtime/stipple.h"

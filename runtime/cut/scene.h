@@ -1,5 +1,5 @@
-/* Joins the models of a picture into one list of chunks and one of blocks. A block's number says
- * which block of which chunk of which model is meant, so later stages deal with blocks only.
+/* Joins the models of a picture into one list of chunks and one of blocks. A block's number stands
+ * for a model, a chunk of it and a block of that, so later stages deal with blocks only.
  *
  * Chunks of a model follow each other, its root first. Blocks are numbered chunk by chunk, so the
  * blocks of all children of a chunk follow each other. Ownership: models are borrowed and must

@@ -4,7 +4,7 @@
 #define STP_RUNTIME_GL_GPU_LAYOUT_H
 
 #include "formats/chunk/outside.h"
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 
 #include <stdint.h>
 
@@ -110,7 +110,7 @@ typedef struct stp_gpu_frame {
 /* Slots have numbers of 24 bits. */
 #define STP_GPU_SLOTS_LIMIT (1u << 24)
 
-/* Codes are those of the file (formats/chunk/sample.h); stp_gpu_code has their values. */
+/* Codes are those of the file (formats/chunk/sample/sample.h); stp_gpu_code has their values. */
 typedef struct stp_gpu_patch {
     int32_t origin[3]; /* steps from the chunk's origin */
     uint8_t slot[3];

@@ -3,7 +3,7 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 #include "runtime/gl/shader_trim.h"
 #include "runtime/stipple.h"
 

@@ -1,8 +1,8 @@
 /* Leaves out of a shader what it does not use: comments, and functions that nothing calls.
  *
- * A shader includes far more than it calls. Without the rest, a macro that only the rest mentions
- * no longer makes a text of its own (stp_shader_text): more variants of a shader are one program,
- * which the driver's cache has. Threads: any. */
+ * A shader includes far more than it calls. If two variants of a shader differ only in what neither
+ * calls, both have one text without it (stp_shader_text), so the driver compiles and caches one
+ * program. Threads: any. */
 #ifndef STP_RUNTIME_GL_SHADER_TRIM_H
 #define STP_RUNTIME_GL_SHADER_TRIM_H
 

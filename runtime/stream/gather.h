@@ -3,7 +3,7 @@
 #ifndef STP_RUNTIME_STREAM_GATHER_H
 #define STP_RUNTIME_STREAM_GATHER_H
 
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 
 #include <stdatomic.h>
 

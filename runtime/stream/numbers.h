@@ -8,13 +8,13 @@
 #define STP_RUNTIME_STREAM_NUMBERS_H
 
 #include "formats/chunk/attribute/attribute_file.h"
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 
 #define STP_NUMBERS_CHUNKS 64u
 
 typedef struct stp_numbers stp_numbers;
 
-/* A decoded block, and all blocks of its chunk, of which it is `index`. */
+/* A decoded block: number `index` of all blocks of its chunk. */
 typedef struct stp_numbers_block {
     const stp_block *blocks;
     uint32_t index, count;

@@ -1,7 +1,7 @@
 /* Keeps payloads of blocks in memory, as they are in the file, so that they need not be read again.
  * The memory is one region of fixed size, so the store never grows or fragments the heap.
  *
- * Keeps of each payload a prefix, at least as long as was asked for. Forgets the payloads that were
+ * Keeps a prefix of each payload, at least as long as was asked for. Forgets the payloads that were
  * used least lately, but no pinned ones. Threads: one at a time (the stream's mutex). */
 #ifndef STP_RUNTIME_STREAM_PAYLOAD_STORE_H
 #define STP_RUNTIME_STREAM_PAYLOAD_STORE_H
@@ -49,7 +49,7 @@ bool stp_payload_store_make(stp_payload_store *store, uint32_t block, uint32_t b
 /* Says that the first `bytes` of a pinned payload are there now. */
 void stp_payload_store_filled(stp_payload_store *store, uint32_t block, uint32_t bytes);
 void stp_payload_store_unpin(stp_payload_store *store, uint32_t block);
-/* Forgets a pinned payload that is damaged, or of which nothing could be read. */
+/* Forgets a pinned payload that is damaged or could not be read. */
 void stp_payload_store_discard(stp_payload_store *store, uint32_t block);
 
 #endif

@@ -1,6 +1,6 @@
-/* Where the samples of wide patches lie: of samples far apart, as a surface leaves them over. The
- * bound of such a patch may be as large as the model, so that all tiles would be drawn. Any thread;
- * no state. */
+/* Where the samples of wide patches lie. A wide patch has samples far apart: what is left over when
+ * all others are grouped. Its bound may be as large as the model; without these places all tiles
+ * would be drawn. Threads: any (pure functions). */
 #ifndef STP_RUNTIME_STREAM_SPOTS_H
 #define STP_RUNTIME_STREAM_SPOTS_H
 

@@ -1,9 +1,9 @@
 /* Samples as texels of the Object Texture, two words each.
  *
- * A patch begins with what it needs besides its record (stp_gpu_patch). The finer it is resident,
- * the more that is:
+ * A patch begins with what it needs besides its record (stp_gpu_patch). The finer the patch is
+ * resident, the more it has:
  *
- *     always                 2 texels: its vertex, as formats/chunk/sample.h has it
+ *     always                 2 texels: its vertex, as formats/chunk/sample/sample.h has it
  *     STP_GPU_PATCH_APART    bound_centre: 3 x 16 bits
  *     finer than level 3     widths
  *                            errors of level 2: perpendicular, tangential; by quarter
@@ -54,7 +54,7 @@ static inline uint32_t stp_level_number(uint32_t count, int level)
     return (level < 3) + (level < 2 ? of_2 : 0) + (level < 1 ? of_1 : 0);
 }
 
-/* The finest level of which a chunk has a patch's samples (stp_patch_levels_keep). */
+/* The finest level whose samples a chunk has for a patch (stp_patch_levels_keep). */
 int stp_texels_finest(const stp_chunk *chunk, uint32_t patch);
 /* Whether the centre of a patch's bound is not where its vertex is. */
 bool stp_texels_apart(const stp_chunk *chunk, uint32_t patch);

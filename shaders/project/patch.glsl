@@ -19,7 +19,7 @@ struct stp_patch {
 
 // What is stored of the finer levels that are resident; of others it is meaningless. World units.
 struct stp_finer {
-    vec4 error_2, tangential_2, error_1, tangential_1; // by quarter (formats/chunk/sample.h)
+    vec4 error_2, tangential_2, error_1, tangential_1; // by quarter (formats/chunk/sample/sample.h)
     vec2 error_0;          // perpendicular, tangential
     vec3 radius;           // greatest of levels 0, 1, 2
     vec3 variation;
@@ -132,7 +132,7 @@ uint stp_patch_count(uint patch_index)
     return 1u + (stp_patch_rest(patch_index).w >> 24 & 63u);
 }
 
-// The words of a patch's vertex (formats/chunk/sample.h), from its first texel on.
+// The words of a patch's vertex (formats/chunk/sample/sample.h), from its first texel on.
 uvec4 stp_vertex_words(uint first)
 {
     return uvec4(texelFetch(object_texture, int(first)).xy, texelFetch(object_texture, int(first) + 1).xy);
@@ -207,7 +207,7 @@ uint stp_bits_difference(uint word, uint bits)
     return stp_bits_low(word, bits) - (1u << bits >> 1u);
 }
 
-// The words of a sample (formats/chunk/sample.h), by its number in the patch. What of it a shader does not use is not
+// The words of a sample (formats/chunk/sample/sample.h), by its number in the patch. What of it a shader does not use is not
 // computed.
 uvec4 stp_sample_words(stp_packing p, uint number)
 {

@@ -13,7 +13,7 @@ void main()
 {
     uint triangle = uint(gl_VertexID) / 3u, corner = uint(gl_VertexID) % 3u, square = triangle / STP_SQUARE_TRIANGLES;
     uint name = texelFetch(triangle_texture, int(triangle)).x;
-    // Of a cell's samples 0, 1, 2, 3 these are 0, 1, 2 and 2, 1, 3.
+    // A cell has the samples 0, 1, 2, 3; its two triangles are 0, 1, 2 and 2, 1, 3.
     if ((name & STP_SQUARE_SECOND) != 0u)
         corner = corner == 2u ? 3u : 2u - corner;
     ivec2 at = stp_square_at(name >> STP_NAME_PLACE_SHIFT & 63u) + ivec2(corner & 1u, corner >> 1);

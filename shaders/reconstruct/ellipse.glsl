@@ -49,8 +49,8 @@ float stp_ellipse_radius_px(stp_pixel p)
     return max(p.radius * stp_pixels_per_unit(p.z_min), stp_ellipse_floor(p.tag));
 }
 
-// Up to which q an ellipse closes a gap. Where a grid has no samples, nothing may be drawn: its gaps
-// are no wider than the least ellipse.
+// The greatest q at which an ellipse closes a gap. Where a grid has no samples, nothing may be
+// drawn: its gaps are no wider than the least ellipse.
 float stp_ellipse_gap(stp_pixel p, float q)
 {
 #if STP_GRID

@@ -4,7 +4,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// Of the next level: the depth beyond which nothing can change a pixel, and where its interval ends.
+// The next level's pixels: nothing behind the first depth can change the pixel; its interval ends
+// at the second.
 layout(rg32f, binding = 1) readonly uniform image2D far_above;
 
 // Beyond the border push reads the pixel mirrored there.

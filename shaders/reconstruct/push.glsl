@@ -41,9 +41,9 @@ stp_pixel stp_push_look(ivec2 p)
     return c;
 }
 
-// Whether `centre` lies on the side of the disc's centre to which the disc's normal points in the
-// image: if the disc is part of an outline, that is outside. True if there is no disc, false for a
-// line.
+// Whether `centre` lies on the side of the disc's centre that the disc's normal points to in the
+// image. If the disc is part of an outline, that side is outside. True if there is no disc, false
+// for a line.
 bool stp_push_beyond(stp_pixel c, vec2 centre)
 {
     return c.tag == 0 || (!stp_tag_line(c.tag) && dot(centre - c.d, c.normal.xy) > 0.0);

@@ -1,7 +1,7 @@
 /* Tests invalid files of version 2: wrong numbers in both copies of the header, sections, records
  * and indices of blocks, all under right checksums. verify must refuse each with a sentence, and no
  * reader may come to harm. What files of both versions share, test_chunk_malformed.c tests. */
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 #include "formats/chunk/verify/verify.h"
 #include "tests/fixtures/chunk_fixture.h"
 #include "tests/fixtures/chunk_reseal.h"

@@ -1,7 +1,7 @@
 /* Tests valid files of version 2: a block decodes to its part of the chunk, whatever the codec and
  * the number of blocks, and converting to version 2 and back gives the same bytes. */
-#include "formats/chunk/block.h"
-#include "formats/chunk/block_table.h"
+#include "formats/chunk/block/block.h"
+#include "formats/chunk/block/block_table.h"
 #include "formats/chunk/convert.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/verify/verify.h"

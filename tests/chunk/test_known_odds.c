@@ -5,7 +5,7 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/odds/tight.h"
 #include "formats/chunk/codec/predict/predict.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/patch.h"
 #include "tests/fixtures/any_chunk.h"
 
 static void curves_are_odds(const uint8_t *columns, unsigned count)

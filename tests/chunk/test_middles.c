@@ -1,7 +1,7 @@
 /* Tests patches that are predicted by the middles of their lattices: any patches come back, in odds
  * and in streams; those whose centre is the middle are smaller; other tables have no middles. */
-#include "formats/chunk/patch.h"
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/patch.h"
+#include "formats/chunk/sample/sample.h"
 #include "tests/fixtures/any_chunk.h"
 
 #include <math.h>

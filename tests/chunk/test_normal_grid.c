@@ -1,6 +1,6 @@
 /* Tests grids of normal codes: rounding stays within its angle, and codecs of blocks bring back any
  * samples on any grid, in fewer bytes, whatever hostile bytes say. */
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include "formats/chunk/layout.h"
 #include "tests/fixtures/any_chunk.h"

@@ -5,7 +5,7 @@
 #include "formats/chunk/codec/paper.h"
 
 #include "formats/chunk/layout.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "tests/fixtures/square_recipe.h"
 
 /* Encodes and decodes to each level. Returns whether the block was coded as squares. */

@@ -3,7 +3,7 @@
  */
 #include "formats/chunk/codec/square/ladder.h"
 #include "formats/chunk/codec/square/square_normal.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "tests/fixtures/square_recipe.h"
 
 #define CHOICE_REACH 7u

@@ -4,8 +4,8 @@
 #include "formats/chunk/codec/square/square_normal.h"
 
 #include "formats/chunk/layout.h"
-#include "formats/chunk/normal_grid.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/normal_grid.h"
+#include "formats/chunk/sample/patch.h"
 #include "tests/fixtures/square_recipe.h"
 
 /* A tight part of squares begins with a u32; tilted rasters follow a count. */

@@ -2,7 +2,7 @@
  * whose radii and positions are coarse come back and are smaller, and prep puts points on them. */
 #include "formats/chunk/codec/odds/tight.h"
 #include "formats/chunk/codec/predict/predict.h"
-#include "formats/chunk/sublattice.h"
+#include "formats/chunk/sample/sublattice.h"
 #include "preprocess/patch/patch_build.h"
 #include "tests/fixtures/any_chunk.h"
 

@@ -3,7 +3,7 @@
 #include "formats/chunk/codec/odds/tight.h"
 
 #include "formats/chunk/codec/predict/predict.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/patch.h"
 #include "tests/fixtures/any_chunk.h"
 
 #include <math.h>

@@ -6,7 +6,7 @@
  * the file sound, info, a picture, export, convert and repair must succeed and give sound files. If
  * the file is not sound but opens, info, export and a picture run on it. */
 #include "tests/fuzz/fuzz_chunk.h"
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 #include "formats/chunk/convert.h"
 #include "formats/chunk/repair/repair.h"
 #include "formats/chunk/verify/verify.h"

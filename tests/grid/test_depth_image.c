@@ -4,7 +4,7 @@
  * do not are points beside their image; the same bytes for any
  * number of threads and any memory. The file's own promises are verified in each case. */
 #include "formats/chunk/codec/square/square.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/patch/patch_build.h"
 #include "tests/fixtures/prep_fixture.h"
 

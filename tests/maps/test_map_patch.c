@@ -2,7 +2,7 @@
  * them, and discs of full cells of a map have the radius of their steepness. */
 #include "base/random.h"
 #include "formats/chunk/codec/square/square.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/patch/merged_radius.h"
 #include "preprocess/patch/patch_build.h"
 

@@ -1,6 +1,6 @@
 /* Tests outliers: planted points and groups must be found, and surfaces of uneven density left
  * alone. */
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 #include "preprocess/cloud/cloud_cells.h"
 #include "preprocess/cloud/outliers.h"
 #include "tests/fixtures/cloud_fixture.h"

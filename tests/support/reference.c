@@ -2,7 +2,7 @@
 #include "tests/support/reference_parts.h"
 
 #include "base/memory.h"
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #ifndef STP_TESTS_SUPPORT_REFERENCE_PARTS_H
 #define STP_TESTS_SUPPORT_REFERENCE_PARTS_H
 
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 #include "tests/support/reference.h"
 
 /* The ray through window coordinates, a unit vector. */

@@ -1,7 +1,7 @@
 /* Projects samples to pixels: "Projection" of shaders/README.md. */
 #include "tests/support/reference_parts.h"
 
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 
 #include <math.h>
 

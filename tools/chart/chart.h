@@ -29,7 +29,7 @@ typedef struct chart_series {
     size_t count;
     const double *labels; /* a number for each point; may be NULL */
     bool dashed;
-    /* The series is dots of these colours, without a line. Of dots that would cover each other the
+    /* The series is dots of these colours, without a line. If dots would cover each other, only the
      * first is drawn. NULL: a line. */
     const uint8_t (*dots)[3];
 } chart_series;

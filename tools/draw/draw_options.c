@@ -486,7 +486,9 @@ void draw_options_warn(const char *command, const stp_renderer *renderer)
         fprintf(stderr, "stipple %s: warning: %s\n", command, text);
 }
 
-stp_home draw_options_home(const draw_options *o)
+/* The view that --view asks for. If an eye or a camera is given, the start is the view of the whole
+ * model. */
+static stp_home home_of(const draw_options *o)
 {
     const camera_options *c = &o->camera;
     return c->path || c->has_eye || c->has_look ? STP_HOME_WHOLE : (stp_home)o->home;
@@ -501,7 +503,7 @@ stp_ball draw_options_ball(const draw_options *o, const stp_model *model)
 
 stp_camera draw_options_start(const draw_options *o, const stp_model *model, const int size[2])
 {
-    const stp_home home = draw_options_home(o);
+    const stp_home home = home_of(o);
     const bool whole = home == STP_HOME_WHOLE || !model->has_first;
     const stp_ball ball = draw_options_ball(o, model);
     stp_camera c = stp_model_camera(model, home, size[0], size[1]);

@@ -82,9 +82,6 @@ stp_status draw_options_require_whole(const draw_options *o, const stp_renderer 
                                       stp_error *err);
 /* Warns of damage on stderr, also with --quiet. command: its name. */
 void draw_options_warn(const char *command, const stp_renderer *renderer);
-/* The view that --view asks for. If an eye or a camera is given, the start is the view of the whole
- * model. */
-stp_home draw_options_home(const draw_options *o);
 /* The ball of a model as the picture shows it: larger if heights are exaggerated. */
 stp_ball draw_options_ball(const draw_options *o, const stp_model *model);
 /* The start view that --view and --exaggerate ask for. */

@@ -18,7 +18,7 @@ const cli_command cli_convert = {
     .summary = "rewrite a chunk file with another codec, without loss",
     .usage = "stipple convert M.stipple -o N.stipple [options]",
     .details = "Every sample and everything that the file says about samples stays the same.\n"
-               "zstd decodes several times as fast as draco and takes about a fifth more space;\n"
+               "zstd decodes several times as fast as draco and takes about a third more space;\n"
                "raw is for tests. Without --codec and --format the payloads are copied.\n"
                "--format 2 cuts chunks into blocks, so that views read less. --threshold is the\n"
                "threshold that drawing commands use if they are given none.",

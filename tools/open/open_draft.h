@@ -2,10 +2,10 @@
  *
  * Some points of each scan, spread over all of it, go through prep. Where a format allows, the
  * reader seeks to them (stp_scan_seek): to single records, or to the beginnings of packed chunks.
- * Of an octree (EPT, COPC) the first depths are read; of grids every so manieth column and row, and
- * the draft is a grid, too. Other formats are read once, and every so manieth point is taken. So
- * the model has the whole extent, never a part of it. Threads: the caller's, and those of the pool
- * of prep. */
+ * It reads the first depths of an octree (EPT, COPC), and every n-th column and row of a grid,
+ * whose draft is a grid, too. It reads other formats once and takes every n-th point. So the model
+ * has the whole extent, never a part of it. Threads: the caller's, and those of the pool of prep.
+ */
 #ifndef STP_TOOLS_OPEN_OPEN_DRAFT_H
 #define STP_TOOLS_OPEN_OPEN_DRAFT_H
 

@@ -1,7 +1,7 @@
 /* Parses the values of prep's options. */
 #include "tools/prep/prep_values.h"
 
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "formats/scan/number.h"
 #include "tools/cli/cli_value.h"
 

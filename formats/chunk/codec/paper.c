@@ -5,7 +5,7 @@
 #include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/codec/square/square_normal.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -13,8 +13,8 @@
 #include "formats/chunk/codec/table/table_code.h"
 #include "formats/chunk/codec/zstd/zstd_segment.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/normal_grid.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/normal_grid.h"
+#include "formats/chunk/sample/patch.h"
 
 #include <stdlib.h>
 

@@ -2,7 +2,7 @@
 #include "formats/chunk/codec/raw.h"
 
 #include "formats/chunk/layout.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/patch.h"
 
 #include <string.h>
 

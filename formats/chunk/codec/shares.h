@@ -31,8 +31,8 @@ void stp_shares_add_samples(stp_shares *shares, const uint64_t *column_bytes, ui
 /* Adds samples of codec 0, of `bytes` in all. */
 void stp_shares_add_raw(stp_shares *shares, uint64_t bytes);
 
-/* Bytes that are packed together. share: of which share; cost: its part of the bytes is in
- * proportion to the sum of costs. */
+/* Costs of bytes that are packed together: each share gets a part of the bytes in proportion to its
+ * cost. */
 typedef struct stp_share_costs {
     double cost[STP_SHARE_COUNT];
 } stp_share_costs;

@@ -29,9 +29,9 @@ typedef struct stp_merge_lanes {
     double reach[STP_MERGED_MOST], bound[STP_MERGED_MOST];
 } stp_merge_lanes;
 
-/* Of all that the discs stand for, from the centre of the merged disc: least and greatest height
- * along its normal, extent in its plane and in space. cosine: of the widest angle between its
- * normal and that of a disc that has one. */
+/* How far all that the discs stand for reaches from the centre of the merged disc: least and
+ * greatest height along its normal, extent in its plane and in space. cosine: of the widest angle
+ * between its normal and the normal of a disc. */
 typedef struct stp_merge_extent {
     double low, high, reach, bound, cosine;
 } stp_merge_extent;

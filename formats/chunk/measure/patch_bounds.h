@@ -34,7 +34,7 @@
 #define STP_FORMATS_CHUNK_MEASURE_PATCH_BOUNDS_H
 
 #include "formats/chunk/measure/rim.h"
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 
 /* Rim points at which a merged disc is compared with the discs under it. The centre is one point
  * more. */

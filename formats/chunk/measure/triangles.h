@@ -1,11 +1,11 @@
 /* Errors of discs that replace triangles: a patch of up to 21 triangles, three corners each
  * (polygons of MKC08, section 4; the levels are ours).
  *
- * A disc of a coarser level stands for every triangle of which it covers a corner, as a whole. Its
- * perpendicular error is how far these triangles lie over or under its plane; heights change evenly
- * over a triangle, so the corners suffice. Its tangential error is how far its centre and 16 rim
- * points lie, in its plane, from the nearest of these triangles. A disc without a normal loses its
- * diameter. Lengths: world units; positions relative to anything. Threads: any (pure). */
+ * If a disc of a coarser level covers a corner of a triangle, the disc stands for the whole
+ * triangle. Its perpendicular error is how far these triangles lie over or under its plane; heights
+ * change evenly over a triangle, so the corners suffice. Its tangential error is how far its centre
+ * and 16 rim points lie, in its plane, from the nearest of these triangles. A disc without a normal
+ * loses its diameter. Lengths: world units; positions relative to anything. Threads: any (pure). */
 #ifndef STP_FORMATS_CHUNK_MEASURE_TRIANGLES_H
 #define STP_FORMATS_CHUNK_MEASURE_TRIANGLES_H
 

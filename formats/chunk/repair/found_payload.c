@@ -5,7 +5,7 @@
 #include "formats/chunk/codec/segment.h"
 #include "formats/chunk/codec/table/table_code.h"
 #include "formats/chunk/codec/zstd/zstd_segment.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/patch.h"
 
 #include <stdlib.h>
 

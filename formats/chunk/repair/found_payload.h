@@ -2,7 +2,7 @@
  * entry.
  *
  * The parent knows the number of patches, and that is enough: each table or frame says how long it
- * is, and the patches say how many rows or families follow. Of codecs 3 to 6, the segments' indices
+ * is, and the patches say how many rows or families follow. In codecs 3 to 6, the segments' indices
  * say it all. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_REPAIR_FOUND_PAYLOAD_H
 #define STP_FORMATS_CHUNK_REPAIR_FOUND_PAYLOAD_H

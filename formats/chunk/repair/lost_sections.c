@@ -3,7 +3,7 @@
 
 #include "base/checked.h"
 #include "base/memory.h"
-#include "formats/chunk/block_table.h"
+#include "formats/chunk/block/block_table.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -2,7 +2,7 @@
 #include "formats/chunk/repair/stand_in.h"
 
 #include "formats/chunk/measure/patch_bounds.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/patch.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
 #ifndef STP_FORMATS_CHUNK_VERIFY_VERIFY_BLOCKS_H
 #define STP_FORMATS_CHUNK_VERIFY_VERIFY_BLOCKS_H
 
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 
 /* Both copies of the header and all sections must be sound, and the records of blocks follow the
  * chunks' ids, so that each record belongs to one chunk. Errors: CORRUPT, IO, OUT_OF_MEMORY. */

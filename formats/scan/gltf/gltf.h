@@ -1,7 +1,7 @@
 /* Reads glTF 2.0 (.gltf, .glb) into a point mesh: all meshes of the default scene where its nodes
  * place them.
  *
- * y points up, which the scan's reader tells (stp_scan_info.y_up). Read are triangles, strips, fans
+ * y points up, which the scan's reader tells (stp_scan_info.y_up). It reads triangles, strips, fans
  * and points, and lines as edges; numbers of any type (KHR_mesh_quantization); colours of vertices
  * and base colours, which glTF has in linear light, as sRGB; base-colour images, in the file or
  * beside it (KHR_texture_transform), that repeat, end or are mirrored. If faces have images,

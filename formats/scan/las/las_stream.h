@@ -27,7 +27,7 @@ typedef struct stp_las_stream_params {
     const char *path;               /* must outlive the stream, as all here must */
     const char *name;               /* for messages; NULL: the path */
     const stp_scan_region *region;  /* NULL: all points */
-    struct stp_file_mirror *mirror; /* of which path is the file; NULL: all bytes are there */
+    struct stp_file_mirror *mirror; /* of the file at `path`; NULL: all bytes are there */
     bool salvage;                   /* the file may be cut */
     bool all_fields;                /* also of layered LAZ: those that only attributes need */
     stp_pool *pool;                 /* unpacks chunks side by side (laz_team.h); NULL: none */

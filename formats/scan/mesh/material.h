@@ -74,8 +74,8 @@ stp_status stp_materials_add_image(stp_materials *materials, const char *name, c
 /* Adds a material without a name. image: in images, or STP_NO_MATERIAL. Errors: OUT_OF_MEMORY. */
 stp_status stp_materials_add(stp_materials *materials, const uint16_t rgb[3], uint32_t image,
                              stp_error *err);
-/* Adds an image by the bytes of its file, of which it keeps a copy; the same name is the same
- * image. Errors: OUT_OF_MEMORY. */
+/* Adds an image, the bytes of its file, and keeps a copy of them; the same name is the same image.
+ * Errors: OUT_OF_MEMORY. */
 stp_status stp_materials_embed(stp_materials *materials, const char *name, const uint8_t *bytes,
                                size_t byte_count, uint32_t *image, stp_error *err);
 /* The number of a material; STP_NO_MATERIAL: none has this name. */

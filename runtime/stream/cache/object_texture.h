@@ -1,13 +1,12 @@
 /* The Object Texture: the GPU's memory for samples and patches, and which ranges of it are in use.
  *
- * One buffer holds samples (runtime/stream/texels.h), one the patches, one a record for each slot,
- * of which each frame rewrites those of the blocks that it draws; the last one holds what codes
- * stand for. Shaders fetch all as texels. Source: Mar08, "Object Texture". Threads: the render
- * thread. */
+ * One buffer holds samples (runtime/stream/texels.h), one patches, one a record for each slot, and
+ * the last one what codes stand for. Each frame rewrites the records of the blocks that it draws.
+ * Shaders fetch all as texels. Source: Mar08, "Object Texture". Threads: the render thread. */
 #ifndef STP_RUNTIME_STREAM_CACHE_OBJECT_TEXTURE_H
 #define STP_RUNTIME_STREAM_CACHE_OBJECT_TEXTURE_H
 
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 #include "runtime/cut/level_choice.h"
 #include "runtime/gl/lazy_buffer.h"
 #include "runtime/stream/cache/range_pool.h"

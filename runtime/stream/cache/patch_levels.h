@@ -1,6 +1,6 @@
 /* Which levels of a block are resident, patch by patch. A block is read as far as its neediest
- * patch asks, which for most of its patches is too far: their finer samples are left out on the
- * GPU. Of many patches only the vertex stays. Threads: any (pure functions). */
+ * patch asks. For most patches that is too far, so their finer samples are left out on the GPU;
+ * many patches keep only the vertex. Threads: any (pure functions). */
 #ifndef STP_RUNTIME_STREAM_CACHE_PATCH_LEVELS_H
 #define STP_RUNTIME_STREAM_CACHE_PATCH_LEVELS_H
 

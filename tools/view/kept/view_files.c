@@ -59,8 +59,10 @@ stp_status view_files_state(char out[VIEW_PATH_BYTES], const char *name, stp_err
     return STP_OK;
 }
 
-stp_status view_files_model_state(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
-                                  stp_error *err)
+/* The same for a file that belongs to a model, by the model's path or address. Errors: those of
+ * view_files_state. */
+static stp_status model_state(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
+                              stp_error *err)
 {
     char name[320];
     char *real = stp_is_address(model) ? NULL : realpath(model, NULL);
@@ -83,7 +85,7 @@ stp_status view_files_find(char out[VIEW_PATH_BYTES], bool *found, const char *m
                            const char *ending, stp_error *err)
 {
     stp_status status = STP_OK;
-    *found = view_files_model_state(out, model, ending, NULL) == STP_OK && access(out, F_OK) == 0;
+    *found = model_state(out, model, ending, NULL) == STP_OK && access(out, F_OK) == 0;
     if (!*found && !stp_is_address(model)) {
         STP_TRY(beside(out, model, ending, err));
         *found = access(out, F_OK) == 0;
@@ -106,7 +108,7 @@ stp_status view_files_save(char path[VIEW_PATH_BYTES], const char *model, const 
             return STP_OK;
         }
     }
-    STP_TRY(view_files_model_state(other, model, ending, err));
+    STP_TRY(model_state(other, model, ending, err));
     STP_TRY(view_files_make_folders(other, err));
     STP_TRY(stp_json_save(make(context), other, true, err));
     memcpy(path, other, sizeof other);

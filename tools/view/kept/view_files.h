@@ -18,9 +18,6 @@ stp_status view_files_free(char out[VIEW_PATH_BYTES], const char *model, const c
 /* Makes the path of a file in the state folder, which may not exist yet. Errors: IO (no home),
  * LIMIT (too long). */
 stp_status view_files_state(char out[VIEW_PATH_BYTES], const char *name, stp_error *err);
-/* The same for a file that belongs to a model, by the model's path or address. Errors: the same. */
-stp_status view_files_model_state(char out[VIEW_PATH_BYTES], const char *model, const char *ending,
-                                  stp_error *err);
 /* Finds the file with what the user kept of a model: in the state folder, where it is newer, as it
  * could not be written beside the model, or beside the model. Errors: LIMIT (too long). */
 stp_status view_files_find(char out[VIEW_PATH_BYTES], bool *found, const char *model,

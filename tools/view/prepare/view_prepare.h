@@ -1,4 +1,4 @@
-/* Adds models and scans to the viewer. Of scans it shows a coarse model at once, and the whole one
+/* Adds models and scans to the viewer. It shows a coarse model of a scan at once, and the whole one
  * as soon as a child process has made it (view_prepare_child.h).
  *
  * One model is prepared at a time. The child begins when the coarse model is on the screen; when it

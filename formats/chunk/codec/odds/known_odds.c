@@ -3,7 +3,7 @@
 
 #include "base/wide.h"
 #include "formats/chunk/codec/predict/predict.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/patch.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
-/* What the odds of a part begin with, if they are known: one of a few curves for each column and
- * what stands before and beside a cell, as blocks of scans have them. formats/SPEC.md, "Known
- * odds", says what the numbers mean; known_curves.inc, known_columns.inc and known_squares.inc have
- * them. Threads: any. */
+/* The odds that a part begins with, if they are known: a column has one of a few curves for each
+ * case of what stands before and beside a cell, as blocks of scans have them. formats/SPEC.md,
+ * "Known odds", says what the numbers mean; known_curves.inc, known_columns.inc and
+ * known_squares.inc have them. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_ODDS_KNOWN_ODDS_H
 #define STP_FORMATS_CHUNK_CODEC_ODDS_KNOWN_ODDS_H
 

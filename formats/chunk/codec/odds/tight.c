@@ -3,8 +3,8 @@
 
 #include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/patch.h"
-#include "formats/chunk/sublattice.h"
+#include "formats/chunk/sample/patch.h"
+#include "formats/chunk/sample/sublattice.h"
 
 #include <stdlib.h>
 #include <string.h>

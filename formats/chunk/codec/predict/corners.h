@@ -1,9 +1,9 @@
 /* Corners of triangles that a block has told before.
  *
  * Each triangle stores its three corners, and triangles beside each other have equal ones. Only the
- * first of equal corners is coded in full; of any other, the file says how many different corners
- * ago it came. formats/SPEC.md, "Corners", has the layout. Reading treats every byte as hostile.
- * Threads: any. */
+ * first of equal corners is coded in full. For any other, the file says how many different corners
+ * ago its equal came. formats/SPEC.md, "Corners", has the layout. Reading treats every byte as
+ * hostile. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_PREDICT_CORNERS_H
 #define STP_FORMATS_CHUNK_CODEC_PREDICT_CORNERS_H
 

@@ -2,7 +2,7 @@
 #include "formats/chunk/codec/predict/families.h"
 
 #include "formats/chunk/codec/predict/predict_normal.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,8 +3,8 @@
 #include "formats/chunk/codec/predict/predict.h"
 
 #include "formats/chunk/codec/predict/predict_normal.h"
-#include "formats/chunk/normal_grid.h"
-#include "formats/chunk/sublattice.h"
+#include "formats/chunk/sample/normal_grid.h"
+#include "formats/chunk/sample/sublattice.h"
 
 #include <stdlib.h>
 

@@ -25,8 +25,8 @@ STP_INLINE void stp_plane_add(stp_plane_sums *s, int x, int y, double z)
     s->yz += y * z;
 }
 
-/* Its slopes by column and by row. False if all samples, of which there is one at least, lie on one
- * line: then the slope is known along columns or rows, or nowhere, and 0 where it is not. */
+/* The plane's slopes by column and by row, of one sample or more. False if all samples lie on one
+ * line: then an unknown slope is 0, that by column, by row, or both. */
 STP_INLINE bool stp_plane_slopes(const stp_plane_sums *s, double out[2])
 {
     const double xx = s->xx - s->x * s->x / s->n, yy = s->yy - s->y * s->y / s->n;

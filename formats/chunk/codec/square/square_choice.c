@@ -5,7 +5,7 @@
 #include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/codec/table/part_tables.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <stdlib.h>
 

@@ -5,7 +5,7 @@
 #include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/codec/square/square_normal.h"
 #include "formats/chunk/codec/square/square_slope.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
 #include "base/wide.h"
 #include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/codec/square/plane_fit.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -3,8 +3,8 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/odds/tight.h"
-#include "formats/chunk/patch.h"
-#include "formats/chunk/sublattice.h"
+#include "formats/chunk/sample/patch.h"
+#include "formats/chunk/sample/sublattice.h"
 
 #include <stdlib.h>
 

@@ -2,7 +2,7 @@
 #include "formats/chunk/codec/table/table.h"
 
 #include "base/memory.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 stp_status stp_table_create(stp_table *table, unsigned column_count, uint32_t row_count,
                             stp_error *err)

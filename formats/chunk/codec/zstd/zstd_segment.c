@@ -7,8 +7,8 @@
 #include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/zstd/zstd_frame.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/normal_grid.h"
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/normal_grid.h"
+#include "formats/chunk/sample/patch.h"
 
 #include <stdlib.h>
 #include <string.h>

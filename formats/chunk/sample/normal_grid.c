@@ -1,5 +1,5 @@
 /* Grids of normal codes. */
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <math.h>
 

@@ -1,8 +1,8 @@
 /* Patch headers: checks them, and turns them into columns of small numbers and back.
  *
  * Pure functions over the caller's memory. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_PATCH_H
-#define STP_FORMATS_CHUNK_PATCH_H
+#ifndef STP_FORMATS_CHUNK_SAMPLE_PATCH_H
+#define STP_FORMATS_CHUNK_SAMPLE_PATCH_H
 
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/table/table.h"

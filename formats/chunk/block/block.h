@@ -5,8 +5,8 @@
  * linked parent refers to patches of one block only. A chunk of version 1 is one block. Threads:
  * any, as with chunk_file.h.
  */
-#ifndef STP_FORMATS_CHUNK_BLOCK_H
-#define STP_FORMATS_CHUNK_BLOCK_H
+#ifndef STP_FORMATS_CHUNK_BLOCK_BLOCK_H
+#define STP_FORMATS_CHUNK_BLOCK_BLOCK_H
 
 #include "formats/chunk/chunk_file.h"
 

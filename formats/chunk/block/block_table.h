@@ -1,12 +1,12 @@
-/* The table of blocks of a file of version 2: a record of STP_BLOCK_BYTES for each block, by which
- * a view chooses, finds and checks the block before it reads it (formats/SPEC.md, "The table of
- * blocks").
+/* The table of blocks of a file of version 2: a record of STP_BLOCK_BYTES for each block. A view
+ * reads only the records to choose a block, to find its bytes and to check them (formats/SPEC.md,
+ * "The table of blocks").
  *
  * Pure conversions and checks. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_BLOCK_TABLE_H
-#define STP_FORMATS_CHUNK_BLOCK_TABLE_H
+#ifndef STP_FORMATS_CHUNK_BLOCK_BLOCK_TABLE_H
+#define STP_FORMATS_CHUNK_BLOCK_BLOCK_TABLE_H
 
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 #include "formats/chunk/codec/table/column.h"
 
 /* Appends the records of a chunk's blocks; none if its codec has no blocks. The payload is what the

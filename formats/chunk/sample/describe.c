@@ -1,5 +1,5 @@
 /* What an entry says of patches. */
-#include "formats/chunk/describe.h"
+#include "formats/chunk/sample/describe.h"
 
 #include <math.h>
 

@@ -1,5 +1,5 @@
 /* Cuts chunks into blocks. */
-#include "formats/chunk/block_cut.h"
+#include "formats/chunk/block/block_cut.h"
 
 #include "base/memory.h"
 #include "base/sort.h"

@@ -1,10 +1,10 @@
 /* Records of blocks as bytes, and their checks. */
-#include "formats/chunk/block_table.h"
+#include "formats/chunk/block/block_table.h"
 
 #include "base/memory.h"
 #include "formats/chunk/codec/segment.h"
-#include "formats/chunk/describe.h"
 #include "formats/chunk/layout.h"
+#include "formats/chunk/sample/describe.h"
 
 #include <inttypes.h>
 #include <stdlib.h>

@@ -3,8 +3,8 @@
  *
  * Noisy normals are rounded to a grid, because bits of noise take space. Threads: any (pure
  * functions). */
-#ifndef STP_FORMATS_CHUNK_NORMAL_GRID_H
-#define STP_FORMATS_CHUNK_NORMAL_GRID_H
+#ifndef STP_FORMATS_CHUNK_SAMPLE_NORMAL_GRID_H
+#define STP_FORMATS_CHUNK_SAMPLE_NORMAL_GRID_H
 
 #include "formats/chunk/chunk_file.h"
 
@@ -43,8 +43,8 @@ static inline int32_t stp_normal_grid_code(int32_t place, unsigned shift)
     return code < 4095 ? code : 4095;
 }
 
-/* Each half of a side of the grid has the directions of the other half. Of the two places of such a
- * direction, takes the lesser. top: the last place of a coordinate. */
+/* Each half of a side of the grid has the directions of the other half, so such a direction has two
+ * places: takes the lesser. top: the last place of a coordinate. */
 static inline void stp_normal_side(int32_t place[2], int32_t top)
 {
     for (int i = 0; i < 2; i++)

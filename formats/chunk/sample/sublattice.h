@@ -10,8 +10,8 @@
  * whole numbers x, y, z with x + 2 y + 4 z a multiple of N. Among lattices of this kind they reach
  * least. Coordinates are steps of the patch's lattice from the chunk's origin.
  * Threads: any (pure functions). */
-#ifndef STP_FORMATS_CHUNK_SUBLATTICE_H
-#define STP_FORMATS_CHUNK_SUBLATTICE_H
+#ifndef STP_FORMATS_CHUNK_SAMPLE_SUBLATTICE_H
+#define STP_FORMATS_CHUNK_SAMPLE_SUBLATTICE_H
 
 #include "formats/chunk/chunk_file.h"
 

@@ -1,7 +1,7 @@
 /* Where a chunk is cut into blocks: between the patches that one patch of the parent stands for and
  * the next, so that no patch of the parent stands for patches of two blocks. Threads: any. */
-#ifndef STP_FORMATS_CHUNK_BLOCK_CUT_H
-#define STP_FORMATS_CHUNK_BLOCK_CUT_H
+#ifndef STP_FORMATS_CHUNK_BLOCK_BLOCK_CUT_H
+#define STP_FORMATS_CHUNK_BLOCK_BLOCK_CUT_H
 
 #include "formats/chunk/chunk_file.h"
 
@@ -14,8 +14,8 @@ uint32_t stp_block_samples_least(stp_codec codec);
 stp_status stp_chunk_cut(stp_chunk *chunk, const uint32_t *run_ends, uint32_t run_count,
                          uint32_t least, stp_error *err);
 
-/* The same by the chunk's linked parent, of which level 2 is enough. child: which of its children
- * the chunk is. If the parent's patches do not cover the chunk once, leaves it whole. */
+/* The same with the chunk's linked parent, decoded down to level 2. child: which of the parent's
+ * children the chunk is. If the parent's patches do not cover the chunk once, leaves it whole. */
 stp_status stp_chunk_cut_by_parent(stp_chunk *chunk, const stp_chunk *parent, uint32_t child,
                                    uint32_t least, stp_error *err);
 

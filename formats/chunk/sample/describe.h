@@ -1,7 +1,7 @@
 /* Derives from patches what the entry of their chunk, or of a block, says of them: bounds that hold
  * although they are rounded to floats. Threads: any (pure functions). */
-#ifndef STP_FORMATS_CHUNK_DESCRIBE_H
-#define STP_FORMATS_CHUNK_DESCRIBE_H
+#ifndef STP_FORMATS_CHUNK_SAMPLE_DESCRIBE_H
+#define STP_FORMATS_CHUNK_SAMPLE_DESCRIBE_H
 
 #include "formats/chunk/chunk_file.h"
 

@@ -1,9 +1,9 @@
 /* Checks patch headers, and turns them into columns of small numbers and back. */
-#include "formats/chunk/patch.h"
+#include "formats/chunk/sample/patch.h"
 
 #include "formats/chunk/codec/predict/predict_normal.h"
 #include "formats/chunk/layout.h"
-#include "formats/chunk/normal_grid.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <inttypes.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* Sublattices of a patch's lattice. */
-#include "formats/chunk/sublattice.h"
+#include "formats/chunk/sample/sublattice.h"
 
 #include <math.h>
 

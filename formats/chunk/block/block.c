@@ -1,8 +1,8 @@
 /* Reads blocks, and what the file's table says of them. */
-#include "formats/chunk/block.h"
+#include "formats/chunk/block/block.h"
 
 #include "base/memory.h"
-#include "formats/chunk/block_table.h"
+#include "formats/chunk/block/block_table.h"
 #include "formats/chunk/chunk_fault.h"
 #include "formats/chunk/chunk_reader.h"
 #include "formats/chunk/codec/part.h"

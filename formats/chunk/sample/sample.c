@@ -1,5 +1,5 @@
 /* Codes of normals, radii, errors and angles, and the decoding of a sample. */
-#include "formats/chunk/sample.h"
+#include "formats/chunk/sample/sample.h"
 
 #include "base/wide.h"
 

@@ -10,8 +10,8 @@
  *                       y = position z | radius << 16 | flags << 24
  *                       z = octahedral normal (12 bits u, 12 bits v << 12) | class << 24
  *                       w = red | green << 8 | blue << 16 | intensity << 24 */
-#ifndef STP_FORMATS_CHUNK_SAMPLE_H
-#define STP_FORMATS_CHUNK_SAMPLE_H
+#ifndef STP_FORMATS_CHUNK_SAMPLE_SAMPLE_H
+#define STP_FORMATS_CHUNK_SAMPLE_SAMPLE_H
 
 #include "base/vec.h"
 
