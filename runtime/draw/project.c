@@ -46,7 +46,7 @@ static stp_status prepare_pixels(stp_project *p, stp_lod lod, const char *folder
         .vertex = "sample.vert", .fragment = "id.frag", .defines = defines, .folder = folder};
     if (lod == STP_LOD_COMPUTE && p->runs.program == 0)
         STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
-    if (lod == STP_LOD_COMPUTE && p->scatter.depth.runs == 0)
+    if (lod == STP_LOD_COMPUTE && p->scatter.defines[0] == '\0')
         STP_TRY(stp_scatter_create(&p->scatter, folder, defines, err));
     if (lod != STP_LOD_COMPUTE && p->sample_program == 0)
         STP_TRY(stp_program_create(&p->sample_program, &samples, err));

@@ -36,7 +36,7 @@ stp_status stp_each_create(stp_each *out, const char *file, const char *folder, 
     GLuint *const programs[2] = {&each.runs, &each.listed};
     stp_status status = STP_OK;
     for (int i = 0; i < 2; i++) {
-        char lines[STP_VARIANT_DEFINES_BYTES + 32];
+        char lines[STP_VARIANT_DEFINES_BYTES + 64];
         snprintf(lines, sizeof lines, "%s#define STP_LISTED %d\n", defines, i);
         STP_TRY(stp_program_create(
             programs[i], &(stp_program_params){.compute = file, .defines = lines, .folder = folder},
@@ -87,8 +87,8 @@ void stp_runs_destroy(stp_runs *r)
     *r = (stp_runs){0};
 }
 
-/* Gives a buffer at least so many bytes, and a texture over it. */
-static void reserve(GLuint *buffer, GLuint *texture, GLenum format, size_t *capacity, size_t bytes)
+void stp_runs_reserve(GLuint *buffer, GLuint *texture, GLenum format, size_t *capacity,
+                      size_t bytes)
 {
     if (bytes <= *capacity)
         return;
@@ -123,9 +123,9 @@ static void make_runs(stp_runs *r, const stp_project_params *params)
     size_t patches = params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
     size_t groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
     r->most_runs = most_runs(params);
-    reserve(&r->runs, &r->textures[0], GL_RG32UI, &r->run_bytes,
-            sizeof head + r->most_runs * 2 * sizeof(uint32_t));
-    reserve(&r->seen, &r->textures[1], GL_RGBA32UI, &r->seen_bytes, patches * SEEN_BYTES);
+    stp_runs_reserve(&r->runs, &r->textures[0], GL_RG32UI, &r->run_bytes,
+                     sizeof head + r->most_runs * 2 * sizeof(uint32_t));
+    stp_runs_reserve(&r->seen, &r->textures[1], GL_RGBA32UI, &r->seen_bytes, patches * SEEN_BYTES);
     glNamedBufferSubData(r->runs, 0, sizeof head, &head);
     glNamedBufferData(r->patches,
                       (GLsizeiptr)(patches * sizeof *params->sight->lists[STP_SIGHT_PATCHES].items),
@@ -180,6 +180,11 @@ uint64_t stp_runs_count_drawn(const stp_runs *r)
 size_t stp_runs_places(const stp_runs *r)
 {
     return RUN_SAMPLES * r->run_count + r->listed_count;
+}
+
+size_t stp_runs_most_places(const stp_runs *r)
+{
+    return (r->chosen ? RUN_SAMPLES * r->most_runs : 0) + r->listed_count;
 }
 
 /* Starts as many groups as there are runs; on a GPU as many as there may be, since groups without

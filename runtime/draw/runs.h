@@ -56,6 +56,11 @@ void stp_runs_choose(stp_runs *runs, const stp_project_params *params, const uin
 void stp_runs_take(stp_runs *runs, const uint32_t *listed, size_t count);
 /* Number of places for the samples that were counted, including gaps in runs that are not full. */
 size_t stp_runs_places(const stp_runs *runs);
+/* The most places that there may be; nothing is waited for. */
+size_t stp_runs_most_places(const stp_runs *runs);
+/* Gives a buffer at least so many bytes, and a texture over it. What it held is lost. */
+void stp_runs_reserve(GLuint *buffer, GLuint *texture, GLenum format, size_t *capacity,
+                      size_t bytes);
 /* Number of samples in the chosen levels, without those that a shader including listed.glsl counted
  * as dropped. Waits for the GPU. */
 uint64_t stp_runs_count_drawn(const stp_runs *runs);

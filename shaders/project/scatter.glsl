@@ -11,6 +11,13 @@ layout(location = 6) uniform bool first_pass;
 
 const uint RAISED = 0xfffffffeu; // later passes: a nearer depth that has no name yet
 
+// If STP_PLACES, the first pass keeps where samples lie for the second one: the place of listed samples first.
+// Pixel: x | y << 16, or NOT_DRAWN; bits of the depth.
+layout(rg32ui, binding = 4) uniform uimageBuffer place_image;
+layout(location = 7) uniform uint first_place;
+
+const uint NOT_DRAWN = 0xffffffffu;
+
 // The pixel and the depth of a sample. False if the sample is not drawn.
 bool stp_scatter_place(stp_run r, uvec4 texel, out ivec2 pixel, out uint bits)
 {

@@ -18,7 +18,12 @@ void main()
         for (uint i = 0u; i < stp_run_count(r); i++) {
             ivec2 pixel;
             uint bits;
-            if (stp_scatter_place(r, stp_run_sample(r, i).texel, pixel, bits) &&
+            bool drawn = stp_scatter_place(r, stp_run_sample(r, i).texel, pixel, bits);
+#if STP_PLACES
+            imageStore(place_image, int(first_place + stp_run_place(run, i)),
+                       uvec4(drawn ? uint(pixel.x | pixel.y << 16) : NOT_DRAWN, bits, 0u, 0u));
+#endif
+            if (drawn &&
                 imageLoad(nearest_depth, pixel).x < bits && imageAtomicMax(nearest_depth, pixel, bits) < bits && !first)
                 imageStore(nearest_sample, pixel, uvec4(RAISED));
         }

@@ -20,11 +20,18 @@ bool comes_first(uint a, uint b)
     return p < q || p == q && a < b;
 }
 
-// Whether a sample has the nearest depth of its pixel.
-bool is_nearest(stp_run r, stp_projected s, out ivec2 pixel, out bool drawn)
+// Whether sample i of a run has the nearest depth of its pixel.
+bool is_nearest(stp_run r, uint run, uint i, out ivec2 pixel, out bool drawn)
 {
     uint bits;
-    drawn = stp_scatter_place(r, s.texel, pixel, bits);
+#if STP_PLACES
+    uvec2 place = imageLoad(place_image, int(first_place + stp_run_place(run, i))).xy;
+    drawn = place.x != NOT_DRAWN;
+    pixel = ivec2(place.x & 65535u, place.x >> 16);
+    bits = place.y;
+#else
+    drawn = stp_scatter_place(r, stp_run_sample(r, i).texel, pixel, bits);
+#endif
     return drawn && imageLoad(nearest_depth, pixel).x == bits;
 }
 
@@ -54,10 +61,9 @@ void main()
     for (uint run = stp_first_run(); run < end; run += STP_RUN_STEP) {
         stp_run r = stp_run_fetch(run);
         for (uint i = 0u; i < stp_run_count(r); i++) {
-            stp_projected s = stp_run_sample(r, i);
             ivec2 pixel;
             bool drawn;
-            if (is_nearest(r, s, pixel, drawn) && imageAtomicCompSwap(nearest_sample, pixel, unnamed, s.name) < RAISED)
+            if (is_nearest(r, run, i, pixel, drawn) && imageAtomicCompSwap(nearest_sample, pixel, unnamed, r.name + i) < RAISED)
                 met = true;
             not_drawn += uint(!drawn);
         }
@@ -67,10 +73,9 @@ void main()
     for (uint run = met ? stp_first_run() : end; run < end; run += STP_RUN_STEP) {
         stp_run r = stp_run_fetch(run);
         for (uint i = 0u; i < stp_run_count(r); i++) {
-            stp_projected s = stp_run_sample(r, i);
             ivec2 pixel;
-            bool drawn, nearest = is_nearest(r, s, pixel, drawn);
-            settle(pixel, s.name, nearest);
+            bool drawn, nearest = is_nearest(r, run, i, pixel, drawn);
+            settle(pixel, r.name + i, nearest);
         }
     }
 }
