@@ -3,8 +3,6 @@
 
 #include "base/wide.h"
 
-#include <string.h>
-
 #define OCT_MAX 4095.0f
 
 static inline float sign_not_zero(float v)
