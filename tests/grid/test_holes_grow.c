@@ -229,7 +229,7 @@ static prep_cloud make_cloud(stp_dvec3 *nodes)
         out.stations = stations;
         return out;
     }
-    out.raster = (stp_scan_raster){HOLE_SIDE, HOLE_SIDE, 0.0, 0.0, 1.0, 1.0, {0.0, 0.0}, 0};
+    out.raster = (stp_scan_raster){.columns = HOLE_SIDE, .rows = HOLE_SIDE, .dx = 1.0, .dy = 1.0};
     const uint32_t across = stp_raster_node_count(HOLE_SIDE);
     for (uint32_t i = 0; nodes && i < across * across; i++) {
         nodes[i] = place_of(0, (int)stp_raster_node_column(i % across, HOLE_SIDE),

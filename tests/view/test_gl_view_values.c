@@ -22,7 +22,8 @@ static stp_model *open_grid(void)
     stp_prep_stats stats;
     stp_model *model = NULL;
     prep_cloud cloud = prep_cloud_make((size_t)COLUMNS * ROWS);
-    cloud.raster = (stp_scan_raster){COLUMNS, ROWS, 1000.0, 5000.0, 2.0, 3.0, {0.0, 0.0}, 0};
+    cloud.raster = (stp_scan_raster){
+        .columns = COLUMNS, .rows = ROWS, .x = 1000.0, .y = 5000.0, .dx = 2.0, .dy = 3.0};
     for (int i = 0; i < COLUMNS * ROWS; i++) {
         const int column = i % COLUMNS, row = i / COLUMNS;
         cloud.points[i].position =
