@@ -20,9 +20,11 @@ void stp_displacement_add(stp_displacement *d, const stp_item *item, stp_dvec3 s
                           const stp_resolution *r)
 {
     const stp_dvec3 read = item->disc.centre;
+    d->points++;
+    if (stp_dvec3_equal(stored, read))
+        return;
     const double length = stp_dvec3_length(stp_dvec3_sub(stored, read));
     const double limit = r->precision > 0.0 ? r->precision : sqrt(item->area) / STP_SPACING_PARTS;
-    d->points++;
     d->greatest = stp_max(d->greatest, length);
     d->sum += length;
     d->beyond += length > limit * (1.0 + ROUNDING);

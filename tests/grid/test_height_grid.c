@@ -10,7 +10,6 @@
 
 enum { COLUMNS = 300, ROWS = 270, COUNT = COLUMNS * ROWS };
 
-/* Columns 2 apart, rows 3. */
 static const stp_scan_raster raster = {
     .columns = COLUMNS, .rows = ROWS, .x = 1000.0, .y = 5000.0, .dx = 2.0, .dy = 3.0};
 

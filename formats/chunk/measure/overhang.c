@@ -26,8 +26,8 @@ typedef struct suspect {
 /* If the grid gives up, a check tries all discs of the chunk, but at most this often. */
 #define WHOLE_SEARCHES 64
 
-/* Level-1 discs of a quarter. */
-#define QUARTER_DISCS 4
+/* Most suspects: the points of a quarter's level-1 discs, and one in a hole under each. */
+#define SUSPECTS (4 * (STP_DISC_POINTS + 1))
 
 /* The state of measuring or checking one patch. greatest: the greatest error of the quarter or
  * patch so far, grid units; of a check, the stored error. */
@@ -43,7 +43,7 @@ typedef struct measure {
     bool exceeded; /* a check: some point's least cost exceeds the stored error */
     unsigned whole_searches;
     unsigned suspect_count;
-    suspect suspects[QUARTER_DISCS * (STP_DISC_POINTS + 1)]; /* and one in a hole */
+    suspect suspects[SUSPECTS];
 } measure;
 
 /* Raises the greatest error to one that can be stored. Every point whose cost is no greater is
@@ -276,35 +276,35 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
             };
 }
 
-/* Keeps, of the suspects' numbers in left[], those whose cost is above the greatest error, the one
- * of the greatest cost first. Returns how many. */
-static unsigned keep_above(const measure *m, uint8_t *left, unsigned count)
+/* Writes the numbers of those suspects whose cost is above the greatest error, the greatest cost
+ * first. Returns how many. */
+static unsigned list_above(const measure *m, uint8_t *order)
 {
-    unsigned kept = 0;
-    for (unsigned i = 0; i < count; i++) {
-        const uint8_t at = left[i];
-        if (!(m->suspects[at].cost > m->greatest))
+    double cost[SUSPECTS]; /* by place in `order` */
+    unsigned count = 0;
+    for (unsigned i = 0; i < m->suspect_count; i++) {
+        const double own = m->suspects[i].cost;
+        unsigned at = count;
+        if (!(own > m->greatest))
             continue;
-        left[kept] = at;
-        if (m->suspects[at].cost > m->suspects[left[0]].cost) {
-            left[kept] = left[0];
-            left[0] = at;
+        for (count++; at > 0 && cost[at - 1] < own; at--) {
+            cost[at] = cost[at - 1];
+            order[at] = order[at - 1];
         }
-        kept++;
+        cost[at] = own;
+        order[at] = (uint8_t)i;
     }
-    return kept;
+    return count;
 }
 
 /* Takes the greatest cost first: what it raises the error to may answer the other points. */
 static void measure_suspects(measure *m)
 {
     const bool in_rows = m->rows->columns > 0;
-    uint8_t numbers[QUARTER_DISCS * (STP_DISC_POINTS + 1)], *left = numbers;
-    unsigned count = 0;
-    for (; count < m->suspect_count; count++)
-        left[count] = (uint8_t)count;
-    for (; (count = keep_above(m, left, count)) > 0; left++, count--) {
-        suspect *s = &m->suspects[left[0]];
+    uint8_t order[SUSPECTS];
+    const unsigned count = list_above(m, order);
+    for (unsigned i = 0; i < count && m->suspects[order[i]].cost > m->greatest; i++) {
+        suspect *s = &m->suspects[order[i]];
         if (m->check)
             check_point(m, s);
         else if (in_rows)

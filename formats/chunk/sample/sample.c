@@ -3,8 +3,6 @@
 
 #include "base/wide.h"
 
-#include <string.h>
-
 #define OCT_MAX 4095.0f
 
 static inline float sign_not_zero(float v)
@@ -71,17 +69,6 @@ void stp_normals_decode(const uint32_t code[4], float out[3][4])
     }
 }
 
-/* 2^exponent; avoids the call of ldexp if a double holds the power as a normal number. */
-static double power_of_two(int exponent)
-{
-    if (exponent < -1022 || exponent > 1023)
-        return ldexp(1.0, exponent);
-    uint64_t bits = (uint64_t)(exponent + 1023) << 52;
-    double out;
-    memcpy(&out, &bits, sizeof out);
-    return out;
-}
-
 /* 2^(i / 16), rounded to the nearest double. */
 static const double fractions[16] = {
     0x1.0000000000000p+0, 0x1.0b5586cf9890fp+0, 0x1.172b83c7d517bp+0, 0x1.2387a6e756238p+0,
@@ -115,7 +102,7 @@ static double log_decode(uint8_t code, int exponent, int per_octave, int bias)
         return 0.0;
     int index = code - 1;
     double fraction = fractions[index % per_octave * (16 / per_octave)];
-    return fraction * power_of_two(index / per_octave - bias + exponent);
+    return fraction * stp_power_of_two(index / per_octave - bias + exponent);
 }
 
 uint8_t stp_radius_encode(double radius, int exponent)
@@ -149,14 +136,6 @@ double stp_cone_angle_decode(uint8_t code)
     return (double)code * M_PI / 255.0;
 }
 
-stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch)
-{
-    double step = power_of_two(patch->exponent);
-    return (stp_dvec3){((double)patch->origin[0] + sample->position[0]) * step,
-                       ((double)patch->origin[1] + sample->position[1]) * step,
-                       ((double)patch->origin[2] + sample->position[2]) * step};
-}
-
 double stp_sample_radius(const stp_sample *sample, const stp_patch *patch)
 {
     return stp_radius_decode(sample->radius, patch->exponent);
@@ -182,7 +161,7 @@ static void decode_normals(const uint32_t word[STP_PATCH_SAMPLES],
 void stp_samples_decode(const stp_sample *samples, unsigned count, const stp_patch *patch,
                         stp_sample_lanes *out)
 {
-    const double step = power_of_two(patch->exponent);
+    const double step = stp_power_of_two(patch->exponent);
     uint32_t word[STP_PATCH_SAMPLES];
     double known[STP_PATCH_SAMPLES];
     for (unsigned i = 0; i < count; i++) {

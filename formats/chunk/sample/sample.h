@@ -15,7 +15,9 @@
 
 #include "base/vec.h"
 
+#include <math.h>
 #include <stdint.h>
+#include <string.h>
 
 /* Level 0 is the finest; level 3 is the patch vertex. */
 #define STP_LEVEL_COUNT 4
@@ -195,8 +197,26 @@ double stp_error_decode(uint8_t code, int exponent);
 uint8_t stp_cone_angle_encode(double angle);
 double stp_cone_angle_decode(uint8_t code);
 
+/* 2^exponent; avoids the call of ldexp if a double holds the power as a normal number. */
+static inline double stp_power_of_two(int exponent)
+{
+    if (exponent < -1022 || exponent > 1023)
+        return ldexp(1.0, exponent);
+    const uint64_t bits = (uint64_t)(exponent + 1023) << 52;
+    double out;
+    memcpy(&out, &bits, sizeof out);
+    return out;
+}
+
 /* Position of a sample relative to the chunk's origin, world units, exact in double. */
-stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch);
+static inline stp_dvec3 stp_sample_position(const stp_sample *sample, const stp_patch *patch)
+{
+    const double step = stp_power_of_two(patch->exponent);
+    return (stp_dvec3){((double)patch->origin[0] + sample->position[0]) * step,
+                       ((double)patch->origin[1] + sample->position[1]) * step,
+                       ((double)patch->origin[2] + sample->position[2]) * step};
+}
+
 /* Radius of a sample, world units. */
 double stp_sample_radius(const stp_sample *sample, const stp_patch *patch);
 

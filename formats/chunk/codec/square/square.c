@@ -83,7 +83,7 @@ STP_INLINE bool find_place(const stp_raster *raster, const double position[3], u
             fabs(place[k] - nearest) > off_most)
             return false;
         out[k] = (uint32_t)nearest;
-        *off = fmax(*off, fabs(place[k] - nearest));
+        *off = stp_max(*off, fabs(place[k] - nearest));
     }
     return true;
 }
