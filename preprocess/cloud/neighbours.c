@@ -224,11 +224,12 @@ static void surroundings_find(surroundings *around, const search *s, const uint3
     keep_inside(around, glms_vec3_adds(half, wider).raw, &s->picks);
 }
 
-/* The candidates for the nearest of one point, with squared distances in floats. */
+/* The candidates for the nearest of one point: their numbers in the surroundings. squared: of the
+ * distances of all points of the surroundings, in floats. */
 typedef struct choice {
     unsigned count;
-    uint16_t numbers[CANDIDATES + STP_RUN_POINTS]; /* in the surroundings */
-    float squared[CANDIDATES + STP_RUN_POINTS];
+    uint16_t numbers[CANDIDATES + STP_RUN_POINTS];
+    float squared[CANDIDATES];
 } choice;
 
 /* Finds the candidates whose squared distance from p, less the centre, is at most `most` in floats.
@@ -237,22 +238,16 @@ STP_WIDE
 static void pick(choice *c, const surroundings *around, const float p[3], float most,
                  const run_picks *picks)
 {
+    const run_floats limit = most - (run_floats){0.0f};
     unsigned count = 0;
     for (unsigned first = 0; first < around->count; first += STP_RUN_POINTS) {
         const run_floats x = RUN_AT(around, 0, first) - p[0];
         const run_floats y = RUN_AT(around, 1, first) - p[1];
         const run_floats z = RUN_AT(around, 2, first) - p[2];
         const run_floats squared = x * x + y * y + z * z;
-        const run_bits near = (run_bits)(squared <= most) & each_bit;
-        const run_words words = (run_words)near;
-        const uint64_t both = words[0] | words[1] | words[2] | words[3];
-        const uint8_t bits = (uint8_t)(both | both >> 32);
-        const run_numbers lanes = picks->numbers[bits], numbers = lanes + (uint16_t)first;
-        const run_floats picked =
-            __builtin_shuffle(squared, __builtin_convertvector(lanes, run_bits));
-        memcpy(c->numbers + count, &numbers, sizeof numbers);
-        memcpy(c->squared + count, &picked, sizeof picked);
-        count += picks->counts[bits];
+        const run_bits near = (run_bits)(squared <= limit) & each_bit;
+        memcpy(c->squared + first, &squared, sizeof squared);
+        count = add_picks(picks, &near, first, c->numbers, count);
     }
     c->count = count;
 }
@@ -284,17 +279,18 @@ static bool choice_rank(const choice *c, unsigned k, float limit_squared, float 
                         uint16_t nearest[CHOICES])
 {
     int32_t keys[CHOICES], ranks[CHOICES]; /* floats, whose bits sort like integers */
-    float sorted[CHOICES + 1];
+    float sorted[CHOICES + 1] = {0.0f};    /* where floats tie, 0 is left */
     unsigned padded = c->count, unsure = 0;
-    memcpy(keys, c->squared, c->count * sizeof *keys);
+    if (c->count <= k || c->count > CHOICES)
+        return false;
+    for (unsigned i = 0; i < c->count; i++)
+        memcpy(&keys[i], &c->squared[c->numbers[i]], sizeof *keys);
     for (; padded % RANKS; padded++)
         keys[padded] = INT32_MAX;
     count_less(keys, padded, ranks);
-    for (unsigned i = 0; i < k + 2; i++)
-        sorted[i] = -1.0f; /* where floats tie */
     sorted[c->count] = INFINITY;
     for (unsigned i = 0; i < c->count; i++) {
-        sorted[ranks[i]] = c->squared[i];
+        memcpy(&sorted[ranks[i]], &keys[i], sizeof *sorted);
         nearest[ranks[i]] = c->numbers[i];
     }
     for (unsigned i = 0; i < k + 1; i++)
@@ -339,7 +335,7 @@ static bool list_choose_within(stp_nearest_list *list, const search *s, const su
     pick(&c, around, point, most, &s->picks);
     if (c.count <= s->k)
         return false;
-    if (c.count > CHOICES || !choice_rank(&c, s->k, (float)(limit * limit), error, nearest))
+    if (!choice_rank(&c, s->k, (float)(limit * limit), error, nearest))
         return choice_insert(&c, s, around, p, limit, list);
     for (unsigned i = 0; i < s->k; i++)
         list->place[i] = l->places[around->ats[nearest[i + 1]]];

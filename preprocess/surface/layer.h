@@ -26,6 +26,10 @@ static inline float stp_layer_height(const stp_cloud *cloud, uint32_t a, vec3s n
     return glms_vec3_dot(normal, stp_dvec3_to_float(d));
 }
 
+/* The layer of a point whose neighbours have these heights over its plane; any unit. gap:
+ * STP_LAYER_GAP in that unit. */
+stp_layer stp_layer_of(const float *heights, unsigned count, float gap);
+
 /* list: k neighbours of self, or fewer and then STP_NEIGHBOUR_NONE. gap: STP_LAYER_GAP in world
  * units. */
 stp_layer stp_layer_find(const stp_cloud *cloud, uint32_t self, vec3s normal, const uint32_t *list,

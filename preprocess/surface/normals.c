@@ -85,9 +85,8 @@ static void keep_moments(plane *f, const stp_moments *m)
     memcpy(f->sums, sums, sizeof sums);
 }
 
-static stp_moments moments_of(const plane *f)
+static stp_moments moments_of(const float s[STP_MOMENT_SUMS])
 {
-    const float *s = f->sums;
     return (stp_moments){{{s[0], s[1], s[2], s[6]},
                           {s[1], s[3], s[4], s[7]},
                           {s[2], s[4], s[5], s[8]},
@@ -129,55 +128,17 @@ static float two_sheet_variance(unsigned count, float gap)
     return 0.999f * gap * gap * beyond * (n - beyond) / (n * n);
 }
 
-/* If the neighbours lie on two sheets, fits one direction to both, each about its own mean, so that
- * the sheets' distance does not tilt it. Keeps only the own sheet's moments. */
-static void part_sheets(plane *f, const estimation *e, uint32_t self, const uint32_t *list,
-                        unsigned count, float gap)
-{
-    stp_layer layer = stp_layer_find(e->cloud, self, f->normal, list, count, gap / (float)e->scale);
-    uint32_t same[STP_NEIGHBOURS_LIMIT], others[STP_NEIGHBOURS_LIMIT];
-    unsigned same_count = 0, other_count = 0;
-    for (unsigned i = 0; i < count; i++) {
-        if (stp_layer_holds(layer, stp_layer_height(e->cloud, self, f->normal, list[i])))
-            same[same_count++] = list[i];
-        else
-            others[other_count++] = list[i];
-    }
-    if (same_count < LAYER_POINTS || other_count < LAYER_POINTS)
-        return;
-    stp_moments own = collect(e, self, same, same_count, true);
-    stp_moments other = collect(e, self, others, other_count, false), both = own;
-    stp_float4 apart = own.row[3] / own.row[3][3] - other.row[3] / other.row[3][3];
-    stp_moments_add(&both, &other, apart + (stp_float4){0.0f, 0.0f, 0.0f, 1.0f}, 1.0f);
-    f->normal = stp_moments_normal(&both);
-    keep_moments(f, &own);
-}
-
-/* The plane of the nearest neighbours, whose moments are column `lane` of sums. */
-static plane plane_of(const estimation *e, uint32_t self, const stp_moment_columns *sums,
-                      unsigned lane, const stp_moments_plane *fitted)
-{
-    const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
-    const unsigned count = known_count(list, e->neighbours->k);
-    plane f = {.wide = 0};
-    if (count < 3)
-        return f;
-    for (int i = 0; i < STP_MOMENT_SUMS; i++)
-        f.sums[i] = sums->of[i][lane];
-    f.normal = fitted->normal;
-    f.variance = fitted->variance;
-    stp_float4 last = place_of(e, list[count - 1], self);
-    float squared = last[0] * last[0] + last[1] * last[1] + last[2] * last[2];
-    float gap = STP_LAYER_GAP * sqrtf(squared * (float)M_PI / (float)count);
-    if (f.variance >= two_sheet_variance(count, gap))
-        part_sheets(&f, e, self, list, count, gap);
-    return f;
-}
+/* A point's neighbours, and a lane of columns with their places. */
+typedef struct neighbourhood {
+    const uint32_t *list;
+    unsigned count, lane;
+    const float (*places)[3][STP_MOMENTS_LANES];
+} neighbourhood;
 
 /* Sets column `lane` to the places of a point's neighbours, then to its own. Returns how many
- * points there are, with itself. */
-static float take_places(const estimation *e, uint32_t self, float places[][3][STP_MOMENTS_LANES],
-                         unsigned lane)
+ * neighbours there are. */
+static unsigned take_places(const estimation *e, uint32_t self,
+                            float places[][3][STP_MOMENTS_LANES], unsigned lane)
 {
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
     const stp_cloud_point *points = e->cloud->points;
@@ -192,7 +153,56 @@ static float take_places(const estimation *e, uint32_t self, float places[][3][S
     for (unsigned i = count; i < k; i++)
         for (int a = 0; a < 3; a++)
             places[i][a][lane] = 0.0f;
-    return (float)count + 1.0f;
+    return count;
+}
+
+/* If the neighbours lie on two sheets, fits one direction to both, each about its own mean, so that
+ * the sheets' distance does not tilt it. Keeps only the own sheet's moments. */
+static void part_sheets(plane *f, const estimation *e, uint32_t self, const neighbourhood *n,
+                        float gap)
+{
+    uint32_t same[STP_NEIGHBOURS_LIMIT], others[STP_NEIGHBOURS_LIMIT];
+    float heights[STP_NEIGHBOURS_LIMIT];
+    unsigned same_count = 0, other_count = 0;
+    for (unsigned i = 0; i < n->count; i++) {
+        const float(*place)[STP_MOMENTS_LANES] = n->places[i];
+        heights[i] = f->normal.x * place[0][n->lane] + f->normal.y * place[1][n->lane] +
+                     f->normal.z * place[2][n->lane];
+    }
+    const stp_layer layer = stp_layer_of(heights, n->count, gap);
+    for (unsigned i = 0; i < n->count; i++) { /* no branch: it goes either way */
+        const bool holds = stp_layer_holds(layer, heights[i]);
+        same[same_count] = others[other_count] = n->list[i];
+        same_count += holds;
+        other_count += !holds;
+    }
+    if (same_count < LAYER_POINTS || other_count < LAYER_POINTS)
+        return;
+    stp_moments own = collect(e, self, same, same_count, true);
+    stp_moments other = collect(e, self, others, other_count, false), both = own;
+    stp_float4 apart = own.row[3] / own.row[3][3] - other.row[3] / other.row[3][3];
+    stp_moments_add(&both, &other, apart + (stp_float4){0.0f, 0.0f, 0.0f, 1.0f}, 1.0f);
+    f->normal = stp_moments_normal(&both);
+    keep_moments(f, &own);
+}
+
+/* The plane of the nearest neighbours. */
+static plane plane_of(const estimation *e, uint32_t self, const neighbourhood *n,
+                      const stp_moment_columns *sums, const stp_moments_plane *fitted)
+{
+    plane f = {.wide = 0};
+    if (n->count < 3)
+        return f;
+    for (int i = 0; i < STP_MOMENT_SUMS; i++)
+        f.sums[i] = sums->of[i][n->lane];
+    f.normal = fitted->normal;
+    f.variance = fitted->variance;
+    stp_float4 last = place_of(e, n->list[n->count - 1], self);
+    float squared = last[0] * last[0] + last[1] * last[1] + last[2] * last[2];
+    float gap = STP_LAYER_GAP * sqrtf(squared * (float)M_PI / (float)n->count);
+    if (f.variance >= two_sheet_variance(n->count, gap))
+        part_sheets(&f, e, self, n, gap);
+    return f;
 }
 
 /* Finds how round the neighbourhoods of the first `count` points are and, if wanted, their planes:
@@ -200,19 +210,24 @@ static float take_places(const estimation *e, uint32_t self, float places[][3][S
 static void fit(estimation *e, uint32_t count)
 {
     float places[STP_NEIGHBOURS_LIMIT][3][STP_MOMENTS_LANES];
+    unsigned counts[STP_MOMENTS_LANES];
+    const unsigned k = e->neighbours->k;
     for (uint32_t first = 0; first < count; first += STP_MOMENTS_LANES) {
         stp_moment_columns sums;
         stp_moments_plane fitted[STP_MOMENTS_LANES];
         const uint32_t left = count - first < STP_MOMENTS_LANES ? count - first : STP_MOMENTS_LANES;
         for (uint32_t i = 0; i < STP_MOMENTS_LANES; i++) /* the last one fills up */
-            sums.of[STP_MOMENT_SUMS - 1][i] =
-                take_places(e, first + (i < left ? i : left - 1), places, i);
-        stp_moments_sum(&sums, (const float(*)[3][STP_MOMENTS_LANES])places, e->neighbours->k);
+            counts[i] = take_places(e, first + (i < left ? i : left - 1), places, i);
+        for (uint32_t i = 0; i < STP_MOMENTS_LANES; i++)
+            sums.of[STP_MOMENT_SUMS - 1][i] = (float)counts[i] + 1.0f;
+        stp_moments_sum(&sums, (const float(*)[3][STP_MOMENTS_LANES])places, k);
         stp_moments_fit(&sums, fitted);
         for (uint32_t i = 0; i < left; i++) {
+            const neighbourhood n = {e->neighbours->indices + (size_t)(first + i) * k, counts[i], i,
+                                     (const float(*)[3][STP_MOMENTS_LANES])places};
             e->roundness[first + i] = fitted[i].roundness;
             if (e->planes)
-                e->planes[first + i] = plane_of(e, first + i, &sums, i, &fitted[i]);
+                e->planes[first + i] = plane_of(e, first + i, &n, &sums, &fitted[i]);
         }
     }
 }
@@ -229,6 +244,48 @@ static float noise_near(const estimation *e, const uint32_t *list, unsigned coun
     return (float)(count - begin) / inverse;
 }
 
+/* Sums as vectors: xx xy xz yy, yz zz and two unused, x y z weight. */
+typedef struct sum_vectors {
+    stp_float4 of[3];
+} sum_vectors;
+
+static inline sum_vectors vectors_of(const float sums[STP_MOMENT_SUMS])
+{
+    sum_vectors v;
+    memcpy(&v.of[0], sums, sizeof v.of[0]);
+    memcpy(&v.of[1], sums + 4, sizeof v.of[1]);
+    memcpy(&v.of[2], sums + 6, sizeof v.of[2]);
+    return v;
+}
+
+static stp_moments moments_of_vectors(const sum_vectors *v)
+{
+    float sums[STP_MOMENT_SUMS];
+    memcpy(sums, &v->of[0], sizeof v->of[0]);
+    memcpy(sums + 4, &v->of[1], 2 * sizeof *sums);
+    memcpy(sums + 6, &v->of[2], sizeof v->of[2]);
+    return moments_of(sums);
+}
+
+/* Adds, with a weight, sums that were collected at the place d: stp_moments_add without what
+ * symmetry repeats. d[3]: 0. */
+static inline void add_vectors(sum_vectors *sums, const sum_vectors *other, stp_float4 d,
+                               float weight)
+{
+    const stp_float4 t = other->of[2] + 0.5f * other->of[2][3] * d;
+    const stp_float4 d0 = __builtin_shufflevector(d, d, 0, 0, 0, 1);
+    const stp_float4 t0 = __builtin_shufflevector(t, t, 0, 0, 0, 1);
+    const stp_float4 d1 = __builtin_shufflevector(d, d, 0, 1, 2, 1);
+    const stp_float4 t1 = __builtin_shufflevector(t, t, 0, 1, 2, 1);
+    const stp_float4 d2 = __builtin_shufflevector(d, d, 1, 2, 3, 3);
+    const stp_float4 t2 = __builtin_shufflevector(t, t, 1, 2, 3, 3);
+    const stp_float4 d3 = __builtin_shufflevector(d, d, 2, 2, 3, 3);
+    const stp_float4 t3 = __builtin_shufflevector(t, t, 2, 2, 3, 3);
+    sums->of[0] += weight * (other->of[0] + d0 * t1 + t0 * d1);
+    sums->of[1] += weight * (other->of[1] + d2 * t3 + t2 * d3);
+    sums->of[2] += weight * (other->of[2] + t[3] * d);
+}
+
 /* Adds to a plane the moments of those of the farther half of the neighbours that are on the same
  * piece of surface. */
 static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *list, unsigned count,
@@ -239,7 +296,7 @@ static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *lis
     const float slack =
         fmaxf(fminf(LEAST_SLACK + SLACK * squared, MOST_SLACK), LEAST_SLACK + LOUD_SLACK * squared);
     const float reach = LEAST_REACH * spacing + REACH * sqrtf(noise);
-    stp_moments sums = moments_of(&e->planes[self]);
+    sum_vectors sums = vectors_of(e->planes[self].sums);
     for (unsigned i = count / 2; i < count; i++) {
         const plane *other = &e->planes[list[i]];
         stp_float4 d = place_of(e, list[i], self);
@@ -247,11 +304,12 @@ static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *lis
         float offset = fabsf(n.x * d[0] + n.y * d[1] + n.z * d[2]);
         float weight = 1.0f - (1.0f - cosine) / slack;
         if (weight > 0.0f && offset <= reach) {
-            const stp_moments others = moments_of(other);
-            stp_moments_add(&sums, &others, d, weight);
+            d[3] = 0.0f;
+            const sum_vectors others = vectors_of(other->sums);
+            add_vectors(&sums, &others, d, weight);
         }
     }
-    return sums;
+    return moments_of_vectors(&sums);
 }
 
 /* Widens a point's plane by its neighbours' planes if the noise is more than least_noise spacings
@@ -387,7 +445,7 @@ static void add_errors(const estimation *e, uint32_t count, stp_normal_errors *e
 {
     for (uint32_t i = 0; i < count; i++) {
         const plane *f = &e->planes[i];
-        const stp_moments sums = moments_of(f);
+        const stp_moments sums = moments_of(f->sums);
         if (!e->cloud->points[i].given && sums.row[3][3] > 0.0f)
             stp_normal_errors_add(errors, &sums, f->wide ? f->noise : f->variance);
     }
