@@ -51,7 +51,7 @@ static void add_number(stp_column_range *range, double value, stp_field field)
 void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator, const char *begin,
                             const char *end)
 {
-    double values[STP_COLUMNS_MAX];
+    double values[STP_COLUMNS_MAX] = {0.0};
     stp_field fields[STP_COLUMNS_MAX] = {{NULL, NULL}}, field;
     uint32_t count = 0;
     for (const char *at = begin; stp_field_next(separator, &at, end, &field); count++)
