@@ -219,8 +219,8 @@ static void guess_intensity(guess *g)
     if (count != 1)
         return;
     const stp_column_range *range = &g->sample->ranges[place];
-    const bool opaque = (range->min >= -0x1p24 && range->min < -0x1p16 && range->max < 0.0) ||
-                        (range->min >= 0xFF000000 && range->max < 0x1p32);
+    const bool opaque = (range->min >= -16777216.0 && range->min < -65536.0 && range->max < 0.0) ||
+                        (range->min >= 4278190080.0 && range->max < 4294967296.0);
     const bool packed = opaque && range->written_whole &&
                         !(stp_columns_attributes(&g->columns) & STP_POINT_HAS_COLOUR);
     claim(g, place, packed ? STP_COLUMN_PACKED : STP_COLUMN_INTENSITY);
