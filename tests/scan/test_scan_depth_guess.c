@@ -17,6 +17,14 @@ static double camera_depth(int column, int row)
     return floor < 6.0 ? floor : 0.0;
 }
 
+/* The corner of a room: walls meet at its deepest line, amid most windows. */
+static double corner_depth(int column, int row)
+{
+    const double x = (column - 159.5) / 262.5, left = 1.2 / fmax(0.35 - x, 1e-3);
+    const double right = 1.2 / fmax(0.35 + x, 1e-3);
+    return row < 12 ? 0.0 : left < right ? left : right;
+}
+
 /* The same steps and holes, on a slope. */
 static double slope_height(int column, int row)
 {
@@ -59,6 +67,21 @@ static void write_image(int columns, double unit, double (*depth)(int, int))
     fclose(file);
 }
 
+/* As floats in metres, with NaN for zero. */
+static void write_floats(double (*depth)(int, int))
+{
+    FILE *file = fopen("image.pfm", "wb");
+    assert_non_null(file);
+    fprintf(file, "Pf\n%d %d\n-1.0\n", COLUMNS, ROWS);
+    for (int row = ROWS - 1; row >= 0; row--)
+        for (int column = 0; column < COLUMNS; column++) {
+            const double z = depth(column, row);
+            const float number = z > 0.0 ? (float)z : NAN;
+            assert_int_equal(fwrite(&number, sizeof number, 1, file), 1);
+        }
+    fclose(file);
+}
+
 static stp_grid_params guess(stp_grid_params params)
 {
     char note[256] = "";
@@ -83,6 +106,15 @@ static void cameras_are_known(void **state)
         assert_true(found.scale == cases[i].scale);
         assert_true(guess((stp_grid_params){.scale = 3.0}).scale == 3.0);
     }
+    stp_scan_info info;
+    write_floats(camera_depth);
+    free(scan_fixture_read("image.pfm", NULL, &info));
+    assert_true(info.station_count == 1 && !info.heights);
+    write_floats(slope_height);
+    free(scan_fixture_read("image.pfm", NULL, &info));
+    assert_true(info.heights);
+    write_image(COLUMNS, 1000.0, corner_depth);
+    assert_true(guess((stp_grid_params){0}).fx == 262.5);
     write_image(COLUMNS, 1000.0, wall_depth);
     assert_true(guess((stp_grid_params){0}).fx == 262.5);
 }

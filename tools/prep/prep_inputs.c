@@ -404,12 +404,9 @@ static void go_back(prep_inputs *in, stp_prep_source *source, uint32_t *all, uin
 /* Keeps the number for full intensity as long as all files with intensities have the same one. */
 static void note_intensity(stp_prep_source *source, const stp_scan_info *info, bool first)
 {
-    if ((info->attributes & STP_POINT_HAS_INTENSITY) == 0)
-        return;
-    if (first)
-        source->intensity_full = info->intensity_full;
-    else if (source->intensity_full != info->intensity_full)
-        source->intensity_full = 0.0;
+    const double full = info->intensity_full;
+    if (info->attributes & STP_POINT_HAS_INTENSITY)
+        source->intensity_full = first || source->intensity_full == full ? full : 0.0;
 }
 
 /* Notes what the report says of meshes. */

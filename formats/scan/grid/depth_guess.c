@@ -33,18 +33,20 @@ enum { VALUES = 65536 };
 #define EDGE_PART 0.05    /* of the depth: a surface ends there */
 #define EDGE_LEAST 0.0005 /* of the pairs of pixels */
 #define EDGE_MOST 0.1
-#define JOINED_PART 0.03      /* of the depth: pixels beside each other on one surface */
-#define SLANT_PART 0.08       /* of the depth: so much a window differs at its ends, or more */
-#define PERSPECTIVE_LEAST 0.6 /* of the bend that planes have in perspective */
+#define JOINED_PART 0.03 /* of the depth: pixels beside each other on one surface */
+#define SLANT_PART 0.08  /* of the depth: so much a window differs at its ends, or more */
+#define FIT_PART 0.25 /* of the squares that the other fit leaves: one fits, the other does not */
+#define FIT_TIMES 2u  /* so many times as many windows fit perspective as fit heights */
 enum {
-    HALF_WINDOW = 32,
     RUN_LEAST = 8,
-    WINDOWS_LEAST = 1000 /* fewer say nothing */
+    WINDOW_PART = 40, /* of the width: half a half of a window */
+    FITS_LEAST = 500  /* windows: fewer say nothing */
 };
 
 typedef struct depths {
     uint32_t width, height, lowest, median, highest;
-    uint64_t zeros, in_runs, beside_zeros, small, pairs, edges, windows, bent;
+    bool floats; /* metres; z has millimetres */
+    uint64_t zeros, in_runs, beside_zeros, small, pairs, edges, bent, straight;
     uint16_t *z;
     uint32_t *histogram;
 } depths;
@@ -60,7 +62,8 @@ static stp_status load(depths *d, stp_raster_file *raster, stp_error *err)
     for (uint32_t r = 0; r < d->height; r++) {
         STP_TRY(stp_raster_read(raster, r, row, err));
         for (uint32_t c = 0; c < d->width; c++) {
-            const uint16_t z = row[c] > 0.0 && row[c] < VALUES ? (uint16_t)row[c] : 0;
+            const double number = d->floats ? 1000.0 * row[c] : row[c];
+            const uint16_t z = number > 0.0 && number < VALUES ? (uint16_t)number : 0;
             d->z[(size_t)r * d->width + c] = z;
             d->histogram[z]++;
         }
@@ -82,9 +85,29 @@ static uint32_t quantile(const depths *d, double part)
     return value;
 }
 
-/* Counts one line of pixels: zeros, edges, and windows of 65 pixels on one slanted surface. */
+/* Counts a window of one slanted surface whose ends are first and last, if at its quarters depth or
+ * 1 / depth alone is linear. quarter: to the next of five pixels. */
+static void count_window(depths *d, const uint16_t *z, size_t quarter)
+{
+    const double first = z[0], last = z[4 * quarter], slant = last - first, sum = first + last;
+    double linear = 0.0, perspective = 0.0;
+    if (!(slant * slant > SLANT_PART * SLANT_PART * sum * sum))
+        return;
+    for (unsigned k = 1; k < 4; k++) {
+        const double t = 0.25 * k, here = z[k * quarter];
+        const double of_heights = here - (first + t * slant);
+        const double of_depths = here - 1.0 / ((1.0 - t) / first + t / last);
+        linear += of_heights * of_heights;
+        perspective += of_depths * of_depths;
+    }
+    d->bent += perspective < FIT_PART * linear;
+    d->straight += linear < FIT_PART * perspective;
+}
+
+/* Counts one line of pixels: zeros, edges, and windows. */
 static void count_line(depths *d, const uint16_t *z, size_t count, size_t stride)
 {
+    const size_t quarter = d->width / WINDOW_PART;
     size_t joined = 0; /* pixels before this one, on one surface with it */
     for (size_t i = 1; i < count; i++) {
         const double here = z[i * stride], before = z[(i - 1) * stride];
@@ -98,14 +121,8 @@ static void count_line(depths *d, const uint16_t *z, size_t count, size_t stride
             d->beside_zeros++;
             d->small += far < SMALL_PART * d->median;
         }
-        if (joined < 2 * HALF_WINDOW)
-            continue;
-        const double first = z[(i - 2 * HALF_WINDOW) * stride], sum = first + here;
-        const double middle = z[(i - HALF_WINDOW) * stride], slant = here - first;
-        if (!(slant * slant > SLANT_PART * SLANT_PART * sum * sum))
-            continue;
-        d->windows++; /* a plane: 2 / middle = 1 / first + 1 / here */
-        d->bent += sum - 2.0 * middle >= PERSPECTIVE_LEAST * slant * slant / sum;
+        if (joined >= 4 * quarter)
+            count_window(d, z + (i - 4 * quarter) * stride, quarter * stride);
     }
 }
 
@@ -145,7 +162,8 @@ static bool are_depths(depths *d)
         count_line(d, d->z + c, d->height, d->width);
     return (double)d->small <= SMALL_SHARE * (double)d->beside_zeros &&
            (double)d->edges <= EDGE_MOST * (double)d->pairs &&
-           (d->windows >= WINDOWS_LEAST ? 2 * d->bent >= d->windows : has_edges(d));
+           (d->bent + d->straight >= FITS_LEAST ? d->bent >= FIT_TIMES * d->straight
+                                                : has_edges(d));
 }
 
 static void tell(stp_grid_params *params, double focal, const depths *d, char *note, size_t bytes)
@@ -154,7 +172,7 @@ static void tell(stp_grid_params *params, double focal, const depths *d, char *n
     params->cx = 0.5 * (d->width - 1);
     params->cy = 0.5 * (d->height - 1);
     if (params->scale == 0.0)
-        params->scale = d->highest <= MILLIMETRES_MOST ? 0.001 : 0.0002;
+        params->scale = d->floats ? 1.0 : d->highest <= MILLIMETRES_MOST ? 0.001 : 0.0002;
     snprintf(note, bytes,
              "taken as a depth camera's image (--pinhole %g,%g,%g,%g --height-scale %g): give the "
              "camera's own numbers, or --spacing 1 if these are heights",
@@ -172,7 +190,7 @@ stp_status stp_depth_guess(stp_grid_params *params, char *note, size_t note_byte
         return STP_OK;
     STP_TRY(stp_raster_open(&raster, path, STP_RASTER_HEIGHTS, 1, err));
     const stp_raster_info *info = stp_raster_get_info(raster);
-    if (info->channels != 1 || info->floats || info->full <= 255.0 || info->full >= VALUES ||
+    if (info->channels != 1 || (!info->floats && (info->full <= 255.0 || info->full >= VALUES)) ||
         info->spaced || info->placed || info->scale != 0.0 || info->has_none)
         goto done;
     for (size_t i = 0; i < sizeof cameras / sizeof *cameras; i++)
@@ -180,6 +198,7 @@ stp_status stp_depth_guess(stp_grid_params *params, char *note, size_t note_byte
             focal = cameras[i].focal;
     if (focal == 0.0)
         goto done;
+    d.floats = info->floats;
     d.width = info->width;
     d.height = info->height;
     STP_TRY(load(&d, raster, err));

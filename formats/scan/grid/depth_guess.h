@@ -1,15 +1,16 @@
 /* Guesses that an image without a place is a depth camera's, and its pinhole.
  *
- * All of this must hold: integers of 9 to 16 bits in one channel, no spacing, no place; the size is
- * one of usual depth cameras; 0.2 to 95 % of the pixels are zero; nearly all pixels beside a zero
- * are far above it; the least depths are a fortieth of the greatest at least (the numbers of
- * heights begin at small ones, or lie close together); 1 / depth, not depth, is linear along most
- * windows of 65 pixels whose ends differ by a sixth, as planes are in perspective. If there are
- * fewer than 1000 such windows, surfaces end in the image instead (a twentieth of the depth from
- * pixel to pixel, in 0.05 % of the pairs), 80 % of the zeros lie in runs of 8 or more, and depths
- * are within 10 m.
+ * All of this must hold: integers of 9 to 16 bits, or floats, in one channel, no spacing, no place;
+ * the size is one of usual depth cameras; 0.2 to 95 % of the pixels are zero; nearly all pixels
+ * beside a zero are far above it; the least depths are a fortieth of the greatest at least (the
+ * numbers of heights begin at small ones, or lie close together); of windows a tenth of the width
+ * long whose ends differ by a sixth, twice as many have 1 / depth linear, as planes are in
+ * perspective, as have depth linear. If fewer than 500 windows are either, surfaces end in the
+ * image instead (a twentieth of the depth from pixel to pixel, in 0.05 % of the pairs), 80 % of the
+ * zeros lie in runs of 8 or more, and depths are within 10 m. Floats are metres, and NaN counts as
+ * zero.
  *
- * Does not look at floats, disparities or colours. Threads: any. */
+ * Does not look at disparities or colours. Threads: any. */
 #ifndef STP_FORMATS_SCAN_GRID_DEPTH_GUESS_H
 #define STP_FORMATS_SCAN_GRID_DEPTH_GUESS_H
 

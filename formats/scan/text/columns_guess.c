@@ -51,7 +51,7 @@ static void add_number(stp_column_range *range, double value, stp_field field)
 void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator, const char *begin,
                             const char *end)
 {
-    double values[STP_COLUMNS_MAX];
+    double values[STP_COLUMNS_MAX] = {0.0};
     stp_field fields[STP_COLUMNS_MAX] = {{NULL, NULL}}, field;
     uint32_t count = 0;
     for (const char *at = begin; stp_field_next(separator, &at, end, &field); count++)
@@ -219,8 +219,8 @@ static void guess_intensity(guess *g)
     if (count != 1)
         return;
     const stp_column_range *range = &g->sample->ranges[place];
-    const bool opaque = (range->min >= -0x1p24 && range->min < -0x1p16 && range->max < 0.0) ||
-                        (range->min >= 0xFF000000 && range->max < 0x1p32);
+    const bool opaque = (range->min >= -16777216.0 && range->min < -65536.0 && range->max < 0.0) ||
+                        (range->min >= 4278190080.0 && range->max < 4294967296.0);
     const bool packed = opaque && range->written_whole &&
                         !(stp_columns_attributes(&g->columns) & STP_POINT_HAS_COLOUR);
     claim(g, place, packed ? STP_COLUMN_PACKED : STP_COLUMN_INTENSITY);

@@ -204,7 +204,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     stp_text_rewind(text);
     stp_text_fill_info(text, sample, info);
     info->format = "XYZ text";
-    info->y_down = strncmp(text->columns.names[0], "POINT3D_ID", STP_ATTRIBUTE_NAME_BYTES) == 0;
+    info->y_down = strcmp(text->columns.names[0], "POINT3D_ID") == 0;
     info->point_count = count;
     info->counted = true;
     if (count > STP_TEXT_MARK_LINES)
