@@ -146,20 +146,24 @@ def side_of(high):
 
 
 class SignedNumbers(Numbers):
-    """A column of numbers whose odds go by signed cells; paired: and by the column beside, if there is one."""
+    """A column of numbers whose odds go by signed cells; paired: and by the column beside; learns: and change."""
 
-    def __init__(self, lane, first, beside, odds, paired):
+    def __init__(self, lane, first, beside, odds, paired, learns):
         self.lane, self.mean, self.beside, self.size, self.cells, self.highs = lane, 1 << first, beside, NONE, [], []
-        self.odds, self.paired = odds, paired
+        self.odds, self.paired, self.learns = odds, paired, learns
         self.highs.append(0)
 
     def odds_of(self, size, row):
+        odds = self.odds[self.place(size, row)]
+        return odds if self.learns else list(odds)
+
+    def place(self, size, row):
         elder = side_of(self.highs[-1])
         if not self.paired:
-            return self.odds[13 * size + (0, 7, 1, 0)[row.left] + (1 + elder if row.has_elder else 0)]
+            return 13 * size + (0, 7, 1, 0)[row.left] + (1 + elder if row.has_elder else 0)
         before, beside = self.beside.highs[-2:] if self.beside else (0, 0)
         sign = 1 + (elder > 1) + (elder > 2) + 3 * (before < 0) if row.has_elder else 0
-        return self.odds[7 * (5 * size + side_of(beside)) + sign]
+        return 7 * (5 * size + side_of(beside)) + sign
 
 
 class Kinds:
@@ -217,7 +221,8 @@ def tight_column(lane, c, columns, table, firsts, known, signed_level):
     kinds = KINDS.get(columns, PATCH_KINDS)
     if signed_level is not None and c in SIGNED_COLUMNS:
         beside = table.get(beside_of(c, columns))
-        return SignedNumbers(lane, firsts[c], beside, known.signed(signed_level, c), c in BESIDE[columns])
+        return SignedNumbers(lane, firsts[c], beside, known.signed(signed_level, c), c in BESIDE[columns],
+                             signed_level == 0)
     if known:
         beside, is_b = table.get(beside_of(c, columns)), columns == 12 and c == POSITION_B
         return KnownKinds(lane, known.cells(c)) if c in kinds else KnownNumbers(lane, firsts[c], beside, known.cells(c), is_b)

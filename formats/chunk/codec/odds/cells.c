@@ -45,6 +45,8 @@ typedef enum column_way { WAY_NUMBERS, WAY_KINDS, WAY_SIGNED_ALONE, WAY_SIGNED_B
 /* A column that is coded. */
 typedef struct column {
     stp_odds *odds;
+    const uint8_t *curves; /* by signed cells, if its odds do not learn: these curves of `fixed` */
+    const stp_odds *fixed;
     int16_t *cells;
     const struct column *beside; /* by signed cells; or `nobody` */
     unsigned side, side_before;  /* likewise: side_of the last two cells */
@@ -145,27 +147,27 @@ INLINE int16_t get_number(stp_symbol_reader *r, column *c, int shift)
     return cell;
 }
 
-/* The side of a high part: -3 and less, -2 and -1, 0, 1 and 2, and more. */
+/* The side of a high part that has a symbol: -3 and less, -2 and -1, 0, 1 and 2, and more. */
 enum { SIDE_ZERO = 2, SIDES = 5 };
 INLINE unsigned side_of(int32_t high)
 {
-    static const uint8_t side[7] = {0, 1, 1, SIDE_ZERO, 3, 3, 4};
-    return side[(high < -3 ? -3 : high > 3 ? 3 : high) + 3];
+    static const uint8_t side[2 * STP_NUMBER_HIGH_MOST + 1] = {
+        [13] = 1, 1, SIDE_ZERO, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4};
+    return side[high + STP_NUMBER_HIGH_MOST];
 }
 
 /* What is beside a column that none is beside. */
 static const column nobody = {.side = SIDE_ZERO, .side_before = SIDE_ZERO};
 
 /* Which odds a cell has by signed cells. */
-INLINE stp_odds *signed_odds(const column *c, const row_places *row)
+INLINE unsigned signed_place(const column *c, const row_places *row)
 {
     const unsigned size = stp_mean_size(c->mean);
     static const uint8_t sign[SIDES] = {1, 1, 2, 3, 3};
     if (c->way == WAY_SIGNED_ALONE)
-        return &c->odds[13u * size + row->begin + (row->has_elder & (1u + c->side))];
+        return 13u * size + row->begin + (row->has_elder & (1u + c->side));
     const unsigned falls = 3u * (c->beside->side_before < SIDE_ZERO);
-    return &c->odds[7u * (SIDES * size + c->beside->side) +
-                    (row->has_elder & (sign[c->side] + falls))];
+    return 7u * (SIDES * size + c->beside->side) + (row->has_elder & (sign[c->side] + falls));
 }
 
 INLINE void take_signed(column *c, int32_t high, int32_t cell)
@@ -181,14 +183,20 @@ INLINE void put_signed(stp_symbol_writer *w, column *c, const row_places *row, i
                        int shift)
 {
     const stp_number_way way = way_of(c, shift);
-    take_signed(c, stp_number_put_by(w, signed_odds(c, row), &way, cell), cell);
+    const unsigned place = signed_place(c, row);
+    stp_odds *own = c->curves ? NULL : &c->odds[place];
+    const stp_odds *odds = c->curves ? &c->fixed[c->curves[place]] : own;
+    take_signed(c, stp_number_put_by(w, odds, own, &way, cell), cell);
 }
 
 INLINE int16_t get_signed(stp_symbol_reader *r, column *c, const row_places *row, int shift)
 {
     const stp_number_way way = way_of(c, shift);
     int32_t high;
-    const int16_t cell = stp_number_get_by(r, signed_odds(c, row), &way, &high);
+    const unsigned place = signed_place(c, row);
+    stp_odds *own = c->curves ? NULL : &c->odds[place];
+    const stp_odds *odds = c->curves ? &c->fixed[c->curves[place]] : own;
+    const int16_t cell = stp_number_get_by(r, odds, own, &way, &high);
     take_signed(c, high, cell);
     return cell;
 }
@@ -261,11 +269,11 @@ static column_way way_of_column(const stp_table *table, bool is_signed, unsigned
     }
 }
 
-/* How many odds it has at most. */
-static unsigned odds_of_column(bool is_signed, unsigned number)
+/* How many odds it has at most. By signed cells they learn at level 0 alone. */
+static unsigned odds_of_column(const stp_table *table, bool is_signed, unsigned number)
 {
     const unsigned width = is_signed ? stp_signed_width(number) : 0;
-    return width > 0 ? width : STP_KNOWN_CELLS;
+    return width == 0 ? STP_KNOWN_CELLS : table->level == 0 ? width : 0;
 }
 
 /* The odds of a column before its first cell. first: NULL if they are known. */
@@ -276,9 +284,14 @@ static void column_begin(const stp_table *table, stp_first_odds *first, column *
     const unsigned count = c->way == WAY_KINDS ? STP_KNOWN_KINDS
                            : is_b              ? STP_KNOWN_CELLS
                                                : STP_KNOWN_NUMBERS;
-    if (c->way == WAY_SIGNED_ALONE || c->way == WAY_SIGNED_BESIDE)
-        stp_signed_cells(stp_signed_column(table->level, c->number), stp_signed_width(c->number),
-                         c->odds);
+    const bool is_signed = c->way == WAY_SIGNED_ALONE || c->way == WAY_SIGNED_BESIDE;
+    const uint8_t *curves = is_signed ? stp_signed_column(table->level, c->number) : NULL;
+    c->fixed = stp_signed_curves();
+    c->curves = table->level > 0 ? curves : NULL;
+    if (is_signed && !c->curves)
+        stp_signed_cells(curves, stp_signed_width(c->number), c->odds);
+    else if (is_signed)
+        return;
     else if (!first)
         stp_known_cells(table->known + (size_t)STP_KNOWN_COUNT * c->number, count, c->odds);
     else if (c->way == WAY_KINDS)
@@ -293,7 +306,7 @@ static stp_status columns_alloc(const stp_table *table, uint64_t constant, colum
 {
     size_t count = 0;
     for (unsigned k = 0; k < table->column_count; k++)
-        count += constant >> k & 1u ? 0 : odds_of_column(out->is_signed, k);
+        count += constant >> k & 1u ? 0 : odds_of_column(table, out->is_signed, k);
     const size_t bytes = count * sizeof **odds + table->column_count * sizeof *out->of;
     const stp_status status =
         stp_alloc_unset(&out->memory, bytes + _Alignof(stp_odds), 1, "columns", err);
@@ -335,7 +348,7 @@ static stp_status columns_create(const stp_table *table, uint64_t constant, stp_
                       .lane = out->count++ % STP_SYMBOL_LANES,
                       .number = k,
                       .way = way_of_column(table, out->is_signed, k)};
-        odds += odds_of_column(out->is_signed, k);
+        odds += odds_of_column(table, out->is_signed, k);
         size[k] = &c->size;
         of[k] = c;
         out->number_count += c->way != WAY_KINDS;

@@ -93,8 +93,7 @@ STP_INLINE void cells_begin(const int16_t *all, const uint8_t *curve, unsigned c
                             stp_odds *restrict out)
 {
     for (unsigned i = 0; i < count; i++)
-        for (unsigned s = 0; s < STP_ODDS_SYMBOLS; s++)
-            out[i].below[s] = all[(size_t)STP_ODDS_SYMBOLS * curve[i] + s];
+        memcpy(out[i].below, all + (size_t)STP_ODDS_SYMBOLS * curve[i], sizeof out[i].below);
 }
 
 STP_WIDE
@@ -128,4 +127,9 @@ STP_WIDE
 void stp_signed_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out)
 {
     cells_begin(signed_curves, curve, count, out);
+}
+
+const stp_odds *stp_signed_curves(void)
+{
+    return (const stp_odds *)(const void *)signed_curves;
 }

@@ -39,6 +39,8 @@ const uint8_t *stp_known_last_colours(void);
 unsigned stp_signed_width(unsigned column);
 const uint8_t *stp_signed_column(int level, unsigned column);
 void stp_signed_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out);
+/* Of a curve; those of levels 2 and 1 do not learn. */
+const stp_odds *stp_signed_curves(void);
 
 void stp_known_begin(unsigned curve, stp_odds *out);
 /* The same of several curves. */

@@ -101,27 +101,30 @@ STP_INLINE void stp_number_put_far(stp_symbol_writer *w, unsigned lane, int32_t 
     stp_symbol_put_bits(w, lane, beyond - (1u << length), length);
 }
 
-/* Takes a number of these odds, for which there must be room. Returns its high part. */
-STP_INLINE int32_t stp_number_put_by(stp_symbol_writer *w, stp_odds *odds,
+/* Takes a number of these odds, for which there must be room. learns: the same odds, or NULL.
+ * Returns its high part, or the greatest or least one that has a symbol. */
+STP_INLINE int32_t stp_number_put_by(stp_symbol_writer *w, const stp_odds *odds, stp_odds *learns,
                                      const stp_number_way *way, int32_t number)
 {
     const unsigned bits = stp_mean_low_bits(way->mean);
     const int32_t raised = number + (int32_t)(1u << bits >> 1);
     const int32_t high = raised >> bits;
     const bool far = abs(high) > STP_NUMBER_HIGH_MOST;
-    stp_symbol_put(w, way->lane, odds, way->shift,
-                   far ? STP_NUMBER_FAR : (unsigned)(high + STP_NUMBER_HIGH_MOST),
-                   (uint32_t)raised & ((1u << bits) - 1), bits);
+    const unsigned symbol = far ? STP_NUMBER_FAR : (unsigned)(high + STP_NUMBER_HIGH_MOST);
+    stp_symbol_put_fixed(w, way->lane, odds, symbol, (uint32_t)raised & ((1u << bits) - 1), bits);
+    if (learns)
+        stp_odds_learn(learns, symbol, way->shift);
     if (far)
         stp_number_put_far(w, way->lane, high);
-    return high;
+    return !far ? high : high < 0 ? -STP_NUMBER_HIGH_MOST : STP_NUMBER_HIGH_MOST;
 }
 
 /* The same. odds: as in stp_number_odds, or known. Returns its stp_beside_of. */
 STP_INLINE unsigned stp_number_put(stp_symbol_writer *w, stp_odds *odds, const stp_number_way *way,
                                    int32_t number)
 {
-    return stp_beside_of(stp_number_put_by(w, &odds[stp_number_odds_at(way)], way, number));
+    stp_odds *own = &odds[stp_number_odds_at(way)];
+    return stp_beside_of(stp_number_put_by(w, own, own, way, number));
 }
 
 STP_INLINE int32_t stp_number_get_far(stp_symbol_reader *r, unsigned lane)
@@ -133,17 +136,22 @@ STP_INLINE int32_t stp_number_get_far(stp_symbol_reader *r, unsigned lane)
     return head & 1u ? -size : size;
 }
 
-/* The next number, of these odds, and its high part. */
-STP_INLINE int16_t stp_number_get_by(stp_symbol_reader *r, stp_odds *odds,
-                                     const stp_number_way *way, int32_t *high)
+/* The next number, of these odds; *shown and learns: as of stp_number_put_by. */
+STP_INLINE int16_t stp_number_get_by(stp_symbol_reader *r, const stp_odds *odds, stp_odds *learns,
+                                     const stp_number_way *way, int32_t *shown)
 {
     const unsigned bits = stp_mean_low_bits(way->mean);
     uint32_t low;
-    const unsigned symbol = stp_symbol_get(r, way->lane, odds, way->shift, bits, &low);
-    *high = (int32_t)symbol - STP_NUMBER_HIGH_MOST;
-    if (symbol == STP_NUMBER_FAR)
-        *high = stp_number_get_far(r, way->lane);
-    return (int16_t)(((uint32_t)*high << bits) + low - (1u << bits >> 1));
+    const unsigned symbol = stp_symbol_get_fixed(r, way->lane, odds, bits, &low);
+    if (learns)
+        stp_odds_learn(learns, symbol, way->shift);
+    int32_t high = (int32_t)symbol - STP_NUMBER_HIGH_MOST;
+    *shown = high;
+    if (symbol == STP_NUMBER_FAR) {
+        high = stp_number_get_far(r, way->lane);
+        *shown = high < 0 ? -STP_NUMBER_HIGH_MOST : STP_NUMBER_HIGH_MOST;
+    }
+    return (int16_t)(((uint32_t)high << bits) + low - (1u << bits >> 1));
 }
 
 /* The next number; *beside: its stp_beside_of. */
@@ -151,7 +159,8 @@ STP_INLINE int16_t stp_number_get(stp_symbol_reader *r, stp_odds *odds, const st
                                   unsigned *beside)
 {
     int32_t high;
-    const int16_t number = stp_number_get_by(r, &odds[stp_number_odds_at(way)], way, &high);
+    stp_odds *own = &odds[stp_number_odds_at(way)];
+    const int16_t number = stp_number_get_by(r, own, own, way, &high);
     *beside = stp_beside_of(high);
     return number;
 }

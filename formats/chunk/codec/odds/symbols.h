@@ -45,15 +45,22 @@ stp_status stp_symbols_write(const stp_symbol_writer *w, stp_bytes *out, stp_err
  * a reader could not tell whose they are. Errors: OUT_OF_MEMORY. */
 stp_status stp_symbols_write_known(const stp_symbol_writer *w, stp_bytes *out, stp_error *err);
 
-/* Takes a symbol with plain bits, and learns the symbol. There must be room. */
-STP_INLINE void stp_symbol_put(stp_symbol_writer *w, unsigned lane, stp_odds *odds, int shift,
-                               unsigned symbol, uint32_t plain, unsigned bits)
+/* Takes a symbol with plain bits. There must be room. */
+STP_INLINE void stp_symbol_put_fixed(stp_symbol_writer *w, unsigned lane, const stp_odds *odds,
+                                     unsigned symbol, uint32_t plain, unsigned bits)
 {
     w->items[w->count++] = (stp_symbol_item){.below = (uint16_t)odds->below[symbol],
                                              .odds = (uint16_t)stp_odds_of(odds, symbol),
                                              .plain = (uint16_t)plain,
                                              .bits = (uint8_t)bits,
                                              .lane = (uint8_t)lane};
+}
+
+/* The same, and learns the symbol. */
+STP_INLINE void stp_symbol_put(stp_symbol_writer *w, unsigned lane, stp_odds *odds, int shift,
+                               unsigned symbol, uint32_t plain, unsigned bits)
+{
+    stp_symbol_put_fixed(w, lane, odds, symbol, plain, bits);
     stp_odds_learn(odds, symbol, shift);
 }
 
@@ -105,8 +112,8 @@ STP_INLINE uint64_t stp_symbols_refill(stp_symbol_reader *r, uint64_t state)
 }
 
 /* The next symbol, and in *plain the bits behind it. */
-STP_INLINE unsigned stp_symbol_get(stp_symbol_reader *r, unsigned lane, stp_odds *odds, int shift,
-                                   unsigned bits, uint32_t *plain)
+STP_INLINE unsigned stp_symbol_get_fixed(stp_symbol_reader *r, unsigned lane, const stp_odds *odds,
+                                         unsigned bits, uint32_t *plain)
 {
     uint64_t state = r->state[lane];
     const uint32_t place = (uint32_t)state & (STP_ODDS_ALL - 1u);
@@ -115,6 +122,14 @@ STP_INLINE unsigned stp_symbol_get(stp_symbol_reader *r, unsigned lane, stp_odds
     state = stp_odds_of(odds, symbol) * (state >> STP_ODDS_BITS) + place - below;
     *plain = (uint32_t)state & ((UINT32_C(1) << bits) - 1);
     r->state[lane] = stp_symbols_refill(r, state >> bits);
+    return symbol;
+}
+
+/* The same, and learns the symbol. */
+STP_INLINE unsigned stp_symbol_get(stp_symbol_reader *r, unsigned lane, stp_odds *odds, int shift,
+                                   unsigned bits, uint32_t *plain)
+{
+    const unsigned symbol = stp_symbol_get_fixed(r, lane, odds, bits, plain);
     stp_odds_learn(odds, symbol, shift);
     return symbol;
 }
