@@ -280,6 +280,9 @@ static void test_version_2_0(void **state)
     check_codecs("painted/2_0");
     check_codecs("parents/2_0");
     check_codecs("strides/2_0");
+    check_codecs("placed/level_2_0");
+    check_codecs("placed/tilted_2_0");
+    check_codecs("placed/depth_2_0");
     check_codecs("paper/2_0");
     check_answer("paper/2_0", "paper");
 }

@@ -26,7 +26,7 @@ test_answers() {
         cmp "$FOLDER/out" "$name.samples" || fail "read.py finds other samples in ${file##*/}"
         count=$((count + 1))
     done
-    [ $count -ge 85 ] || fail "$count known-answer files, expected 85"
+    [ $count -ge 97 ] || fail "$count known-answer files, expected 97"
     for file in "$known"/files/attributes_2_0_*.stipple; do
         run "$python" "$known/attributes.py" "$file"
         expect_code 0
@@ -67,7 +67,7 @@ test_new_models() {
 # In a file of version 2 also: both copies of the header, a block, the table of blocks.
 test_damage_of_blocks() {
     local file size at count=0
-    for file in "$known"/files/{blocks_,scale_,squares_,tight/points_,records/,ladder/,coarse/,known/,known/level_,known/depth_,corners/,sides/,turns/,painted/,parents/,strides/,slanted/,signed/}2_0_draco.stipple; do
+    for file in "$known"/files/{blocks_,scale_,squares_,tight/points_,records/,ladder/,coarse/,known/,known/level_,known/depth_,corners/,sides/,turns/,painted/,parents/,strides/,placed/depth_,slanted/,signed/}2_0_draco.stipple; do
         size=$(wc -c <"$file")
         for at in 9 600 1024 1500 2100 $((size - 3200)) $((size - 400)); do
             count=$((count + 1)) # seven places: a file gets those that the one before misses

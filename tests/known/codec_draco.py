@@ -7,8 +7,8 @@ import codec_squares
 from corners import Equal, has_corners, read_corners
 from known_odds import Known
 from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
-                   grid_place, integer_normal, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
-from odds import TIGHT_LADDER, TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Row, Symbols, is_sized, read_columns, tight_columns
+                   grid_place, integer_normal, place_before, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
+from odds import PLACED_PATCHES, TIGHT_LADDER, TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Row, Symbols, is_sized, read_columns, tight_columns
 from symbols import Bits, read_symbols
 
 SAMPLE_COLUMNS = 12
@@ -167,7 +167,7 @@ class TightTables:
 
     def __init__(self, cursor, squares=False):
         self.symbols, self.name, self.scale, self.squares = Symbols(cursor, True), cursor.name, None, squares
-        self.patch_count, self.coarse, self.sublattices, self.shift = 0, None, [], None
+        self.patch_count, self.coarse, self.sublattices, self.shift, self.placed = 0, None, [], None, 0
 
     def read_sublattices(self, count):
         each = 1024 if count == 15 else 768
@@ -224,7 +224,7 @@ class TightTables:
         elif columns == SAMPLE_COLUMNS:
             firsts = TIGHT_SAMPLES[0 if level is None else 1 + last]
         else:
-            firsts = TIGHT_PATCHES if patches else TIGHT_LADDER if columns == LADDER_COLUMNS else TIGHT_OWN
+            firsts = PLACED_PATCHES if patches and self.placed else TIGHT_PATCHES if patches else TIGHT_LADDER if columns == LADDER_COLUMNS else TIGHT_OWN
         table = tight_columns(symbols, rows, columns, coded, firsts, known, kinds, signed_level) | same
         return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches, radii)
 
@@ -287,12 +287,6 @@ def middle_of(cells):
     return [x, (x + cells[1]) & 65535, (x + cells[1] + cells[2]) & 65535]
 
 
-def place_before(before, exponent, axis, steps):
-    """The place so many steps from the origin of the patch before, on this lattice."""
-    shift, o = before.exponent - exponent, before.origin[axis] + steps
-    return 0 if abs(shift) > 30 else o << shift if shift >= 0 else trunc_div(o, 1 << -shift)
-
-
 def origin_by_middles(patch, before, cells):
     n = [a + b for a, b in zip(integer_normal(patch.u, patch.v), integer_normal(before.u, before.v))] if before else [0, 0, 0]
     axes = axes_of(n) if before else (0, 1, 2)
@@ -307,7 +301,8 @@ def origin_by_middles(patch, before, cells):
         rise += n[axis] * signed(patch.origin[axis] - o, 32)
 
 
-def patches_of(rows, linked, middles=0, tight=0):
+def patches_of(rows, linked, middles=0, tight=0, placed=None):
+    """placed: what codec_squares.squares_of returns, if patches are placed by their squares; then origins are missing."""
     patches, before = [], Patch()
     if middles:
         before.bound = [512] * 3
@@ -321,7 +316,8 @@ def patches_of(rows, linked, middles=0, tight=0):
             p.origin[i] = signed(o + cells[1 + 2 * i] + 65536 * cells[2 + 2 * i], 32)
         p.child = (before.child + cells[7]) & 255
         p.flags = (before.flags + cells[8]) & 255
-        count = ((64 if tight else before.counts[0]) + cells[9]) & 255
+        most = bin(placed[len(patches)][2]).count("1") if placed else 64
+        count = ((most if tight else before.counts[0]) + cells[9]) & 255
         require(1 <= count <= 64, f"a patch of {count} samples")
         p.counts = counts_of(count)
         p.radius = finer(cells[10:14], before.radius[3], (0, 15, 16, 11) if tight else (0, 0, 0, 0))
@@ -334,7 +330,7 @@ def patches_of(rows, linked, middles=0, tight=0):
         p.bound_radius = (p.radius[3] + cells[41]) & 255
         p.cone_angle = (before.cone_angle + cells[42]) & 255
         p.u, p.v = (before.u + cells[43]) & 4095, (before.v + cells[44]) & 4095
-        if middles:
+        if middles and not placed:
             origin_by_middles(p, before if patches else None, cells[1:7])
         if linked:
             p.first_below = (cells[45] + (before.first_below + before.counts[0] if patches else 0)) & 65535
@@ -527,26 +523,35 @@ def ladder_of(rows, name):
     return out
 
 
-def read_squares(tables, rasters, patches, name):
-    """The block of squares whose table comes next."""
-    rows = tables.read(len(patches), SQUARE_COLUMNS + (not rasters[0].level)).rows
-    return codec_squares.Block(rasters, codec_squares.squares_of(rasters, rows, patches, name), patches, name)
+def squares_of(tables, rasters, patch_count, name):
+    """The squares whose table comes next."""
+    rows = tables.read(patch_count, SQUARE_COLUMNS + (not rasters[0].level)).rows
+    return codec_squares.squares_of(rasters, rows, name)
 
 
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    rasters, how, rungs = None, None, 0
+    rasters, how, rungs, placed = None, None, 0, 0
     if joined and len(cursor.data) >= 4 and cursor.data[3] == 64:
-        rasters = read_rasters(cursor, patch_count, cursor.number(4) & 1)
+        kind = cursor.number(4)
+        rasters, placed = read_rasters(cursor, patch_count, kind & 1), kind & 2
         tables, how, rungs = squares_begin(cursor, 1)
     else:
         tables = tables_of(cursor, joined)
+    if placed:
+        tables.placed = placed
     table = tables.read(patch_count, patch_columns(linked))
-    patches = patches_of(table.rows, linked, table.middles, table.tight)
+    if placed:
+        places = squares_of(tables, rasters, patch_count, cursor.name)
+    patches = patches_of(table.rows, linked, table.middles, table.tight, placed and places)
     if table.squares & 1:
         rasters = read_rasters(cursor, patch_count, table.squares >> 1)
-    squares = read_squares(tables, rasters, patches, cursor.name) if rasters else None
+    if rasters and not placed:
+        places = squares_of(tables, rasters, patch_count, cursor.name)
+    squares = codec_squares.Block(rasters, places, patches, cursor.name) if rasters else None
+    if placed:
+        squares.place([row[1:7] for row in table.rows])
     coarsest = tables.read(patch_count, SAMPLE_COLUMNS)
     levels = [None, None, None, coarsest_level(coarsest.rows, patches, coarsest.shift)]
     for level in (2, 1, 0):

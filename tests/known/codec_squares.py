@@ -5,7 +5,7 @@ import math
 import struct
 
 from known_odds import Known, runs
-from model import Sample, integer_normal, require, unit_normal
+from model import Sample, integer_normal, place_before, require, signed, unit_normal
 from odds import KnownNumbers, Numbers, Row
 
 ROOT2 = 1.4142135623730951
@@ -72,16 +72,15 @@ def tilted_rasters(cursor, patches):
     return out
 
 
-def squares_of(rasters, rows, patches, name):
+def squares_of(rasters, rows, name):
     """Column, row, mask and raster of each patch's square."""
     before, raster, out = [r.first for r in rasters], 0, []
-    for cells, patch in zip(rows, patches):
+    for cells in rows:
         raster += cells[10] if len(cells) > 10 else 0
         require(0 <= raster < len(rasters), f"{name}: a square of no raster")
         column, row = before[raster][0] + cells[0], before[raster][1] + cells[1]
         mask = sum((255 - cells[2 + k] & 255) << 8 * k for k in range(8))
         require(0 <= column < 1 << 28 and 0 <= row < 1 << 28, f"{name}: a square out of range")
-        require(bin(mask).count("1") == patch.counts[0], f"{name}: a square of other samples")
         before[raster] = column, row
         out.append((column, row, mask, raster))
     alone = [(s[0], s[1], s[3]) for s in out if not rasters[s[3]].spreads]
@@ -112,11 +111,37 @@ class Block:
         require(area <= most, f"{name}: squares far apart")
         self.exponent = min(p.exponent for p in patches)
         require(max(p.exponent for p in patches) - self.exponent <= 8, f"{name}: lattices too unlike")
+        require(all(bin(s[2]).count("1") == p.counts[0] for s, p in zip(squares, patches)), f"{name}: a square of other samples")
         for square, patch in zip(squares, patches):
             begin = len(self.levels[0].places)
             self.place_finest(square, patch)
             for level in (1, 2, 3):
                 begin = self.place_merged(level, patch, begin, square[3])
+
+    def place(self, cells):
+        """Finds the origins of patches. cells: six of each, two along each axis across the height, then two along it."""
+        before = None
+        for i, (patch, own) in enumerate(zip(self.patches, cells)):
+            raster, tilt, at = self.rasters[self.squares[i][3]], self.tilt(3, i), self.levels[3].across[i]
+            expected = 0.0
+            if before:
+                n = [a + b for a, b in zip(integer_normal(patch.u, patch.v), integer_normal(before.u, before.v))]
+                vertex = [place_before(before, patch.exponent, axis, before.bound[axis]) for axis in range(3)]
+                expected, rise, steep = float(signed(vertex[raster.axis], 32)), 0.0, float(n[raster.axis])
+                for k, axis in enumerate(raster.others):
+                    rise += n[axis] * ((at[k] + tilt[k] * expected) - signed(vertex[axis], 32))
+                    steep += n[axis] * tilt[k]
+                expected -= whole(rise / steep if steep else math.inf)
+            self.place_along(patch, raster.axis, expected, own[4:])
+            height = float(patch.origin[raster.axis] + patch.bound[raster.axis])
+            for k, axis in enumerate(raster.others):
+                self.place_along(patch, axis, at[k] + tilt[k] * height, own[2 * k:])
+            before = patch
+
+    @staticmethod
+    def place_along(patch, axis, expected, cells):
+        o = signed(whole(expected) - patch.bound[axis] + 3, 32) & ~7
+        patch.origin[axis] = signed(o + 8 * cells[0] + (cells[1] >> 3 << 19) + (cells[1] & 7), 32)
 
     def add(self, level, place, across, raster):
         on = self.levels[level]

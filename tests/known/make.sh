@@ -302,4 +302,15 @@ for codec in raw draco zstd; do
     "$program" prep turns.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "strides/2_0_$codec.stipple" --codec $codec --quiet
 done
 python3 "$known/read.py" strides/2_0_raw.stipple >strides/2_0.samples
+# From here on patches of squares are placed by them: of a grid, of maps, and of an image.
+mkdir -p placed
+"$program" gen statue -n 600 --seed 16 -o maps.ply --quiet --force
+for codec in raw draco zstd; do
+    "$program" prep grid.asc -o "placed/level_2_0_$codec.stipple" --codec $codec --quiet
+    "$program" prep maps.ply --maps -o "placed/tilted_2_0_$codec.stipple" --codec $codec --quiet
+    "$program" prep depth.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "placed/depth_2_0_$codec.stipple" --codec $codec --quiet
+done
+for name in level tilted depth; do
+    python3 "$known/read.py" "placed/${name}_2_0_raw.stipple" >"placed/${name}_2_0.samples"
+done
 rm paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

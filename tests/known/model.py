@@ -179,3 +179,9 @@ def direction_code(d, otherwise):
 def weights_of(radii):
     greatest = max(radii)
     return [WEIGHTS[min(greatest - r, len(WEIGHTS) - 1)] for r in radii]
+
+
+def place_before(before, exponent, axis, steps):
+    """The place so many steps from the origin of the patch before, on this lattice."""
+    shift, o = before.exponent - exponent, before.origin[axis] + steps
+    return 0 if abs(shift) > 30 else o << shift if shift >= 0 else trunc_div(o, 1 << -shift)

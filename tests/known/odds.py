@@ -20,6 +20,8 @@ PATCH_FIRST = (4, 13, 7, 13, 7, 11, 7, 0, 0, 11, 11, 12, 12, 12, 12, 11, 11, 11,
 # Tight tables: first means of patches, by column; and of samples, of levels 3 (0), of elder (1) and last (2) children.
 TIGHT_PATCHES = (4, 14, 8, 15, 8, 10, 8, 0, 0, 12, 12, 9, 10, 8, 13, 11, 11, 11, 11, 10, 10, 10, 10, 4, 13, 11, 11, 11,
                  10, 10, 10, 10, 10, 13, 11, 9, 9, 12, 9, 3, 3, 9, 12, 17, 17, 16)
+# The same of patches that are placed by their squares.
+PLACED_PATCHES = TIGHT_PATCHES[:1] + (3, 8, 3, 8, 12, 8, 0, 0, 3) + TIGHT_PATCHES[10:]
 TIGHT_SAMPLES = ((3, 0, 0, 4, 4, 13, 10, 10, 13, 3, 3, 3), (8, 0, 0, 11, 11, 9, 8, 8, 11, 13, 13, 10),
                  (8, 0, 0, 8, 8, 8, 8, 8, 8, 9, 9, 9))
 # The same of ladders; of squares: their own table, and samples, by whether they are merged, then by whether last children.

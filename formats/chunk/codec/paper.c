@@ -320,6 +320,7 @@ static stp_status squares_decode(stp_cursor *c, bool tilted, stp_square *first, 
                 width == 1 ? *c->bytes : (int16_t)stp_get_u16(c->bytes);
     }
     STP_TRY(stp_squares_decode(&table, block, first, block->squares, err));
+    STP_TRY(stp_squares_check(block, err));
 done:
     free(table.values);
     return status;

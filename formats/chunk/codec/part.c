@@ -7,6 +7,8 @@
 #include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/codec/raw.h"
 #include "formats/chunk/codec/shares.h"
+#include "formats/chunk/codec/square/block_squares.h"
+#include "formats/chunk/codec/square/placed.h"
 #include "formats/chunk/codec/square/square_colours.h"
 #include "formats/chunk/codec/square/square_level.h"
 #include "formats/chunk/codec/table/part_tables.h"
@@ -22,65 +24,15 @@
 
 /* ---- tables ---- */
 
-/* A tight part of squares, no other one, begins with this number, plus 1 if they are tilted. */
+/* A tight part of squares, no other one, begins with this number, plus 1 if they are tilted, plus 2
+ * if patches are placed by them. */
 #define TIGHT_SQUARES (UINT32_C(1) << 30)
+#define TIGHT_TILTED 1u
+#define TIGHT_PLACED 2u
 #define TIGHT_SQUARES_BYTES 4u
 
 /* Symbols of a tight part, by sample: they get room at once. */
 #define ITEMS_EXPECTED 8u
-
-/* The squares of a block to be written, and their map. */
-typedef struct block_squares {
-    stp_square *of, *own; /* by patch; own: to be freed */
-    stp_square_map map;
-    bool kept;  /* the map belongs to the block */
-    bool found; /* false: the block is coded as points */
-} block_squares;
-
-/* Makes the map, or takes the one that segment 0 made. */
-static stp_status map_find(const stp_chunk *block, int segment, block_squares *out, stp_error *err)
-{
-    stp_square_map *kept = block->map;
-    out->kept = kept != NULL;
-    if (kept && segment > 0) {
-        out->map = *kept;
-        return STP_OK;
-    }
-    const stp_status status = stp_square_map_create(block, out->of, true, &out->map, err);
-    if (kept && status == STP_OK)
-        *kept = out->map;
-    return status;
-}
-
-/* If the block has room for squares and their map, segment 0 leaves what it finds to the others. */
-static stp_status squares_find(const stp_chunk *block, int segment, block_squares *out,
-                               stp_error *err)
-{
-    stp_status status = STP_OK;
-    if (!block->is_block || block->raster_count == 0)
-        return STP_OK;
-    if (!block->squares)
-        STP_TRY(stp_alloc(&out->own, block->patch_count, sizeof *out->own, "squares", err));
-    out->of = block->squares ? block->squares : out->own;
-    out->found = block->squares && segment > 0 ? stp_chunk_is_squares(block)
-                                               : stp_squares_find(block, out->of);
-    if (out->found)
-        status = map_find(block, segment, out, err);
-    out->found = out->found && status == STP_OK;
-    if (status == STP_CORRUPT) /* no map holds these squares */
-        status = STP_OK;
-    if (!out->found)
-        out->of[0].samples = 0;
-done:
-    return status;
-}
-
-static void squares_clear(block_squares *s)
-{
-    if (!s->kept)
-        stp_square_map_clear(&s->map);
-    free(s->own);
-}
 
 /* Whether no patch is of strips, whose cones tell nothing of where the next patch is. */
 static bool are_surface(const stp_chunk *chunk)
@@ -104,7 +56,14 @@ static stp_status table_write(table_sink *to, const stp_table *table, stp_error 
                         : stp_table_encode(table, to->out, err);
 }
 
-static stp_status patches_encode(const stp_chunk *chunk, const block_squares *squares,
+static void set_placed(bool placed, stp_table *patches)
+{
+    patches->placed = placed;
+    if (placed)
+        patches->tight_first = stp_placed_first;
+}
+
+static stp_status patches_encode(const stp_chunk *chunk, const stp_block_squares *squares,
                                  table_sink *to, stp_error *err)
 {
     stp_table table = {0}, own = {0};
@@ -114,7 +73,10 @@ static stp_status patches_encode(const stp_chunk *chunk, const block_squares *sq
     table.middles = table.tight = table.is_patches && are_surface(chunk);
     table.squares = squares->found;
     table.tilted = squares->found && stp_squares_are_tilted(chunk, squares->of);
+    set_placed(squares->found && to->is_tight, &table);
     stp_patches_encode(chunk->patches, &table);
+    if (table.placed)
+        stp_placed_encode(chunk, &squares->map, &table);
     STP_TRY(table_write(to, &table, err));
     if (squares->found) {
         STP_TRY(stp_squares_encode(chunk, squares->of, to->out, &own, err));
@@ -180,7 +142,7 @@ done:
     return status;
 }
 
-static stp_status level_encode(const stp_chunk *chunk, int level, block_squares *squares,
+static stp_status level_encode(const stp_chunk *chunk, int level, stp_block_squares *squares,
                                table_sink *to, stp_error *err)
 {
     stp_level_tables tables = {0};
@@ -217,7 +179,7 @@ done:
 
 /* Whether a part is tight: it is of a block, patches are of surfaces, and all tables are coded by
  * odds, as those of squares always are. */
-static bool may_be_tight(const stp_chunk *chunk, int segment, const block_squares *squares)
+static bool may_be_tight(const stp_chunk *chunk, int segment, const stp_block_squares *squares)
 {
     uint32_t elder, last;
     stp_predict_row_counts(chunk, stp_segment_finest(segment), &elder, &last);
@@ -226,15 +188,16 @@ static bool may_be_tight(const stp_chunk *chunk, int segment, const block_square
 }
 
 /* Begins a tight part of squares: says so, and of which kind they are. */
-static stp_status squares_begin(const stp_chunk *chunk, const block_squares *squares,
+static stp_status squares_begin(const stp_chunk *chunk, const stp_block_squares *squares,
                                 stp_bytes *out, stp_error *err)
 {
     uint8_t head[TIGHT_SQUARES_BYTES];
-    stp_put_u32(head, TIGHT_SQUARES | stp_squares_are_tilted(chunk, squares->of));
+    stp_put_u32(head, TIGHT_SQUARES | TIGHT_PLACED |
+                          (stp_squares_are_tilted(chunk, squares->of) ? TIGHT_TILTED : 0));
     return stp_bytes_append(out, head, sizeof head, err);
 }
 
-static stp_status tables_encode(const stp_chunk *chunk, int segment, block_squares *squares,
+static stp_status tables_encode(const stp_chunk *chunk, int segment, stp_block_squares *squares,
                                 stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -258,11 +221,11 @@ done:
 
 static stp_status draco_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
 {
-    block_squares squares = {0};
-    stp_status status = squares_find(chunk, segment, &squares, err);
+    stp_block_squares squares = {0};
+    stp_status status = stp_block_squares_find(chunk, segment, &squares, err);
     if (status == STP_OK)
         status = tables_encode(chunk, segment, &squares, out, err);
-    squares_clear(&squares);
+    stp_block_squares_clear(&squares);
     return status;
 }
 
@@ -275,6 +238,8 @@ typedef struct table_source {
     /* Of squares: */
     stp_square_choice choice; /* of the level, read before a tight part's tables */
     stp_square *first;        /* by raster (square.h) */
+    bool placed;              /* patches are placed by their squares */
+    stp_square_map map;       /* that places them, and is there for level 2 */
 } table_source;
 
 /* Reads a table; *used: its bytes. */
@@ -330,6 +295,22 @@ done:
     return status;
 }
 
+static bool has_planes(const stp_square_choice *choice)
+{
+    return choice->reach > 0 && choice->reach <= STP_SQUARE_REACH_MOST;
+}
+
+/* Makes the map, and finds the origins of patches. */
+static stp_status place(table_source *from, const stp_table *table, stp_chunk *chunk,
+                        stp_error *err)
+{
+    const stp_status status =
+        stp_square_map_create(chunk, chunk->squares, has_planes(&from->choice), &from->map, err);
+    if (status == STP_OK)
+        stp_placed_decode(chunk, &from->map, table);
+    return status;
+}
+
 static stp_status patches_decode(table_source *from, uint32_t child_count, stp_chunk *chunk,
                                  stp_error *err)
 {
@@ -337,13 +318,22 @@ static stp_status patches_decode(table_source *from, uint32_t child_count, stp_c
     stp_status status = STP_OK;
     STP_TRY(stp_part_table_create(chunk, from->first != NULL, &table, stp_patch_columns(chunk),
                                   chunk->patch_count, err));
+    set_placed(from->placed, &table);
     STP_TRY(table_read(from, &table, err));
+    if (from->placed) {
+        STP_TRY(squares_decode(from, !chunk->rasters[0].level, chunk, err));
+        stp_placed_count(chunk, &table);
+    }
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(stp_patches_take(chunk, child_count, err));
     if (table.squares)
         STP_TRY(rasters_read(from, table.tilted, chunk, err));
-    if (from->first)
+    if (from->first && !from->placed)
         STP_TRY(squares_decode(from, !chunk->rasters[0].level, chunk, err));
+    if (from->first)
+        STP_TRY(stp_squares_check(chunk, err));
+    if (from->placed)
+        STP_TRY(place(from, &table, chunk, err));
 done:
     free(table.values);
     return status;
@@ -379,9 +369,11 @@ static stp_status squares_level_decode(table_source *from, int level, const stp_
                                        stp_error *err)
 {
     const stp_square_choice *choice = &from->choice;
-    stp_square_map map = {0};
-    const bool planes = choice->reach > 0 && choice->reach <= STP_SQUARE_REACH_MOST;
-    stp_status status = stp_square_map_create(chunk, chunk->squares, planes, &map, err);
+    stp_square_map map = from->map;
+    stp_status status = STP_OK;
+    from->map = (stp_square_map){0};
+    if (!map.memory)
+        status = stp_square_map_create(chunk, chunk->squares, has_planes(choice), &map, err);
     if (status == STP_OK && choice->rows)
         status = colours_read(from, &map, chunk, err);
     if (status == STP_OK)
@@ -464,8 +456,9 @@ static stp_status tight_squares_begin(table_source *from, int segment, stp_chunk
     if (segment > 0) {
         from->is_tight =
             stp_chunk_is_squares(chunk) && c->left > 0 && stp_square_choice_is_tight(*c->bytes);
-    } else if (c->left >= TIGHT_SQUARES_BYTES && stp_get_u32(c->bytes) >> 1 == TIGHT_SQUARES >> 1) {
-        const bool tilted = stp_get_u32(c->bytes) & 1u;
+    } else if (c->left >= TIGHT_SQUARES_BYTES && stp_get_u32(c->bytes) >> 2 == TIGHT_SQUARES >> 2) {
+        const bool tilted = stp_get_u32(c->bytes) & TIGHT_TILTED;
+        from->placed = stp_get_u32(c->bytes) & TIGHT_PLACED;
         stp_cursor_skip(c, TIGHT_SQUARES_BYTES);
         if (from->shares)
             from->shares->bytes[STP_SHARE_FRAME] += TIGHT_SQUARES_BYTES;
@@ -511,6 +504,7 @@ static stp_status draco_decode(const uint8_t *bytes, size_t size, int segment, u
     if (from.c.left != 0)
         status = stp_error_set(err, STP_CORRUPT, "%zu bytes are left over at its end", from.c.left);
 done:
+    stp_square_map_clear(&from.map);
     free(from.first);
     return status;
 }
@@ -549,12 +543,12 @@ done:
 
 static stp_status paper_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
 {
-    block_squares squares = {0};
-    stp_status status = squares_find(chunk, segment, &squares, err);
+    stp_block_squares squares = {0};
+    stp_status status = stp_block_squares_find(chunk, segment, &squares, err);
     if (status == STP_OK)
         status = stp_paper_encode(chunk, segment, squares.of, squares.found ? &squares.map : NULL,
                                   out, err);
-    squares_clear(&squares);
+    stp_block_squares_clear(&squares);
     return status;
 }
 

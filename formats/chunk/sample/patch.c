@@ -2,6 +2,7 @@
 #include "formats/chunk/sample/patch.h"
 
 #include "formats/chunk/codec/predict/predict_normal.h"
+#include "formats/chunk/codec/predict/predict_origin.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/sample/normal_grid.h"
 
@@ -213,34 +214,6 @@ STP_INLINE int32_t code_int(row_coder *c, int32_t predicted, int32_t value)
     return value;
 }
 
-/* Two cells: bits 3 to 18 of the difference, signed; then bits 0 to 2, with what is left above bit
- * 18 beside them. predicted is a multiple of 8, and as a rule the value is, too. */
-STP_INLINE int32_t code_eighths(row_coder *c, int32_t predicted, int32_t value)
-{
-    int16_t *middle = next_cell(c);
-    int16_t *rest = next_cell(c);
-    if (c->decode)
-        return (int32_t)((uint32_t)predicted + ((uint32_t)(int32_t)*middle << 3) +
-                         ((uint32_t)(*rest >> 3) << 19) + ((uint32_t)*rest & 7u));
-    const int32_t difference = (int32_t)((uint32_t)value - (uint32_t)predicted);
-    *middle = (int16_t)(difference >> 3);
-    *rest = (int16_t)((((difference >> 3) - *middle) >> 16) * 8 + (difference & 7));
-    return value;
-}
-
-/* Predicts the origin: a place so many steps from the previous patch's origin is at the next one's,
- * on this patch's lattice. */
-STP_INLINE int32_t predict_origin(const stp_patch *previous, int exponent, int axis, int64_t steps)
-{
-    int64_t origin = previous->origin[axis] + steps;
-    int shift = previous->exponent - exponent;
-    if (shift > 0)
-        origin = shift < 31 ? origin * ((int64_t)1 << shift) : 0;
-    else if (shift < 0)
-        origin = shift > -31 ? origin / ((int64_t)1 << -shift) : 0;
-    return (int32_t)(uint32_t)(uint64_t)origin;
-}
-
 STP_INLINE void code_normal(row_coder *c, const uint8_t previous[3], uint8_t normal[3])
 {
     uint32_t before = previous[0] | (uint32_t)previous[1] << 8 | (uint32_t)previous[2] << 16;
@@ -286,18 +259,11 @@ STP_INLINE void code_errors(row_coder *c, const uint8_t previous[STP_LEVEL_COUNT
     values[0] = code_byte(c, c->table->tight ? previous[0] : values[1], values[0]);
 }
 
-STP_INLINE stp_ivec3 cone_axis_of(const stp_patch *p)
-{
-    int32_t uv[2];
-    stp_normal_codes_get(p->cone_axis, uv);
-    return stp_integer_normal(uv[0], uv[1]);
-}
-
 /* Codes the origin as columns of its own. */
 STP_INLINE void code_origin_alone(row_coder *c, const stp_patch *previous, stp_patch *p)
 {
     for (int i = 0; i < 3; i++)
-        p->origin[i] = code_int(c, predict_origin(previous, p->exponent, i, 0), p->origin[i]);
+        p->origin[i] = code_int(c, stp_predict_origin(previous, p->exponent, i, 0), p->origin[i]);
 }
 
 /* Codes the origin by the centres of the two patches' bounding spheres, in the order A, B, C, C
@@ -309,7 +275,7 @@ STP_INLINE void code_origin(row_coder *c, const stp_patch *previous, stp_patch *
     int main_axis = 2;
     int64_t rise = 0;
     if (c->row > 0) {
-        const stp_ivec3 before = cone_axis_of(previous), own = cone_axis_of(p);
+        const stp_ivec3 before = stp_cone_axis_of(previous), own = stp_cone_axis_of(p);
         for (int i = 0; i < 3; i++)
             n.v[i] = before.v[i] + own.v[i];
         main_axis = stp_main_axis(n);
@@ -318,13 +284,15 @@ STP_INLINE void code_origin(row_coder *c, const stp_patch *previous, stp_patch *
         const int axis = (main_axis + k) % 3;
         uint32_t predicted = 0;
         if (c->row > 0)
-            predicted = (uint32_t)predict_origin(previous, p->exponent, axis,
-                                                 previous->bound_centre[axis]) -
+            predicted = (uint32_t)stp_predict_origin(previous, p->exponent, axis,
+                                                     previous->bound_centre[axis]) -
                         p->bound_centre[axis];
         if (k == 3 && n.v[axis] != 0)
             predicted -= (uint32_t)(uint64_t)(rise / n.v[axis]);
         predicted &= ~UINT32_C(7);
-        p->origin[axis] = code_eighths(c, (int32_t)predicted, p->origin[axis]);
+        int16_t *middle = next_cell(c), *rest = next_cell(c);
+        p->origin[axis] =
+            stp_code_eighths(middle, rest, c->decode, (int32_t)predicted, p->origin[axis]);
         rise += n.v[axis] * (int64_t)(int32_t)((uint32_t)p->origin[axis] - predicted);
     }
 }
@@ -372,6 +340,8 @@ STP_INLINE void code_patch(row_coder *c, const stp_patch *previous, stp_patch *p
         uint16_t next = (uint16_t)(previous->first_below + previous->counts[0]);
         p->first_below = code_short(c, next, p->first_below);
     }
+    if (c->table->placed)
+        return;
     if (c->table->middles)
         code_origin(&origin, previous, p);
     else

@@ -350,8 +350,7 @@ static const char *raster_fault(const stp_raster *r)
 }
 
 /* Takes one row of the table. *before: the square before in its raster. */
-static const char *take_square(const stp_table *table, uint32_t p, unsigned count,
-                               stp_square *before)
+static const char *take_square(const stp_table *table, uint32_t p, stp_square *before)
 {
     const int64_t column = (int64_t)before->column + stp_table_column(table, 0)[p];
     const int64_t row = (int64_t)before->row + stp_table_column(table, 1)[p];
@@ -361,8 +360,6 @@ static const char *take_square(const stp_table *table, uint32_t p, unsigned coun
     if (column < 0 || column >= STP_SQUARE_PLACES_LIMIT || row < 0 ||
         row >= STP_SQUARE_PLACES_LIMIT)
         return "a square is out of range";
-    if ((unsigned)__builtin_popcountll(samples) != count)
-        return "a square has not as many samples as its patch";
     *before = (stp_square){samples, (uint32_t)column, (uint32_t)row, before->raster};
     return NULL;
 }
@@ -469,11 +466,18 @@ stp_status stp_squares_decode(const stp_table *table, const stp_chunk *block, st
     int64_t raster = 0;
     for (uint32_t p = 0; !fault && p < block->patch_count; p++) {
         raster += tilted ? stp_table_column(table, RASTER_COLUMN)[p] : 0;
-        fault = raster < 0 || raster >= block->raster_count
-                    ? "a square is of no raster"
-                    : take_square(table, p, block->patches[p].counts[0], &first[raster]);
+        fault = raster < 0 || raster >= block->raster_count ? "a square is of no raster"
+                                                            : take_square(table, p, &first[raster]);
         if (!fault)
             squares[p] = first[raster];
     }
     return fault ? stp_error_set(err, STP_CORRUPT, "%s", fault) : STP_OK;
+}
+
+stp_status stp_squares_check(const stp_chunk *block, stp_error *err)
+{
+    for (uint32_t p = 0; p < block->patch_count; p++)
+        if (__builtin_popcountll(block->squares[p].samples) != block->patches[p].counts[0])
+            return stp_error_set(err, STP_CORRUPT, "a square has not as many samples as its patch");
+    return STP_OK;
 }

@@ -100,9 +100,10 @@ stp_status stp_rasters_decode(stp_cursor *c, bool tilted, stp_chunk *block, stp_
                               stp_error *err);
 /* An empty table of squares, a row for each; free table->values. Errors: OUT_OF_MEMORY. */
 stp_status stp_squares_table(uint32_t rows, bool tilted, stp_table *table, stp_error *err);
-/* Reads the table into squares[patch_count]. The block's counts are known. first: is used up.
- * Errors: CORRUPT. */
+/* Reads the table into squares[patch_count]. first: is used up. Errors: CORRUPT. */
 stp_status stp_squares_decode(const stp_table *table, const stp_chunk *block, stp_square *first,
                               stp_square *squares, stp_error *err);
+/* Errors: CORRUPT (a square has not as many samples as its patch). */
+stp_status stp_squares_check(const stp_chunk *block, stp_error *err);
 
 #endif

@@ -44,6 +44,8 @@ typedef struct stp_table {
      * lattices, as a rule; squares follow the table (square.h). Decoding sets the other three. */
     bool is_patches;
     bool middles, squares, tilted;
+    /* Patches are placed by their squares, and placed.h codes their origins and counts. */
+    bool placed;
     /* With middles, by column: the bits of the mean that its odds begin with (cells.h). */
     const uint8_t *first;
     /* The table is tight (tight.h). By column: likewise, and the sign that its cells have as a

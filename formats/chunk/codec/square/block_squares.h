@@ -1,0 +1,20 @@
+/* The squares of a block that is to be written, and their map. Threads: any, one block each. */
+#ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_BLOCK_SQUARES_H
+#define STP_FORMATS_CHUNK_CODEC_SQUARE_BLOCK_SQUARES_H
+
+#include "formats/chunk/codec/square/square_map.h"
+
+typedef struct stp_block_squares {
+    stp_square *of, *own; /* by patch; own: to be freed */
+    stp_square_map map;
+    bool kept;  /* the map belongs to the block */
+    bool found; /* false: the block is coded as points */
+} stp_block_squares;
+
+/* If the block has room for squares and their map, segment 0 leaves what it finds to the others. To
+ * be cleared even if it fails. Errors: OUT_OF_MEMORY. */
+stp_status stp_block_squares_find(const stp_chunk *block, int segment, stp_block_squares *out,
+                                  stp_error *err);
+void stp_block_squares_clear(stp_block_squares *s);
+
+#endif
