@@ -3,6 +3,7 @@
 #include "formats/chunk/codec/odds/tight.h"
 
 #include "formats/chunk/codec/predict/predict.h"
+#include "formats/chunk/codec/table/part_tables.h"
 #include "tests/fixtures/any_chunk.h"
 
 #define ROWS 1400u
@@ -132,6 +133,23 @@ static void others_are_not_signed(void **state)
     free(bytes.data);
 }
 
+/* Elder children of points, unless corners were told before. */
+static void tables_may_be_signed(void **state)
+{
+    (void)state;
+    stp_chunk *chunk = any_chunk(3, STP_PATCH_SAMPLES, 1, 0);
+    chunk->is_block = true;
+    for (int i = 0; i < 3; i++) {
+        stp_level_tables tables = {0};
+        tables.corners.of = i == 2 ? calloc(1, sizeof *tables.corners.of) : NULL;
+        assert_int_equal(stp_level_tables_create(chunk, 0, i == 1, &tables, NULL), STP_OK);
+        assert_int_equal(tables.elder.may_sign, i == 0);
+        assert_false(tables.last.may_sign);
+        stp_level_tables_destroy(&tables);
+    }
+    stp_chunk_destroy(&chunk);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -139,6 +157,7 @@ int main(void)
         cmocka_unit_test(any_cells_come_back),
         cmocka_unit_test(signs_pay),
         cmocka_unit_test(others_are_not_signed),
+        cmocka_unit_test(tables_may_be_signed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -167,7 +167,7 @@ class TightTables:
 
     def __init__(self, cursor, squares=False):
         self.symbols, self.name, self.scale, self.squares = Symbols(cursor, True), cursor.name, None, squares
-        self.patch_count, self.coarse, self.sublattices, self.shift, self.placed = 0, None, [], None, 0
+        self.patch_count, self.coarse, self.sublattices, self.shift, self.placed, self.corners = 0, None, [], None, 0, False
 
     def read_sublattices(self, count):
         each = 1024 if count == 15 else 768
@@ -182,7 +182,7 @@ class TightTables:
         self.shift = self.symbols.bits(0, 4)
         if self.shift != 14:
             return []
-        self.shift = None
+        self.shift, self.corners = None, True
         return read_corners(self.symbols, patches, self.name)
 
     def read(self, rows, columns, level=None, last=False, kinds=()):
@@ -194,7 +194,7 @@ class TightTables:
             shift, radii = self.coarse
         elif columns == SAMPLE_COLUMNS:
             shift, self.shift = symbols.bits(0, 4) if self.shift is None else self.shift, None
-            if shift == 13 and level is not None and not last and symbols.known and not self.squares:
+            if shift == 13 and level is not None and not last and symbols.known and not self.squares and not self.corners:
                 shift, signed_level = symbols.bits(0, 4), level
             if shift == 15 and level is not None and not self.squares:
                 shift = symbols.bits(0, 4)

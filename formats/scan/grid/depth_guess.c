@@ -63,7 +63,7 @@ static stp_status load(depths *d, stp_raster_file *raster, stp_error *err)
         STP_TRY(stp_raster_read(raster, r, row, err));
         for (uint32_t c = 0; c < d->width; c++) {
             const double number = d->floats ? 1000.0 * row[c] : row[c];
-            const uint16_t z = number > 0.0 && number < VALUES ? (uint16_t)number : 0;
+            const uint16_t z = (uint16_t)(number > 0.0 && number < VALUES ? number : 0.0);
             d->z[(size_t)r * d->width + c] = z;
             d->histogram[z]++;
         }
