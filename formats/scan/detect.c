@@ -212,11 +212,14 @@ static const struct {
     {"PK\x03\x04", 4, "a ZIP archive", "unpack it first (unzip)"},
 };
 
-/* Whether every other byte is 0, and the rest are characters: UTF-16 without a mark. */
+/* Whether every other byte is 0, and the rest are characters: UTF-16 without a mark. Heights of 32
+ * to 126 m in an HGT look the same. */
 static bool is_wide_text(const prefix *p)
 {
     enum { BYTES = 32 };
     size_t zeros[2] = {0, 0}, characters = 0;
+    if (stp_raster_is_named(p->path))
+        return false;
     for (size_t i = 0; i < BYTES && i < p->length; i++) {
         zeros[i % 2] += p->bytes[i] == '\0';
         characters += (p->bytes[i] >= ' ' && p->bytes[i] <= '~') || p->bytes[i] == '\t' ||

@@ -58,6 +58,22 @@ static void names_tell_the_corner(void **state)
     }
 }
 
+/* Every other byte is 0 and the rest are characters, as in UTF-16. */
+static void low_land_is_no_text(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    unsigned char *bytes = calloc(2, COUNT);
+    assert_non_null(bytes);
+    for (int i = 0; i < COUNT; i++)
+        bytes[2 * i + 1] = (unsigned char)(40 + i % 50);
+    scan_fixture_bytes("N52E005.hgt", bytes, 2ull * COUNT);
+    free(bytes);
+    stp_point *points = scan_fixture_read("N52E005.hgt", NULL, &info);
+    scan_fixture_position(&points[1], 5.0 + 1.0 / 1200.0, 53.0, 41);
+    free(points);
+}
+
 /* Another name tells no place: columns and rows are 1 apart. */
 static void other_names_tell_no_place(void **state)
 {
@@ -85,6 +101,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(names_tell_the_corner),
+        cmocka_unit_test(low_land_is_no_text),
         cmocka_unit_test(other_names_tell_no_place),
         cmocka_unit_test(other_sizes_are_refused),
     };

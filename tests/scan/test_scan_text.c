@@ -78,6 +78,7 @@ static void headers(void **state)
                    "x,y,z,red,green,blue");
     expect_columns("X|Y|Z|Rot|Gr\xc3\xbcn|Blau|Intensit\xc3\xa4t\n1|2|3|4|5|6|7\n",
                    "x,y,z,red,green,blue,intensity");
+    expect_columns("x y z classe\n1 2 3 sol\n1 2 3 mur\n", "x,y,z,_");
     expect_columns("x y z rouge vert bleu classe\n1 2 3 4 5 6 7\n", "x,y,z,red,green,blue,class");
     expect_columns("x y z Red Green Blue Alpha\n1 2 3 4 5 6 255\n", "x,y,z,red,green,blue,_");
     expect_columns("x y z red green\n1 2 3 4 5\n", "x,y,z,_,_");
@@ -124,8 +125,9 @@ static void by_content(void **state)
     expect_columns("p1,1,2,3\np2,4,5,6\n", "_,x,y,z");
     expect_columns("1 2 3 nan\n1 2 3 7\n", "x,y,z,intensity");
     expect_columns("1 2.5 3.5 4 90\n2 3 5.5 7 80\n3 1.5 2 9 70\n", "_,x,y,z,intensity");
-    expect_columns("1 2.5 3.5 4\n2 3 5.5 7\n3 1.5 2 9\n", "_,x,y,z");
-    expect_columns("1 2 3.5 4\n2 3 5.5 7\n3 1 2 9\n", "x,y,z,intensity"); /* a row of a grid */
+    expect_columns("1 2.5 3.5 4.1\n2 3 5.5 7\n3 1.5 2 9\n", "_,x,y,z");
+    expect_columns("1 2.5 3.5 4\n2 3 5.5 7\n3 1.5 2 9\n", "x,y,z,intensity"); /* a profile */
+    expect_columns("1 2 3.5 4\n2 3 5.5 7\n3 1 2 9\n", "x,y,z,intensity");     /* a row of a grid */
     expect_columns("1 2.5 3.5 4\n2 3 5.5 7\n4 1.5 2 9\n", "x,y,z,intensity");
     expect_columns("1.5e9 2.5 3.5 4 90\n1500000000.5 3 5.5 7 80\n1500000000.5 1.5 2 9 70\n",
                    "_,x,y,z,intensity");
@@ -183,6 +185,9 @@ static void packed_colours(void **state)
         "x;y;z;Color\n1,0;2;3;660510\n4;5;6;4608255\n",
         "x y z rgb\n1 2 3 9.25571648671185e-40\n4 5 6 6.45754065471716e-39\n",
         "x y z rgb\n1 2 3 -16116706\n4 5 6 4282798335\n",
+        "x y z rgb\n1 2 3 660510\n4 5 6 4608255\n7 8 9 nan\n",
+        "x,y,z,rgb,n\n1,2,3,660510,1\n4,5,6,4608255,1\n7,8,9,,1\n",
+        "x y z rgb\n1 2 3 -1.83537918e+38\n4 5 6 -2.63607699e+38\n",
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         stp_scan_info info;
@@ -196,6 +201,11 @@ static void packed_colours(void **state)
     }
     expect_columns("x y z color\n1 2 3 40\n1 2 3 65535\n", "x,y,z,intensity");
     expect_columns("x y z color r g b\n1 2 3 40 1 2 3\n", "x,y,z,_,red,green,blue");
+    expect_columns("x y z color\n1 2 3 -1\n1 2 3 2\n", "x,y,z,intensity");
+    expect_columns("x y z color\n1 2 3 0.25\n1 2 3 1.0\n", "x,y,z,intensity");
+    expect_columns("x y z color\n1 2 3 red\n1 2 3 white\n", "x,y,z,_");
+    expect_columns("x;y;z;color\n1;2;3;9 8 7\n1;2;3;0 0 0\n", "x,y,z,_");
+    expect_columns("x y z hex\n1 2 3 112233\n1 2 3 001122\n", "x,y,z,colour");
     scan_fixture_text("bad.xyz", "1 2 3 #0a141e\n4 5 6 #46\n");
     scan_fixture_fails("bad.xyz", NULL, STP_CORRUPT, "`#46` in column 4 (colour) is not a number");
 }

@@ -3,13 +3,15 @@
  * Names decide: a header line, or a list that the user gives. Without names the numbers decide.
  *
  * Names: formats/scan/column_name.h. Columns rgb, color, hex and the like are colours in one piece,
- * unless their numbers are within 0..65535: then they are the intensity. If two columns mean the
- * same, the one whose name is earlier in its list is read; if their names are equal, the first
- * column. Columns with other names are attributes (text_numbers.h).
+ * unless their numbers are within -65536..65535, or fractions other than bits of floats: then they
+ * are the intensity. If they or a class have words alone, these are passed over. If two columns
+ * mean the same, the one whose name is earlier in its list is read; if their names are equal, the
+ * first column. Columns with other names are attributes (text_numbers.h).
  *
  * By content, of n numbers per line the first three are x y z. But if there are more, and the first
  * is the point's number or its time, x is the second: numbers are whole, grow by one in 9 of 10
- * lines, in all by more than 0, and at least two of the three after it have fractions; times are
+ * lines, in all by more than 0, and at least two of the three after it have fractions, all three
+ * if the last of four differs; times are
  * seconds since 1970, or a thousandth, millionth or milliardth of these, never fall, and are a
  * hundred times what follows. The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.
@@ -61,7 +63,9 @@ typedef struct stp_column_range {
     bool whole;         /* no number has a fraction */
     bool written_whole; /* no number is written with a point or an exponent */
     uint32_t
-        decimals; /* most digits after a point, without trailing zeros; UINT32_MAX: exponents */
+        decimals;   /* most digits after a point, without trailing zeros; UINT32_MAX: exponents */
+    uint64_t hexes; /* 6 or 8 hexadecimal digits, perhaps after # or 0x */
+    bool padded;    /* some of these are digits with a zero in front */
     uint64_t unit, zero; /* lines where it begins 3 numbers of unit length, or 3 zeros */
     double step;         /* sum of the differences to the next column */
 } stp_column_range;

@@ -48,6 +48,14 @@ static void add_number(stp_column_range *range, double value, stp_field field)
     range->decimals = range->decimals > decimals ? range->decimals : decimals;
 }
 
+static void add_hex(stp_column_range *range, double value, stp_field field)
+{
+    if (!stp_field_is_hex(field, true))
+        return;
+    range->hexes++;
+    range->padded = range->padded || (isfinite(value) && *field.begin == '0');
+}
+
 void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator, const char *begin,
                             const char *end)
 {
@@ -64,6 +72,7 @@ void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator,
         if (!stp_field_number(separator, fields[i], &values[i]))
             values[i] = NAN;
         add_number(&sample->ranges[i], values[i], fields[i]);
+        add_hex(&sample->ranges[i], values[i], fields[i]);
     }
     for (uint32_t i = 0; i + 1 < sample->count; i++) {
         stp_column_range *range = &sample->ranges[i];
@@ -97,6 +106,9 @@ static bool begins_with_number(const stp_columns_sample *s)
     unsigned fractions = 0;
     for (uint32_t i = 1; i < 4; i++)
         fractions += !s->ranges[i].written_whole;
+    const stp_column_range *last = &s->ranges[3]; /* of four, it may be the intensity */
+    if (s->count == 4 && last->written_whole && last->min < last->max)
+        return false;
     return s->ranges[0].written_whole && s->falls == 0 && s->repeats == 0 && fractions >= 2 &&
            (double)s->successors >= SUCCESSOR_SHARE * (double)(s->rows - 1);
 }

@@ -6,6 +6,7 @@
 #include "formats/scan/number.h"
 #include "formats/scan/value_range.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +16,9 @@
 /* Of degrees: least digits after the point, least extent of heights in degrees. */
 #define DEGREE_DECIMALS 5u
 #define NEEDLE 20.0
+/* As floats, the bits of colours are below this if alpha is 0, and above that if alpha is 255. */
+#define PACKED_LOW 0x1p-125
+#define PACKED_HIGH 0x1p100
 
 /* Fails if lines end in CR alone: the whole file would be one line. */
 static stp_status check_line_ends(stp_text *text, stp_error *err)
@@ -161,7 +165,7 @@ stp_status stp_text_guess(stp_text *text, const char *begin, const char *end, bo
     (void)stp_columns_guess(&text->columns, sample, is_number, intensity_first);
     count = 0;
     for (const char *at = begin; stp_field_next(separator, &at, end, &field); count++)
-        if (count < text->columns.count && stp_field_is_hex(field) &&
+        if (count < text->columns.count && stp_field_is_hex(field, false) &&
             !(stp_columns_attributes(&text->columns) & STP_POINT_HAS_COLOUR))
             text->columns.targets[count] = STP_COLUMN_PACKED;
 done:
@@ -172,6 +176,7 @@ stp_status stp_text_use_list(stp_text *text, const char *list, const char *begin
                              stp_error *err)
 {
     stp_status status = STP_OK;
+    text->given = true;
     text->columns.separator = stp_separator_find(begin, end);
     STP_TRY(stp_columns_from_list(&text->columns, list, text->numbers.keep, err));
     const uint32_t fields = stp_fields_count(text->columns.separator, begin, end).fields;
@@ -209,7 +214,8 @@ static void find_colour_scale(stp_text *text, const stp_columns_sample *sample)
         text->columns.targets[places[k]] = STP_COLUMN_NONE;
 }
 
-/* Decides what numbers a column of colours in one piece has: it may as well be of grey ones. */
+/* Decides what a column of colours in one piece has: hexadecimal digits or numbers, which may as
+ * well be grey ones, or words that are no colours. */
 static void find_packed(stp_text *text, const stp_columns_sample *sample)
 {
     stp_columns *c = &text->columns;
@@ -217,11 +223,25 @@ static void find_packed(stp_text *text, const stp_columns_sample *sample)
     if (place >= sample->count)
         return;
     const stp_column_range *range = &sample->ranges[place];
-    c->hex = range->count < sample->rows;
-    if (c->hex || range->min < 0.0 || range->max > 65535.0 || range->max == 0.0 || !range->whole)
+    const double most = fmax(fabs(range->min), fabs(range->max));
+    const bool words = range->hexes == 0 && range->count == 0;
+    const bool large = range->min < -65536.0 || range->max > 65535.0;
+    const bool bits = most < PACKED_LOW || most > PACKED_HIGH;
+    c->hex = range->hexes > range->count || (range->padded && range->hexes == range->count);
+    if (text->given || sample->rows == 0 || c->hex || (!words && (range->whole ? large : bits)))
         return;
-    const bool grey = stp_columns_find(c, STP_COLUMN_INTENSITY) == STP_COLUMNS_MAX;
+    const bool grey = range->count > 0 && most > 0.0 &&
+                      stp_columns_find(c, STP_COLUMN_INTENSITY) == STP_COLUMNS_MAX;
     c->targets[place] = grey ? STP_COLUMN_INTENSITY : STP_COLUMN_NONE;
+}
+
+/* A class in words is none that is read. */
+static void drop_words(stp_text *text, const stp_columns_sample *sample)
+{
+    const uint32_t place = stp_columns_find(&text->columns, STP_COLUMN_CLASS);
+    if (!text->given && place < sample->count && sample->rows > 0 &&
+        sample->ranges[place].count == 0)
+        text->columns.targets[place] = STP_COLUMN_NONE;
 }
 
 static void find_intensity_scale(stp_text *text, const stp_columns_sample *sample)
@@ -293,6 +313,7 @@ void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 {
     find_degrees(text, sample);
     find_packed(text, sample);
+    drop_words(text, sample);
     text->attributes = stp_columns_attributes(&text->columns);
     text->packed = stp_columns_find(&text->columns, STP_COLUMN_PACKED) < STP_COLUMNS_MAX;
     if (text->attributes & STP_POINT_HAS_COLOUR && !text->packed)

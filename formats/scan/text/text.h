@@ -45,6 +45,7 @@ typedef struct stp_text {
     uint32_t attributes;                                 /* STP_POINT_HAS_* of the columns */
     double colour_scale, intensity_scale, intensity_low; /* (value - low) * scale */
     stp_text_numbers numbers;
+    bool given;   /* the user named the columns */
     bool packed;  /* colours are in one piece */
     bool degrees; /* x and y are longitude and latitude */
     stp_name_list left_out;

@@ -3,6 +3,7 @@
 
 #include "formats/scan/number.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -117,18 +118,23 @@ static int hex_sign(stp_field field)
     return length > 2 && *field.begin == '0' && (field.begin[1] | 32) == 'x' ? 2 : 0;
 }
 
-bool stp_field_is_hex(stp_field field)
+bool stp_field_is_hex(stp_field field, bool bare)
 {
     uint32_t value;
     const int sign = hex_sign(field);
-    return sign > 0 && read_hex(field.begin + sign, field.end, &value);
+    return (sign > 0 || bare) && read_hex(field.begin + sign, field.end, &value);
 }
 
 bool stp_field_colour(stp_separator separator, stp_field field, bool hex, double *value)
 {
     const int sign = hex_sign(field);
     uint32_t bits;
-    double number;
+    double number = NAN;
+    const bool is_number = stp_field_number(separator, field, &number);
+    if (field.begin == field.end || (is_number && isnan(number))) {
+        *value = 0.0;
+        return true;
+    }
     if (hex || sign > 0) {
         if (!read_hex(field.begin + sign, field.end, &bits))
             return false;
@@ -136,9 +142,9 @@ bool stp_field_colour(stp_separator separator, stp_field field, bool hex, double
         *value = (alpha_last ? bits >> 8 : bits) & 0xFFFFFFu;
         return true;
     }
-    if (!stp_field_number(separator, field, &number) || !(fabs(number) < 0x1p32))
+    if (!is_number || !(fabs(number) <= FLT_MAX))
         return false;
-    if (floor(number) != number) {
+    if (floor(number) != number || fabs(number) >= 0x1p32) {
         const float packed = (float)number;
         memcpy(&bits, &packed, sizeof bits);
     } else {

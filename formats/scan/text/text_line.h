@@ -38,11 +38,11 @@ bool stp_field_number(stp_separator separator, stp_field field, double *value);
 
 /* Reads a colour in one piece as 0xRRGGBB: #rrggbb, 0xrrggbb, or where `hex` is set rrggbb, all
  * perhaps with two digits of alpha behind (#) or before (0x), or a whole number, whose bits above
- * 24 do not count, or a fraction, as PCL writes the bits of these as floats. False if it is none.
- */
+ * 24 do not count, or a float with these bits, as PCL has it. A missing one (empty, nan) is black.
+ * False if it is none. */
 bool stp_field_colour(stp_separator separator, stp_field field, bool hex, double *value);
-/* Whether the field is #rrggbb or 0xrrggbb. */
-bool stp_field_is_hex(stp_field field);
+/* Whether the field is #rrggbb or 0xrrggbb; or, if `bare` is set, also rrggbb. */
+bool stp_field_is_hex(stp_field field, bool bare);
 
 /* The number of fields of a line, and how many of them are numbers. */
 typedef struct stp_field_count {
