@@ -65,16 +65,15 @@ typedef struct stp_prep_source {
     const stp_attribute_list *kept; /* attributes that the model keeps; NULL: none */
     /* The packed numbers of the points read last, point by point; asked for if `kept` has any. */
     const uint8_t *(*numbers)(void *context);
-    uint64_t point_count;         /* records; there will not be more */
-    uint32_t attributes;          /* STP_POINT_HAS_*: normals, which orient the model, only if every
-                                     input has them */
-    bool some_normals;            /* some inputs have normals */
-    double coordinate_step;       /* scale of integer coordinates, 0 for floats */
-    double intensity_full;        /* all files' number for intensity 65535; 0: not known */
-    bool floats;                  /* some points have no such scale */
-    bool heights;                 /* z is the height */
-    bool y_up;                    /* y points up, unless z is the height */
-    bool y_down;                  /* y points down, unless one of the two holds */
+    uint64_t point_count;   /* records; there will not be more */
+    uint32_t attributes;    /* STP_POINT_HAS_*: normals, which orient the model, only if every
+                               input has them */
+    bool some_normals;      /* some inputs have normals */
+    double coordinate_step; /* scale of integer coordinates, 0 for floats */
+    double intensity_full;  /* all files' number for intensity 65535; 0: not known */
+    bool floats;            /* some points have no such scale */
+    /* What formats say is up (stp_prep_told_up): z, else y, else -y; nothing: not told. */
+    bool heights, y_up, y_down;
     const stp_dvec3 *stations;    /* stations of the points, borrowed */
     const stp_dvec3 *station_ups; /* up axes of the stations; zero: not told; NULL: none told */
     uint32_t station_count;
@@ -86,6 +85,14 @@ typedef struct stp_prep_source {
     const stp_prep_file *files;    /* borrowed, valid to the end */
     size_t file_count;             /* at least 1 */
 } stp_prep_source;
+
+/* What formats say is up; zero: they do not. */
+static inline stp_dvec3 stp_prep_told_up(const stp_prep_source *source)
+{
+    if (source->heights)
+        return (stp_dvec3){0.0, 0.0, 1.0};
+    return (stp_dvec3){0.0, source->y_up ? 1.0 : source->y_down ? -1.0 : 0.0, 0.0};
+}
 
 /* How much is to be prepared. */
 typedef struct stp_prep_size {

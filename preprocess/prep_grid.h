@@ -4,10 +4,10 @@
 
 #include "preprocess/prep_job.h"
 
-/* Whether holes may be able to grow, if they are to: images may still become points. Errors:
- * INVALID_ARGUMENT. */
+/* Fails if holes are to grow and the inputs are neither a grid nor images. Success is no promise:
+ * images may still become points. Errors: INVALID_ARGUMENT. */
 stp_status stp_prep_grid_check(const stp_prep_job *job, stp_error *err);
-/* Says that holes cannot grow: INVALID_ARGUMENT. */
+/* Returns INVALID_ARGUMENT: holes cannot grow. */
 stp_status stp_prep_no_grid(stp_error *err);
 /* Makes the grid empty, and room for the records of it that this rank reads. Errors: OUT_OF_MEMORY,
  * IO. */
@@ -22,14 +22,14 @@ void stp_prep_grid_add(stp_prep_job *job, const stp_point *point, uint64_t recor
 /* Rejects samples at places that files before give, once ranks have read their parts. Errors: those
  * of stp_grid_records_sift and stp_prep_reject. */
 stp_status stp_prep_grid_sift(stp_prep_job *job, stp_error *err);
-/* A grid's neighbours are known, so all stages up to the first view have nothing to find. Errors:
- * those of the grid's functions. */
+/* Takes the place of all stages of points up to the first view: a grid's neighbours are known.
+ * Errors: those of the grid's functions. */
 stp_status stp_prep_treat_grid(stp_prep_job *job, stp_error *err);
-/* Heights that are floats have no step, and how far apart they are says little about how fine they
- * are: they keep a quarter of their noise and a 16th bit of their range, but no more than a part of
- * a cell: `finest`. */
+/* Chooses the precision of heights that are floats: they have no step, and their spacing says
+ * little about how fine they are. It is a quarter of their noise or 2^-17 of their range, whichever
+ * is coarser, but no finer than `finest`, a part of a cell. */
 void stp_prep_height_precision(stp_prep_job *job, double noise, double finest);
-/* Bits of the normals of leaves that are grids: so many, but no more than these need. */
+/* Bits of the normals of leaves that are grids: `bits`, or fewer if they need no more. */
 unsigned stp_prep_grid_bits(unsigned bits);
 
 #endif

@@ -169,12 +169,10 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
         cJSON_AddStringToObject(root, "shade", "unlit");
     if (f->outside->point_count > 0)
         cJSON_AddItemToObject(root, "closed", stp_outside_to_json(f->outside));
-    const double y = source->y_up ? 1.0 : source->y_down ? -1.0 : 0.0;
-    if (source->heights || y != 0.0)
-        stp_json_add_vector(
-            root, "up", (stp_dvec3){0.0, source->heights ? 0.0 : y, source->heights ? 1.0 : 0.0});
-    else if (stp_dvec3_length(stats->first.model_up) > 0.0)
-        stp_json_add_vector(root, "up", stats->first.model_up);
+    const stp_dvec3 told = stp_prep_told_up(source);
+    const stp_dvec3 up = stp_dvec3_length(told) > 0.0 ? told : stats->first.model_up;
+    if (stp_dvec3_length(up) > 0.0)
+        stp_json_add_vector(root, "up", up);
     add_first_view(root, &stats->first);
     char *text = cJSON_PrintUnformatted(root);
     cJSON_Delete(root);

@@ -12,7 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Squares of a rectangle in which a block's squares of one piece lie, for each of them. */
+/* The rectangle around the squares that a block has of one piece may hold SPARSEST squares for each
+ * of them, and SPARSE_FREE more: a codec allows as many (square_map.c). */
 #define SPARSEST 4u
 #define SPARSE_FREE 256u
 /* Normals of level 2 are means; those of levels 1 and 0 follow. */
@@ -170,8 +171,8 @@ static void add_sample(int level, const square_samples *s, unsigned j, const uin
                 (size_t)stp_square_cell(m->on.column[sample], level)] = (int32_t)sample;
 }
 
-/* The code that a codec expects of a direction, on a grid; with a normal's own code, the one that
- * is whole strides off and nearest to that, if this is not NULL. */
+/* The code that a codec expects of a direction, on a grid. own: the normal's own code, or NULL. If
+ * it is given, the code is the one nearest to it that is whole strides off what is expected. */
 static void encode_expected(const double toward[3], unsigned bits, int level, const uint8_t *own,
                             uint8_t code[3])
 {

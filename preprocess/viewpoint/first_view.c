@@ -257,9 +257,7 @@ done:
 /* What is up if the file or its coordinates say it, else zero. */
 static stp_dvec3 told_up(const stp_cloud *cloud, const stp_prep_source *source)
 {
-    const bool z = source->heights || stp_dbox_is_map(&cloud->box);
-    const double y = source->y_up ? 1.0 : source->y_down ? -1.0 : 0.0;
-    return (stp_dvec3){0.0, z ? 0.0 : y, z};
+    return stp_dbox_is_map(&cloud->box) ? (stp_dvec3){0.0, 0.0, 1.0} : stp_prep_told_up(source);
 }
 
 /* What is up, where the format says nothing; zero: the box tells it. */
@@ -291,13 +289,11 @@ static double diagonal(const stp_dbox *box)
 static stp_first_camera view_of_main(const stp_dbox *box, stp_dvec3 model_up,
                                      const stp_prep_source *source)
 {
-    stp_dvec3 up = {0.0, 0.0, 1.0};
-    if (source->y_up || (source->y_down && !source->heights))
-        up = (stp_dvec3){0.0, source->y_up ? 1.0 : -1.0, 0.0};
-    else if (stp_dvec3_length(model_up) > 0.0)
+    stp_dvec3 up = stp_prep_told_up(source);
+    if (stp_dvec3_length(up) == 0.0)
         up = model_up;
-    else if (!source->heights && !stp_dbox_is_map(box))
-        up = stp_dbox_up(box);
+    if (stp_dvec3_length(up) == 0.0)
+        up = stp_dbox_is_map(box) ? (stp_dvec3){0.0, 0.0, 1.0} : stp_dbox_up(box);
     const stp_dvec3 look = stp_dbox_middle(box);
     const double radius = 0.5 * MAIN_SLACK * diagonal(box);
     const stp_dvec3 away = stp_dvec3_scale(stp_dvec3_normalize(stp_whole_direction(up)),

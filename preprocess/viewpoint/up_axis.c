@@ -15,14 +15,13 @@
 #define TALL_LEAST 1.5
 #define TALL_MOST 6.0
 
-/* A ground at the high end of y has at least this share; of so many normals of the file's there, at
- * least this share points against y, of POINTS that are looked at. */
-#define GROUND_LEAST 0.3
-#define NORMALS_LEAST 50u
-#define AGAINST_LEAST 0.95
-#define POINTS 16384u
-#define ALONG_COSINE 0.9f
-#define HIGH_PART 0.1
+/* A ground at the high end of y: see stp_up_is_against_y. */
+#define GROUND_LEAST 0.3   /* of all columns */
+#define HIGH_PART 0.1      /* of the extent along y */
+#define POINTS 16384u      /* are looked at, at most */
+#define ALONG_COSINE 0.9f  /* of a normal along y, or against it */
+#define NORMALS_LEAST 50u  /* such normals; fewer say nothing */
+#define AGAINST_LEAST 0.95 /* of them */
 
 /* The share of columns that are level at the low end, less that at the high end. */
 static double share_of(const stp_space *s, int axis)

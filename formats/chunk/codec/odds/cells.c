@@ -32,11 +32,11 @@
 /* A column's first mean is a power of two, at most that of the greatest magnitude. */
 #define FIRST_MOST (15u + STP_MEAN_BITS)
 
-/* What a row adds to the number of the odds of the halves of kinds, if they are known. By signed
- * cells: where the odds of its child begin, and all bits if the row before is its elder sibling. */
+/* What a row adds to the number of its odds, if they are known. */
 typedef struct row_places {
-    unsigned upper, lower;
-    unsigned begin, has_elder;
+    unsigned upper, lower; /* halves of kinds */
+    unsigned begin;        /* signed cells: where the odds of its child begin */
+    unsigned has_elder;    /* likewise: all bits, if the row before is its elder sibling; else 0 */
 } row_places;
 
 /* How a column is coded: by odds of numbers or of kinds; or of numbers by signed cells. */

@@ -31,17 +31,7 @@ const uint8_t *stp_known_colours(bool last);
 /* Of last children that are told by parents: by class and how far they are off. */
 const uint8_t *stp_known_last_colours(void);
 
-/* By signed cells (SPEC.md, "Signed cells"): how many odds a column of samples has, 0 if it goes by
- * known odds as ever; and the curves of its odds, of level 2 to 0. signed_curves.inc and
- * signed_columns.inc have the numbers. */
-#define STP_SIGNED_ALONE (7u * 13u)
-#define STP_SIGNED_BESIDE (7u * 5u * 7u)
-unsigned stp_signed_width(unsigned column);
-const uint8_t *stp_signed_column(int level, unsigned column);
-void stp_signed_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out);
-/* Of a curve; those of levels 2 and 1 do not learn. */
-const stp_odds *stp_signed_curves(void);
-
+/* Begins odds with a curve. */
 void stp_known_begin(unsigned curve, stp_odds *out);
 /* The same of several curves. */
 void stp_known_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out);
@@ -52,5 +42,19 @@ STP_INLINE uint8_t stp_row_kind_of(unsigned siblings_left, unsigned parent_flags
 {
     return (uint8_t)(siblings_left | (parent_flags >> 6 & 3u) << 2 | (parent_flags >> 3 & 1u) << 4);
 }
+
+/* ---- signed cells: SPEC.md, "Signed cells"; signed_curves.inc, signed_columns.inc ---- */
+
+/* How many odds a column has that none is beside, or one. */
+#define STP_SIGNED_ALONE (7u * 13u)
+#define STP_SIGNED_BESIDE (7u * 5u * 7u)
+/* The same by the number of a column of samples; 0: it does not go by signed cells. */
+unsigned stp_signed_width(unsigned column);
+/* The numbers of the curves that its odds begin with; level: 2 to 0. */
+const uint8_t *stp_signed_column(int level, unsigned column);
+/* Begins `count` odds with these curves: for level 0, where odds learn. */
+void stp_signed_cells(const uint8_t *curve, unsigned count, stp_odds *restrict out);
+/* The odds of all curves, by number: for levels 2 and 1, where odds do not learn. */
+const stp_odds *stp_signed_curves(void);
 
 #endif

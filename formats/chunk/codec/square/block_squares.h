@@ -11,8 +11,8 @@ typedef struct stp_block_squares {
     bool found; /* false: the block is coded as points */
 } stp_block_squares;
 
-/* If the block has room for squares and their map, segment 0 leaves what it finds to the others. To
- * be cleared even if it fails. Errors: OUT_OF_MEMORY. */
+/* Finds the squares and makes their map, or takes those that segment 0 left in the block, if it has
+ * room for them. Clear *out also after a failure. Errors: OUT_OF_MEMORY. */
 stp_status stp_block_squares_find(const stp_chunk *block, int segment, stp_block_squares *out,
                                   stp_error *err);
 void stp_block_squares_clear(stp_block_squares *s);

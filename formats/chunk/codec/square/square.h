@@ -19,10 +19,10 @@
 #define STP_SQUARE_REACH_PARENTS 5u
 /* The same, whatever is left of the parents' normals. */
 #define STP_SQUARE_REACH_LOOSE 6u
-/* Likewise, and what normals are off is a multiple of 2^stp_square_stride. Of levels 1 and 0. */
+/* Likewise, and normals are whole strides off. Of levels 1 and 0. */
 #define STP_SQUARE_REACH_STRIDES 7u
-/* Steps of the grid of normals that a stride has, as a power of two; shift: of the grid. They are 4
- * to 6 degrees at level 0, half of that at level 1; on grids of less than 8 bits, one step. */
+/* A stride is 2^stp_square_stride places of the grid of normals: 4 to 6 degrees at level 0, half of
+ * that at level 1; on a grid of less than 8 bits, one place. shift: of the grid. */
 static inline unsigned stp_square_stride(int level, unsigned shift)
 {
     return shift > 4 ? 0 : 7u - shift - (unsigned)level;

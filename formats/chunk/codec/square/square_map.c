@@ -8,9 +8,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* A map's grids hold at most this many squares for each patch and for each sample, no more than
- * SQUARES_MOST, and so many more: memory is bounded by what the block has, and by 90 MB. `stipple
- * prep` makes blocks of some thousand samples. */
+/* A map's grids hold at most min(4 n, s, SQUARES_MOST) + SQUARES_FREE squares of a block of n
+ * patches and s samples: memory is bounded by what the block has, and by 90 MB. `stipple prep`
+ * makes blocks of some thousand samples. */
 #define SQUARES_PER_PATCH 4u
 #define SQUARES_PER_SAMPLE 1u
 #define SQUARES_MOST 16384u

@@ -280,11 +280,13 @@ void stp_square_fold(int32_t place[2], int32_t top)
     }
 }
 
-/* A place that folds to `own`: of all, the one nearest to what is expected. */
+/* The place that folds to `own` and is nearest to what is expected, of those whole strides off. */
 typedef struct unfolding {
     const int32_t *own, *expected;
-    int32_t top, between, least; /* between: bits that what it is off has not; least: its sum */
-    bool mirrored;               /* it is on a side, and stands for its mirror, too */
+    int32_t top;
+    int32_t between; /* a stride less 1: these bits are 0 in what a place is off */
+    int32_t least;   /* what the nearest place so far is off, both coordinates together */
+    bool mirrored;   /* it is on a side, and stands for its mirror, too */
     int32_t place[2];
 } unfolding;
 
@@ -321,7 +323,13 @@ bool stp_square_unfold(int32_t own[2], const int32_t expected[2], int32_t top, b
 {
     const bool mirrored = sides && (own[0] == 0 || own[0] == top || own[1] == 0 || own[1] == top);
     const int32_t between = (1 << stride) - 1;
-    unfolding f = {own, expected, top, between, INT32_MAX, mirrored, {own[0], own[1]}};
+    unfolding f = {.own = own,
+                   .expected = expected,
+                   .top = top,
+                   .between = between,
+                   .least = INT32_MAX,
+                   .mirrored = mirrored,
+                   .place = {own[0], own[1]}};
     for (int mirror = 0; mirror < (mirrored ? 4 : 1); mirror++)
         unfold(&f, mirror & 1 ? top - own[0] : own[0], mirror & 2 ? top - own[1] : own[1]);
     memcpy(own, f.place, sizeof f.place);

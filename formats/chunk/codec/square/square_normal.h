@@ -39,9 +39,9 @@ void stp_square_normal_of(const stp_square_normals *normals, const stp_raster *r
 /* Moves a place that lies beyond the grid of normals onto it. Each half of a side of the grid is
  * folded upon the other: what lies beyond it is on the grid, too. top: the last place. */
 void stp_square_fold(int32_t place[2], int32_t top);
-/* Moves a place of the grid, own, to the one nearest to `expected` that folds to it and is
- * multiples of 2^stride off. False, and own stays, if there is none. sides: own is the lesser of
- * two on a side (normal_grid.h), and stands for both. */
+/* Moves a place of the grid, own, to one that folds to it and is off `expected` by multiples of
+ * 2^stride: the nearest. If there is none, own stays, and the answer is false. sides: own is the
+ * lesser of two on a side (normal_grid.h), and stands for both. */
 bool stp_square_unfold(int32_t own[2], const int32_t expected[2], int32_t top, bool sides,
                        unsigned stride);
 

@@ -44,7 +44,7 @@ typedef struct stp_table {
      * lattices, as a rule; squares follow the table (square.h). Decoding sets the other three. */
     bool is_patches;
     bool middles, squares, tilted;
-    /* Patches are placed by their squares, and placed.h codes their origins and counts. */
+    /* Of patches: squares place them, and placed.h codes their origins and counts. */
     bool placed;
     /* With middles, by column: the bits of the mean that its odds begin with (cells.h). */
     const uint8_t *first;
@@ -57,8 +57,8 @@ typedef struct stp_table {
      * row stp_row_kind_of; NULL: all 0. */
     const uint8_t *known;
     uint8_t *row_kinds;
-    /* Of elder children of a level of points: whether odds are by signed cells (known_odds.h).
-     * Decoding sets it if the table may be so. */
+    /* Whether odds go by signed cells (known_odds.h); decoding sets it. may_sign: the table may
+     * have them, since it is of elder children of points, of `level`. */
     bool may_sign, is_signed;
     int level;
     /* Decoding adds each column's bytes here; those of a stream go to its first column. NULL:
