@@ -256,6 +256,7 @@ def squares_begin(cursor, tight, finest=False):
     require(not how & 64 or how >> 7, f"{cursor.name}: a level of squares begins with {how}")
     more = cursor.number(1) if how & 64 else 0
     require(tight is None or how >> 7 == tight, f"{cursor.name}: a level of squares begins with {how}")
+    require(how >> 7 or how & 7 < 7, f"{cursor.name}: strides of a part that is not tight")
     require(not how & 16 or (how >> 7 and finest), f"{cursor.name}: a ladder of a level that has none")
     rungs = cursor.number(2) + 1 if how & 16 else 0
     return TightTables(cursor, True) if how >> 7 else LooseTables(cursor, True), (how & 47, more), rungs

@@ -55,8 +55,8 @@ def read_squares(cursor, patches, tilted):
     for column in range(11 if tilted else 10):
         width = 1 if 2 <= column < 10 else 2
         columns.append([int.from_bytes(cursor.take(width), "little", signed=width == 2) for _ in patches])
-    return codec_squares.Block(rasters, codec_squares.squares_of(rasters, list(zip(*columns)), cursor.name),
-                               patches, cursor.name)
+    places = codec_squares.squares_of(rasters, list(zip(*columns)), cursor.name)
+    return codec_squares.Block(rasters, places, patches, cursor.name)
 
 
 def decode_block(parts, patch_count, linked, name):
