@@ -17,7 +17,9 @@ double stp_floor_share(const stp_space *space, int axis);
 bool stp_up_is_z(const stp_space *space);
 /* Whether y points down, as cameras of photogrammetry have it: what is level lies at the high end
  * of y, under a third of all columns more than at the low end, and the file's own normals there
- * point against y, 19 of 20. What has a level top has normals along y there. Errors: OUT_OF_MEMORY.
+ * point against y, 19 of 20. What has a level top has normals along y there. A flat wall that faces
+ * low y fits as well: whoever finds a broad side (broad_side.h) goes by that. Errors:
+ * OUT_OF_MEMORY.
  */
 stp_status stp_up_is_against_y(bool *out, const stp_cloud *cloud, const stp_space *space,
                                stp_error *err);
