@@ -81,7 +81,7 @@ enum {
 /* Most stations of a scan. */
 #define STP_STATION_LIMIT 65535u
 
-/* What images of one size that are given together are (grid/depth_guess.h). */
+/* What images of one size and type that are given together are (grid/depth_guess.h). */
 typedef enum stp_depth_series {
     STP_SERIES_NONE, /* each image decides */
     STP_SERIES_HEIGHTS,

@@ -229,6 +229,15 @@ run "$STIPPLE" prep "$FOLDER/wall.pgm" "$FOLDER/d.pgm" -o "$FOLDER/d.stipple" --
 expect_code 0
 expect_text err "wall.pgm: taken as a depth camera's image (--pinhole 262.5,262.5,159.5,119.5 --height-scale 0.001): give"
 expect_text err "d.pgm: taken as"
+# Floats have a unit of their own.
+{
+    printf 'Pf\n320 240\n-1.0\n'
+    awk 'BEGIN { for (i = 0; i < 76800; i++) printf "@@@@" }'
+} >"$FOLDER/wall.pfm"
+run "$STIPPLE" prep "$FOLDER/d.pgm" "$FOLDER/wall.pfm" -o "$FOLDER/d.stipple" --force
+expect_code 0
+expect_text err "d.pgm: taken as"
+found "wall.pfm: taken as" <"$FOLDER/err" && fail "floats are of the series of whole numbers"
 # COLMAP's y points down, and its pictures stand upright.
 {
     echo '#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)'

@@ -1,4 +1,4 @@
-/* Makes images of one size that are given together one kind. */
+/* Makes images that are given together depths or heights. */
 #include "tools/prep/prep_series.h"
 
 #include "base/memory.h"
@@ -7,18 +7,19 @@
 
 #include <stdlib.h>
 
-static bool is_of_size(const stp_depth_look *a, const stp_depth_look *b)
+/* Floats are metres, whole numbers are not. */
+static bool is_alike(const stp_depth_look *a, const stp_depth_look *b)
 {
-    return a->width == b->width && a->height == b->height;
+    return a->width == b->width && a->height == b->height && a->floats == b->floats;
 }
 
-/* Decides for all images of the size of look i. */
+/* Decides for all images of the kind of look i. */
 static void decide(stp_grid_params *out, const stp_depth_look *looks, size_t count, size_t i)
 {
     size_t images = 0, depths = 0;
     double scale = 0.0;
     for (size_t k = 0; k < count; k++) {
-        if (!is_of_size(&looks[k], &looks[i]))
+        if (!is_alike(&looks[k], &looks[i]))
             continue;
         images++;
         depths += looks[k].scale > 0.0;

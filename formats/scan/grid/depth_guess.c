@@ -191,7 +191,7 @@ static stp_status look(stp_depth_look *out, double *focal, const char *path, boo
             *focal = cameras[i].focal;
     if (*focal == 0.0)
         goto done;
-    *out = (stp_depth_look){.width = info->width, .height = info->height};
+    *out = (stp_depth_look){.width = info->width, .height = info->height, .floats = info->floats};
     if (told)
         goto done;
     d.floats = info->floats;

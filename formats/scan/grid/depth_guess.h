@@ -22,6 +22,7 @@
 /* What an image is by itself. width 0: it can't be a depth camera's. scale 0: it is not. */
 typedef struct stp_depth_look {
     uint32_t width, height;
+    bool floats;
     double scale;
 } stp_depth_look;
 
