@@ -81,6 +81,13 @@ enum {
 /* Most stations of a scan. */
 #define STP_STATION_LIMIT 65535u
 
+/* What images of one size and type that are given together are (grid/depth_guess.h). */
+typedef enum stp_depth_series {
+    STP_SERIES_NONE, /* each image decides */
+    STP_SERIES_HEIGHTS,
+    STP_SERIES_DEPTHS
+} stp_depth_series;
+
 /* How to read a grid of heights or depths (grid/grid.h). All zero: heights, as the file has them.
  */
 typedef struct stp_grid_params {
@@ -94,6 +101,7 @@ typedef struct stp_grid_params {
     bool along_ray;        /* depths are measured along the ray, not along the axis */
     double disparity_focal, disparity_base; /* pixels, length: depth = focal base / number; 0: no
                                                disparities */
+    stp_depth_series series; /* known: of what kind the image is; depths have a scale */
 } stp_grid_params;
 
 /* The part of a scan that is read. All zero: all of it. */

@@ -388,8 +388,7 @@ stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *clou
     const stp_dvec3 told = told_up(cloud, source);
     stp_dvec3 up;
     STP_TRY(up_of(&up, cloud, &space, &interior, source, err));
-    STP_TRY(stp_broad_side_find(&side, cloud, &space.box,
-                                stp_dvec3_length(told) > 0.0 || up.y == 0.0 ? told : up, err));
+    STP_TRY(stp_broad_side_find(&side, cloud, &space.box, told, err));
     if (interior.found) {
         *out = stp_interior_camera(&interior, &space);
         if (told.y < 0.0 && interior.up_axis == 1)

@@ -18,8 +18,9 @@ bool stp_up_is_z(const stp_space *space);
 /* Whether y points down, as cameras of photogrammetry have it. Two things must hold. At the high
  * end of y more columns are level than at the low end, by 0.3 of all. And of the file's own normals
  * there that lie along y, 19 of 20 point against it: a ground faces the cameras above it, while
- * the normals of a level top point along y. Errors: OUT_OF_MEMORY, and if ranks share the cloud IO,
- * CANCELLED. */
+ * the normals of a level top point along y. A flat wall that faces low y fits as well: whoever
+ * finds a broad side (broad_side.h) goes by that. Errors: OUT_OF_MEMORY, and if ranks share the
+ * cloud IO, CANCELLED. */
 stp_status stp_up_is_against_y(bool *out, const stp_cloud *cloud, const stp_space *space,
                                stp_error *err);
 

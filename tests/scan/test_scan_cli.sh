@@ -215,6 +215,29 @@ expect_text err "d.pgm: taken as a depth camera's image (--pinhole 262.5,262.5,1
 run "$STIPPLE" prep "$FOLDER/d.pgm" -o "$FOLDER/d.stipple" --spacing 1 --force
 expect_code 0
 found "depth camera's image (" <"$FOLDER/err" && fail "--spacing leaves it a camera's"
+# Images of one size are one series: a frame of a bare wall, which alone is heights, is a camera's, too.
+awk 'BEGIN {
+    print "P2 320 240 65535"
+    for (r = 0; r < 240; r++)
+        for (c = 0; c < 320; c++)
+            print (c >= 90 && c < 100) ? 0 : 2000
+}' >"$FOLDER/wall.pgm"
+run "$STIPPLE" prep "$FOLDER/wall.pgm" -o "$FOLDER/d.stipple" --force
+expect_code 0
+found "depth camera's image (" <"$FOLDER/err" && fail "a bare wall is taken as a camera's"
+run "$STIPPLE" prep "$FOLDER/wall.pgm" "$FOLDER/d.pgm" -o "$FOLDER/d.stipple" --force
+expect_code 0
+expect_text err "wall.pgm: taken as a depth camera's image (--pinhole 262.5,262.5,159.5,119.5 --height-scale 0.001): give"
+expect_text err "d.pgm: taken as"
+# Floats have a unit of their own.
+{
+    printf 'Pf\n320 240\n-1.0\n'
+    awk 'BEGIN { for (i = 0; i < 76800; i++) printf "@@@@" }'
+} >"$FOLDER/wall.pfm"
+run "$STIPPLE" prep "$FOLDER/d.pgm" "$FOLDER/wall.pfm" -o "$FOLDER/d.stipple" --force
+expect_code 0
+expect_text err "d.pgm: taken as"
+found "wall.pfm: taken as" <"$FOLDER/err" && fail "floats are of the series of whole numbers"
 # COLMAP's y points down, and its pictures stand upright.
 {
     echo '#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)'

@@ -306,6 +306,28 @@ static void colours_for_want_of_any(void **state)
     }
 }
 
+/* Of lines, only the first are looked at: if these are dark, 1 is not full. */
+static void dark_beginning(void **state)
+{
+    (void)state;
+    enum { COUNT = 65537 };
+    stp_scan_info info;
+    FILE *file = fopen("dark.ply", "wb");
+    assert_non_null(file);
+    fprintf(file,
+            "ply\nformat ascii 1.0\nelement vertex %d\nproperty float x\nproperty float y\n"
+            "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+            "end_header\n",
+            COUNT);
+    for (int i = 0; i < COUNT; i++)
+        fprintf(file, "%d 0 0 %d 0 1\n", i, i == COUNT - 1 ? 200 : 1);
+    assert_int_equal(fclose(file), 0);
+    stp_point *points = scan_fixture_read("dark.ply", NULL, &info);
+    scan_fixture_rgb(&points[0], 257, 0, 257);
+    scan_fixture_rgb(&points[COUNT - 1], 200 * 257, 0, 257);
+    free(points);
+}
+
 /* Gaussian splats have colours as spherical harmonics: 1/2 + 0.2820948 c. They stay attributes. */
 static void splats_have_colours(void **state)
 {
@@ -530,6 +552,7 @@ int main(void)
         cmocka_unit_test(colour_depths),
         cmocka_unit_test(all_black_is_no_colour),
         cmocka_unit_test(colours_for_want_of_any),
+        cmocka_unit_test(dark_beginning),
         cmocka_unit_test(splats_have_colours),
         cmocka_unit_test(packed_colours),
         cmocka_unit_test(packed_colours_in_floats),

@@ -5,6 +5,8 @@
 #include "preprocess/viewpoint/free_space.h"
 #include "tests/fixtures/prep_fixture.h"
 
+#include <math.h>
+
 enum { GROUND = 6000, POINTS = GROUND + 3000 };
 
 /* A ground of 6 x 4 with a ball over it, or with the ball below: a table, as far as levels tell.
@@ -54,6 +56,24 @@ static void grounds_are_below(void **state)
     }
 }
 
+/* A front of 20 x 15 with bays, seen from low y, whose normals point there: z is up. */
+static void walls_stand(void **state)
+{
+    (void)state;
+    positions p = {0};
+    stp_dvec3 normals[POINTS];
+    for (uint64_t i = 0; i < POINTS; i++) {
+        const double x = 20.0 * stp_random_unit(6, 2 * i), z = 15.0 * stp_random_unit(6, 2 * i + 1);
+        const bool out = fmod(x, 5.0) < 2.0 && fmod(z, 3.0) < 1.2;
+        positions_add(&p, x, out ? 4.4 : 5.0, z);
+        normals[i] = (stp_dvec3){0.0, -1.0, 0.0};
+    }
+    write_points("wall.ply", &p, normals);
+    const stp_first_camera first = first_prep("wall.ply", 2).first;
+    assert_true(first.model_up.z == 1.0 && first.why == STP_FIRST_SIDE);
+    free(p.at);
+}
+
 /* The whole model is seen from its front, from above, upright. */
 static void seen_from_above(void **state)
 {
@@ -66,6 +86,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(grounds_are_below),
+        cmocka_unit_test(walls_stand),
         cmocka_unit_test(seen_from_above),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

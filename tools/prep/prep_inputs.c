@@ -5,6 +5,7 @@
 #include "formats/scan/coordinate_step.h"
 #include "tools/prep/prep_grids.h"
 #include "tools/prep/prep_plants.h"
+#include "tools/prep/prep_series.h"
 #include "tools/prep/prep_twice.h"
 #include "tools/prep/prep_web.h"
 
@@ -42,6 +43,7 @@ static stp_status check_unchanged(const prep_inputs *in, stp_error *err)
 stp_scan_params prep_inputs_params(const prep_inputs *in, size_t i)
 {
     stp_scan_params params = in->params;
+    params.grid = prep_series_grid(in, i);
     params.mirror = in->facts[i].mirror;
     params.web = prep_web_params();
     params.sample_coarse = !in->vertices && !in->plants && !in->params.numbers;
@@ -309,26 +311,20 @@ static stp_status note_where(prep_inputs *in, size_t i, stp_error *err)
                           : STP_OK;
 }
 
-/* Copies the grid for the same reason. */
-static stp_status copy_grid(stp_prep_file *file, const stp_scan_grid *grid, stp_error *err)
+/* Copies the grid and the images for the same reason. */
+static stp_status copy_grids(stp_prep_file *file, const stp_scan_info *info, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_grid_cell *cells = NULL;
-    STP_TRY(stp_alloc(&cells, grid->cell_count, sizeof *cells, "a grid", err));
-    if (cells)
-        memcpy(cells, grid->cells, grid->cell_count * sizeof *cells);
-    file->grid = *grid;
-    file->grid.cells = cells;
-done:
-    return status;
-}
-
-static stp_status copy_images(stp_prep_file *file, const stp_scan_info *info, stp_error *err)
-{
-    stp_status status = STP_OK;
-    STP_TRY(stp_alloc(&file->images, info->image_count, sizeof *file->images, "images", err));
+    const uint64_t cells = info->grid.cell_count, images = info->image_count;
+    stp_grid_cell *copy = NULL;
+    STP_TRY(stp_alloc(&copy, cells, sizeof *copy, "a grid", err));
+    file->grid = info->grid;
+    file->grid.cells = copy;
+    STP_TRY(stp_alloc(&file->images, images, sizeof *file->images, "images", err));
+    if (copy)
+        memcpy(copy, info->grid.cells, cells * sizeof *copy);
     if (file->images)
-        memcpy(file->images, info->images, info->image_count * sizeof *file->images);
+        memcpy(file->images, info->images, images * sizeof *file->images);
     file->image_count = info->image_count;
     file->pixels_told = info->pixels_told;
 done:
@@ -457,8 +453,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     STP_TRY(stp_scan_open(&scan, in->paths[i], &params, err));
     const stp_scan_info *info = stp_scan_get_info(scan);
     STP_TRY(add_stations(in, info, &in->files[i], in->paths[i], err));
-    STP_TRY(copy_grid(&in->files[i], &info->grid, err));
-    STP_TRY(copy_images(&in->files[i], info, err));
+    STP_TRY(copy_grids(&in->files[i], info, err));
     in->files[i].raster = info->raster;
     STP_TRY(copy_notes(&in->files[i], info, err));
     STP_TRY(note_part(in, i, err));
@@ -517,6 +512,7 @@ stp_status prep_inputs_survey(prep_inputs *in, stp_prep_source *source, stp_erro
     uint32_t all = UINT32_MAX, any = 0;
     STP_TRY(stp_alloc(&in->facts, in->count, sizeof *in->facts, "inputs", err));
     STP_TRY(stp_alloc(&in->files, in->count, sizeof *in->files, "inputs", err));
+    STP_TRY(prep_series_decide(in, err));
     for (size_t i = 0; i < in->count; i++) {
         const survey_mark mark = mark_of(in, source, all, any);
         stp_error why = {0};
@@ -589,6 +585,7 @@ void prep_inputs_clear(prep_inputs *in)
     prep_numbers_clear(&in->numbers);
     free(in->raster_nodes);
     free(in->files);
+    free(in->grids);
     free(in->facts);
     free(in->stations);
     free(in->station_ups);

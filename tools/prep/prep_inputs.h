@@ -39,6 +39,7 @@ typedef struct prep_inputs {
     stp_scan *scan;
     prep_numbers numbers;              /* attributes; set wanted before */
     prep_where where;                  /* parsed before, if only some points are stored */
+    stp_grid_params *grids;            /* per file, of images (prep_series.h); NULL: params.grid */
     prep_input *facts;                 /* per file */
     stp_dvec3 *raster_nodes;           /* of the grid that several inputs make; NULL: none */
     stp_prep_file *files;              /* per file, for the metadata; names are the paths */

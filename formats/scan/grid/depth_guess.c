@@ -166,28 +166,21 @@ static bool are_depths(depths *d)
                                                 : has_edges(d));
 }
 
-static void tell(stp_grid_params *params, double focal, const depths *d, char *note, size_t bytes)
+static double scale_of(const depths *d)
 {
-    params->fx = params->fy = focal;
-    params->cx = 0.5 * (d->width - 1);
-    params->cy = 0.5 * (d->height - 1);
-    if (params->scale == 0.0)
-        params->scale = d->floats ? 1.0 : d->highest <= MILLIMETRES_MOST ? 0.001 : 0.0002;
-    snprintf(note, bytes,
-             "taken as a depth camera's image (--pinhole %g,%g,%g,%g --height-scale %g): give the "
-             "camera's own numbers, or --spacing 1 if these are heights",
-             params->fx, params->fy, params->cx, params->cy, params->scale);
+    return d->floats ? 1.0 : d->highest <= MILLIMETRES_MOST ? 0.001 : 0.0002;
 }
 
-stp_status stp_depth_guess(stp_grid_params *params, char *note, size_t note_bytes, const char *path,
-                           stp_error *err)
+/* Looks at an image. focal is 0 if it cannot be a depth camera's; unless `told` is set, scale is 0
+ * if it is none. */
+static stp_status look(stp_depth_look *out, double *focal, const char *path, bool told,
+                       stp_error *err)
 {
     stp_status status = STP_OK;
     stp_raster_file *raster = NULL;
     depths d = {0};
-    double focal = 0.0;
-    if (params->fx > 0.0 || params->dx > 0.0)
-        return STP_OK;
+    *focal = 0.0;
+    *out = (stp_depth_look){0};
     STP_TRY(stp_raster_open(&raster, path, STP_RASTER_HEIGHTS, 1, err));
     const stp_raster_info *info = stp_raster_get_info(raster);
     if (info->channels != 1 || (!info->floats && (info->full <= 255.0 || info->full >= VALUES)) ||
@@ -195,18 +188,51 @@ stp_status stp_depth_guess(stp_grid_params *params, char *note, size_t note_byte
         goto done;
     for (size_t i = 0; i < sizeof cameras / sizeof *cameras; i++)
         if (info->width == cameras[i].width && info->height == cameras[i].height)
-            focal = cameras[i].focal;
-    if (focal == 0.0)
+            *focal = cameras[i].focal;
+    if (*focal == 0.0)
+        goto done;
+    *out = (stp_depth_look){.width = info->width, .height = info->height, .floats = info->floats};
+    if (told)
         goto done;
     d.floats = info->floats;
     d.width = info->width;
     d.height = info->height;
     STP_TRY(load(&d, raster, err));
-    if (are_depths(&d))
-        tell(params, focal, &d, note, note_bytes);
+    out->scale = are_depths(&d) ? scale_of(&d) : 0.0;
 done:
     stp_raster_close(&raster);
     free(d.z);
     free(d.histogram);
+    return status;
+}
+
+stp_status stp_depth_look_at(stp_depth_look *out, const char *path, stp_error *err)
+{
+    double focal;
+    return look(out, &focal, path, false, err);
+}
+
+stp_status stp_depth_guess(stp_grid_params *params, char *note, size_t note_bytes, const char *path,
+                           stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_depth_look seen;
+    double focal;
+    const bool told = params->series == STP_SERIES_DEPTHS;
+    if (params->fx > 0.0 || params->dx > 0.0 || params->series == STP_SERIES_HEIGHTS)
+        return STP_OK;
+    STP_TRY(look(&seen, &focal, path, told, err));
+    if (focal == 0.0 || (!told && seen.scale == 0.0))
+        goto done;
+    params->fx = params->fy = focal;
+    params->cx = 0.5 * (seen.width - 1);
+    params->cy = 0.5 * (seen.height - 1);
+    if (params->scale == 0.0)
+        params->scale = seen.scale;
+    snprintf(note, note_bytes,
+             "taken as a depth camera's image (--pinhole %g,%g,%g,%g --height-scale %g): give the "
+             "camera's own numbers, or --spacing 1 if these are heights",
+             params->fx, params->fy, params->cx, params->cy, params->scale);
+done:
     return status;
 }

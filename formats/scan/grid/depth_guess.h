@@ -10,15 +10,29 @@
  * zeros lie in runs of 8 or more, and depths are within 10 m. Floats are metres, and NaN counts as
  * zero.
  *
+ * Whoever gives several images of one size decides for all of them (`series`): half of them
+ * suffice.
+ *
  * Does not look at disparities or colours. Threads: any. */
 #ifndef STP_FORMATS_SCAN_GRID_DEPTH_GUESS_H
 #define STP_FORMATS_SCAN_GRID_DEPTH_GUESS_H
 
 #include "formats/scan/scan.h"
 
+/* What an image is by itself. width 0: it can't be a depth camera's. scale 0: it is not. */
+typedef struct stp_depth_look {
+    uint32_t width, height;
+    bool floats;
+    double scale;
+} stp_depth_look;
+
+/* Reads the whole file, if it has such a size. Errors: those of raster.h. */
+stp_status stp_depth_look_at(stp_depth_look *out, const char *path, stp_error *err);
+
 /* Fills in the pinhole and, where it is 0, the scale of params (metres), and `note`, a sentence
  * that says so and how to say otherwise; leaves both as they are if it is no depth image, or if a
- * pinhole or a spacing is given. Reads the whole file. Errors: those of raster.h. */
+ * pinhole or a spacing is given. Reads the whole file, unless the series is known. Errors: those of
+ * raster.h. */
 stp_status stp_depth_guess(stp_grid_params *params, char *note, size_t note_bytes, const char *path,
                            stp_error *err);
 

@@ -120,6 +120,9 @@ stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
                            stp_value_is_white(spans.colour_min, spans.colour.max);
         if ((spans.colour.max <= 0.0 || white) && all && !harmonic)
             ply->attributes &= ~(uint32_t)STP_POINT_HAS_COLOUR;
+        /* A dark beginning does not say that 1 is full. */
+        if (!all && red && red->type < STP_PLY_FLOAT32 && spans.colour.max <= 1.0)
+            spans.colour.max = 255.0;
         stp_source_seek(&ply->source, ply->vertex_offset, ply->vertex_line);
         ply->cursor.index = 0;
     }
