@@ -273,14 +273,14 @@ static inline void add_vectors(sum_vectors *sums, const sum_vectors *other, stp_
                                float weight)
 {
     const stp_float4 t = other->of[2] + 0.5f * other->of[2][3] * d;
-    const stp_float4 d0 = __builtin_shufflevector(d, d, 0, 0, 0, 1);
-    const stp_float4 t0 = __builtin_shufflevector(t, t, 0, 0, 0, 1);
-    const stp_float4 d1 = __builtin_shufflevector(d, d, 0, 1, 2, 1);
-    const stp_float4 t1 = __builtin_shufflevector(t, t, 0, 1, 2, 1);
-    const stp_float4 d2 = __builtin_shufflevector(d, d, 1, 2, 3, 3);
-    const stp_float4 t2 = __builtin_shufflevector(t, t, 1, 2, 3, 3);
-    const stp_float4 d3 = __builtin_shufflevector(d, d, 2, 2, 3, 3);
-    const stp_float4 t3 = __builtin_shufflevector(t, t, 2, 2, 3, 3);
+    const stp_float4 d0 = {d[0], d[0], d[0], d[1]};
+    const stp_float4 t0 = {t[0], t[0], t[0], t[1]};
+    const stp_float4 d1 = {d[0], d[1], d[2], d[1]};
+    const stp_float4 t1 = {t[0], t[1], t[2], t[1]};
+    const stp_float4 d2 = {d[1], d[2], d[3], d[3]};
+    const stp_float4 t2 = {t[1], t[2], t[3], t[3]};
+    const stp_float4 d3 = {d[2], d[2], d[3], d[3]};
+    const stp_float4 t3 = {t[2], t[2], t[3], t[3]};
     sums->of[0] += weight * (other->of[0] + d0 * t1 + t0 * d1);
     sums->of[1] += weight * (other->of[1] + d2 * t3 + t2 * d3);
     sums->of[2] += weight * (other->of[2] + t[3] * d);

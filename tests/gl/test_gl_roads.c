@@ -6,6 +6,8 @@
  * one depth. Shaders that choose levels must also draw the same number of samples. */
 #include "tests/fixtures/gl_model.h"
 
+#include "runtime/draw/road.h"
+
 typedef struct scene {
     const char *name;
     int width, height;
@@ -104,6 +106,47 @@ static void same_bytes(void **state)
     gl_fixture_close(&computed);
 }
 
+/* Patches that are drawn as one sample are listed apart from those whose levels a shader chooses.
+ * With a software driver, the pass that finds depths keeps where the samples of both lie, for the
+ * pass that names samples. */
+static void levels_chosen(void **state)
+{
+    static const double thresholds[] = {1.0, 3.0, 6.0};
+    const scene s = {.name = "levels", .width = 300, .height = 200};
+    const size_t pixels = (size_t)s.width * (size_t)s.height;
+    gl_fixture *rasterised = *state, computed;
+    uint8_t *pictures[2];
+    unsigned both = 0;
+    if (!stp_road_is_software()) {
+        print_message("only software drivers keep places, and choose the same levels exactly\n");
+        skip();
+    }
+    for (int i = 0; i < 2; i++)
+        pictures[i] = calloc(pixels, 4);
+    assert_true(pictures[0] != NULL && pictures[1] != NULL);
+    gl_fixture_open(&computed, "model.stipple", NULL);
+    for (int k = 0; k < 9; k++) {
+        stp_view view = view_of(rasterised, &s, k % TURNS, 0.6);
+        stp_draw_params params = {.threshold_px = thresholds[k / TURNS],
+                                  .radius_cap_px = 1000.0,
+                                  .reconstruct = STP_RECONSTRUCT_POINTS,
+                                  .lod = STP_LOD_GEOMETRY};
+        uint64_t emitted = draw(rasterised, &view, &params, pictures[0]);
+        params.lod = STP_LOD_COMPUTE;
+        assert_int_equal(draw(&computed, &view, &params, pictures[1]), emitted);
+        compare(&s, pictures[0], pictures[1], pixels);
+        const stp_inspection look = stp_renderer_inspect(computed.renderer);
+        const size_t draws = look.cut->draw_count;
+        const size_t patches = look.sight->lists[STP_SIGHT_PATCHES].begin[draws];
+        const size_t vertices = look.sight->lists[STP_SIGHT_VERTICES].begin[draws];
+        both += patches > 100 && vertices > 100;
+    }
+    assert_true(both >= 3);
+    gl_fixture_close(&computed);
+    free(pictures[0]);
+    free(pictures[1]);
+}
+
 /* A plane seen head-on, with some ten samples per pixel: most pixels are decided by ties. */
 static void any_memory(void **state)
 {
@@ -157,7 +200,9 @@ static int enter(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(same_bytes), cmocka_unit_test(any_memory)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(same_bytes),
+                                       cmocka_unit_test(levels_chosen),
+                                       cmocka_unit_test(any_memory)};
     stp_gl_context *context = gl_fixture_context();
     int failed = cmocka_run_group_tests(tests, enter, gl_model_leave);
     stp_gl_context_destroy(&context);

@@ -114,7 +114,6 @@ static void lattice_ties(void **state)
     check(&cloud, 16, 331);
 }
 
-/* A flat lattice on the borders of cells, far from the origin. */
 /* A lattice whose points are a little off their places: floats tell the distances apart, but not in
  * the right order. */
 static void lattice_nearly_ties(void **state)
@@ -129,6 +128,7 @@ static void lattice_nearly_ties(void **state)
     check(&cloud, 16, 331);
 }
 
+/* A flat lattice on the borders of cells, far from the origin. */
 static void flat_lattice_far_away(void **state)
 {
     (void)state;
