@@ -1,5 +1,5 @@
-/* The members of a renderer, for the files that draw its pictures alone: renderer.c, frame*.c,
- * occlude.c, settle.c and draw/readback.c. Threads: the render thread. */
+/* The members of a renderer. Only the files that draw its pictures include this header: renderer.c,
+ * frame*.c, occlude.c, settle.c and draw/readback.c. Threads: the render thread. */
 #ifndef STP_RUNTIME_RENDERER_PARTS_H
 #define STP_RUNTIME_RENDERER_PARTS_H
 

@@ -37,8 +37,8 @@ typedef enum stp_column {
 size_t stp_column_find_name(const char *begin, const char *end);
 /* name: a place in the list; STP_COLUMN_NONE if it is STP_COLUMN_NO_NAME. */
 stp_column stp_column_by_name(size_t name);
-/* Whether a column of text that has no other meaning is a colour in one piece: rgb, color, hex ...
- */
+/* Whether this is the name of a colour in one piece (rgb, color, hex ...), in text. The names that
+ * stp_column_find_name knows go before. */
 bool stp_column_is_packed(const char *begin, const char *end);
 /* Whether it is the name of a longitude or latitude. */
 bool stp_column_is_angle(size_t name);

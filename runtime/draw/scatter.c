@@ -11,8 +11,8 @@
 enum { IMAGE_DEPTH = 0, IMAGE_SAMPLE = 1, IMAGE_PLACES = 4 };
 enum { UNIFORM_FIRST_PLACE = 7 };
 
-/* At most so many places are kept for each pixel of the picture, and in all. There are more if far
- * too many samples are drawn. */
+/* At most so many places are kept for each pixel of the picture, and in all. If there may be more,
+ * both passes project. */
 #define PLACES_A_PIXEL 16
 #define PLACES_LIMIT ((size_t)1 << 26)
 #define PLACE_BYTES 8

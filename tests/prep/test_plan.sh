@@ -18,6 +18,14 @@ plan() { # further words
 plan
 expect_text out "points           110000"
 expect_text out "temporary files  none"
+# The file is as large as it says.
+forecast=$(sed -n 's/^file  *about \(.*\) to \(.*\) MB .*/\1 \2/p' "$FOLDER/plan")
+run "$STIPPLE" "${words[@]}" --quiet
+expect_code 0
+stat -c %s "$FOLDER/models/m.stipple" |
+    awk -v f="$forecast" '{ split(f, mb); exit !(mb[1] <= 1e-6 * $1 && 1e-6 * $1 <= mb[2]) }' ||
+    fail "$(stat -c %s "$FOLDER/models/m.stipple") bytes, expected $forecast MB"
+rm -r "$FOLDER/models"/*
 [ "$(grep -cE '^ *[0-9]+( +[0-9]+[.][0-9]){8}$' "$FOLDER/plan")" = 8 ] || fail "no table: $(cat "$FOLDER/plan")"
 
 # Triangles between maps need 140 bytes a point more, here 15 MB.

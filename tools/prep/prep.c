@@ -243,6 +243,7 @@ const cli_command cli_prep = {
         "Heights: a row for each y, the top one first; a column for each x. The file says how far\n"
         "they are apart and where they lie (GeoTIFF, ESRI ASCII, HGT, AL3D), else --spacing. With\n"
         "--pinhole the numbers are depths in a camera's image, or with --disparity disparities.\n"
+        "The image of a usual depth camera is known without it, unless --spacing says heights.\n"
         "\n"
         "Meshes: the vertices are the points, or --sample N. A mesh whose faces are large, such "
         "as\n"
@@ -374,7 +375,7 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
          "place N points on a mesh's faces (none, unless they are large)", NULL},
         {"--seed", 0, CLI_UINT, &o->seed, "K", "seed of the random numbers of --sample (0)", NULL},
         {"--columns", 0, CLI_STRING, &o->columns, "LIST",
-         "columns of text files: x,y,z,r,g,b,i,nx,ny,nz,class, _ to skip (guessed)", NULL},
+         "columns of text files: x,y,z,r,g,b,rgb,i,nx,ny,nz,class, _ to skip (guessed)", NULL},
         {"--hybrid", 0, CLI_FLAG, &o->hybrid, NULL,
          "store large triangles as triangles, the others as points", NULL},
         {"--lines", 0, CLI_CHOICE, &o->lines, "edges|auto",

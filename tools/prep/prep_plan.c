@@ -50,8 +50,8 @@ stp_status prep_plan_print(const char *output, const stp_prep_source *source,
                plan.folder, 1e-9 * (double)plan.free_bytes);
     else
         printf("temporary files  none: everything fits in memory\n");
-    printf("file             about %.1f to %.1f MB (6 to 10 bytes a point, without attributes)\n",
-           6e-6 * points, 10e-6 * points);
+    printf("file             about %.1f to %.1f MB (4 to 8 bytes a point, without attributes)\n",
+           4e-6 * points, 8e-6 * points);
     if (size.grid)
         printf("\nA grid of heights takes a fraction of the time of points.\n");
     else

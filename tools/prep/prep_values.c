@@ -87,7 +87,7 @@ void prep_grid_fill(prep_grid *grid, cli_option out[PREP_GRID_OPTIONS])
         {"--height-scale", 0, CLI_STRING, &grid->scale, "S", "factor of a grid's numbers (1)",
          NULL},
         {"--pinhole", 0, CLI_STRING, &grid->pinhole, "FX,FY,CX,CY",
-         "the grid is a camera's depth image; focal lengths and centre in pixels", NULL},
+         "the grid is a camera's depth image; focal lengths and centre in pixels (guessed)", NULL},
         {"--depth", 0, CLI_CHOICE, &grid->depth, "z|ray",
          "whether depths are measured along the camera's axis or along the ray (z)", NULL},
         {"--disparity", 0, CLI_STRING, &grid->disparity, "F,B",

@@ -39,7 +39,7 @@ enum { VALUES = 65536 };
 #define FIT_TIMES 2u  /* so many times as many windows fit perspective as fit heights */
 enum {
     RUN_LEAST = 8,
-    WINDOW_PART = 40, /* of the width: half a half of a window */
+    WINDOW_PART = 40, /* of the width: a quarter of a window */
     FITS_LEAST = 500  /* windows: fewer say nothing */
 };
 

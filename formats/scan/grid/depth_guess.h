@@ -1,14 +1,17 @@
 /* Guesses that an image without a place is a depth camera's, and its pinhole.
  *
- * All of this must hold: integers of 9 to 16 bits, or floats, in one channel, no spacing, no place;
- * the size is one of usual depth cameras; 0.2 to 95 % of the pixels are zero; nearly all pixels
- * beside a zero are far above it; the least depths are a fortieth of the greatest at least (the
- * numbers of heights begin at small ones, or lie close together); of windows a tenth of the width
- * long whose ends differ by a sixth, twice as many have 1 / depth linear, as planes are in
- * perspective, as have depth linear. If fewer than 500 windows are either, surfaces end in the
- * image instead (a twentieth of the depth from pixel to pixel, in 0.05 % of the pairs), 80 % of the
- * zeros lie in runs of 8 or more, and depths are within 10 m. Floats are metres, and NaN counts as
- * zero.
+ * All of this must hold:
+ * - integers of 9 to 16 bits, or floats, in one channel; no spacing, place, scale or no-data;
+ * - the size is one of usual depth cameras;
+ * - 0.2 to 95 % of the pixels are zero, and nearly all pixels beside a zero are far above it;
+ * - the least depths are at least 100, and a fortieth of the greatest: heights begin at small
+ *   numbers, or lie close together;
+ * - at most a tenth of the pixels beside each other jump by a twentieth of the depth;
+ * - planes are seen in perspective. A window is a tenth of the width long, and its ends differ by a
+ *   sixth. In perspective 1 / depth is linear in it, on a slope depth is. Twice as many windows
+ * must be the former. If fewer than 500 windows are either, this must hold in place of the last:
+ * 0.05 % of the pixels jump as above, 80 % of the zeros lie in runs of 8 or more, and depths are
+ * within 10 m. Floats are metres, and NaN counts as zero.
  *
  * Whoever gives several images of one size decides for all of them (`series`): half of them
  * suffice.

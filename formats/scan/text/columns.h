@@ -9,11 +9,10 @@
  * first column. Columns with other names are attributes (text_numbers.h).
  *
  * By content, of n numbers per line the first three are x y z. But if there are more, and the first
- * is the point's number or its time, x is the second: numbers are whole, grow by one in 9 of 10
- * lines, in all by more than 0, and at least two of the three after it have fractions, all three
- * if the last of four differs; times are
- * seconds since 1970, or a thousandth, millionth or milliardth of these, never fall, and are a
- * hundred times what follows. The others:
+ * is the point's number or its time, x is the second. It is a number if it is whole, grows in every
+ * line, by one in 9 of 10, and at least two of the three after it have fractions, all three if the
+ * last of four differs. It is a time if it counts seconds since 1970, or milli-, micro- or
+ * nanoseconds, never falls, and is a hundred times what follows. The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.
  *   - Three in a row that are whole numbers within 0..255 or 0..65535, or fractions within 0..1,
  *     and no normal, are red, green and blue. If they can lie in two ways, because the number

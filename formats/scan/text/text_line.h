@@ -36,10 +36,12 @@ bool stp_field_next(stp_separator separator, const char **at, const char *end, s
 /* Reads the whole field as a number. False if it is none. Errors of range: as stp_number_parse. */
 bool stp_field_number(stp_separator separator, stp_field field, double *value);
 
-/* Reads a colour in one piece as 0xRRGGBB: #rrggbb, 0xrrggbb, or where `hex` is set rrggbb, all
- * perhaps with two digits of alpha behind (#) or before (0x), or a whole number, whose bits above
- * 24 do not count, or a float with these bits, as PCL has it. A missing one (empty, nan) is black.
- * False if it is none. */
+/* Reads a colour in one piece as 0xRRGGBB. False if it is none. Colours are
+ * - #rrggbb or #rrggbbaa; if `hex` is set, without the #, too;
+ * - 0xrrggbb or 0xaarrggbb;
+ * - a whole number, whose bits above 24 do not count;
+ * - a number with a fraction: a float of these bits, as PCL writes it;
+ * - nothing, or nan: black. */
 bool stp_field_colour(stp_separator separator, stp_field field, bool hex, double *value);
 /* Whether the field is #rrggbb or 0xrrggbb; or, if `bare` is set, also rrggbb. */
 bool stp_field_is_hex(stp_field field, bool bare);
