@@ -2,6 +2,7 @@
  * nothing else is turned. */
 #include "tests/fixtures/first_view_fixture.h"
 
+#include "preprocess/viewpoint/first_view.h"
 #include "preprocess/viewpoint/free_space.h"
 #include "tests/fixtures/prep_fixture.h"
 
@@ -82,12 +83,34 @@ static void seen_from_above(void **state)
     assert_true(away.y < 0.0 && away.z < 0.0);
 }
 
+/* Inputs of several formats: heights are up before y is, and y before -y. */
+static void formats_together(void **state)
+{
+    (void)state;
+    static const struct {
+        stp_prep_source source;
+        stp_dvec3 up;
+    } cases[] = {
+        {{.heights = true, .y_up = true, .y_down = true}, {0.0, 0.0, 1.0}},
+        {{.y_up = true, .y_down = true}, {0.0, 1.0, 0.0}},
+        {{.y_down = true}, {0.0, -1.0, 0.0}},
+    };
+    const stp_dbox box = {{0.0, 0.0, 0.0}, {1.0, 1.0, 1000.0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        stp_first_camera first = {0};
+        assert_true(stp_dvec3_equal(stp_prep_told_up(&cases[i].source), cases[i].up));
+        stp_first_view_of_heights(&first, &box, 0.0, 1.0, 0.999, &cases[i].source);
+        assert_true(stp_dvec3_equal(first.up, cases[i].up));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(grounds_are_below),
         cmocka_unit_test(walls_stand),
         cmocka_unit_test(seen_from_above),
+        cmocka_unit_test(formats_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
