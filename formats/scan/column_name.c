@@ -163,7 +163,9 @@ bool stp_column_is_packed(const char *begin, const char *end)
                                         "rgbcolor", "rgbcolour", "hex",    "hexrgb", "rgbhex",
                                         "hexcolor", "hexcolour", "rgbint", "farbe"};
     char name[STP_NAME_CHARS_MAX + 1];
-    for (size_t i = 0; simplify(begin, end, name) && i < sizeof names / sizeof *names; i++)
+    if (!simplify(begin, end, name))
+        return false;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (strcmp(names[i], name) == 0)
             return true;
     return false;

@@ -37,9 +37,8 @@ static inline covariance covariance_from(const float sums[STP_MOMENT_SUMS], doub
 
 static covariance covariance_of(const stp_moments *m, double *trace)
 {
-    const stp_float4 *r = m->row;
-    const float sums[STP_MOMENT_SUMS] = {r[0][0], r[0][1], r[0][2], r[1][1], r[1][2],
-                                         r[2][2], r[3][0], r[3][1], r[3][2], r[3][3]};
+    float sums[STP_MOMENT_SUMS];
+    stp_moments_get(m, sums);
     return covariance_from(sums, trace);
 }
 

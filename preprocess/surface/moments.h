@@ -36,6 +36,17 @@ static inline void stp_moments_add(stp_moments *m, const stp_moments *other, stp
 /* What a matrix of moments has besides what its symmetry repeats: xx, xy, xz, yy, yz, zz, x, y, z,
  * weight. */
 #define STP_MOMENT_SUMS 10
+
+static inline void stp_moments_get(const stp_moments *m, float sums[STP_MOMENT_SUMS])
+{
+    unsigned n = 0;
+    for (unsigned r = 0; r < 3; r++)
+        for (unsigned c = r; c < 3; c++)
+            sums[n++] = m->row[r][c];
+    for (unsigned c = 0; c < 4; c++)
+        sums[n++] = m->row[3][c];
+}
+
 /* Neighbourhoods that are fitted at a time. */
 #define STP_MOMENTS_LANES 8
 

@@ -77,14 +77,6 @@ typedef struct estimation {
     float *roundness;
 } estimation;
 
-static void keep_moments(plane *f, const stp_moments *m)
-{
-    const stp_float4 *r = m->row;
-    const float sums[STP_MOMENT_SUMS] = {r[0][0], r[0][1], r[0][2], r[1][1], r[1][2],
-                                         r[2][2], r[3][0], r[3][1], r[3][2], r[3][3]};
-    memcpy(f->sums, sums, sizeof sums);
-}
-
 static stp_moments moments_of(const float s[STP_MOMENT_SUMS])
 {
     return (stp_moments){{{s[0], s[1], s[2], s[6]},
@@ -183,7 +175,7 @@ static void part_sheets(plane *f, const estimation *e, uint32_t self, const neig
     stp_float4 apart = own.row[3] / own.row[3][3] - other.row[3] / other.row[3][3];
     stp_moments_add(&both, &other, apart + (stp_float4){0.0f, 0.0f, 0.0f, 1.0f}, 1.0f);
     f->normal = stp_moments_normal(&both);
-    keep_moments(f, &own);
+    stp_moments_get(&own, f->sums);
 }
 
 /* The plane of the nearest neighbours. */
@@ -339,7 +331,7 @@ static bool grow(const estimation *e, uint32_t self, float least_noise, plane *o
     if (share < 1.0f)
         normal = glms_vec3_normalize(glms_vec3_lerp(f.normal, normal, share));
     f.normal = normal;
-    keep_moments(&f, &sums);
+    stp_moments_get(&sums, f.sums);
     f.noise = noise;
     f.wide = f.wide ? STP_MARK_WIDEST : STP_MARK_WIDE;
     *out = f;

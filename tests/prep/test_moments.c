@@ -78,10 +78,12 @@ static stp_dvec3 jacobi(const stp_moments *m, double variances[3])
 static void fit(const stp_moments m[STP_MOMENTS_LANES], stp_moments_plane out[STP_MOMENTS_LANES])
 {
     stp_moment_columns columns;
-    for (int i = 0; i < STP_MOMENTS_LANES; i++)
-        for (int r = 0, sum = 0; r < 4; r++)
-            for (int c = r; c < 4; c++)
-                columns.of[c < 3 ? sum++ : 6 + r][i] = m[i].row[r][c];
+    for (int i = 0; i < STP_MOMENTS_LANES; i++) {
+        float sums[STP_MOMENT_SUMS];
+        stp_moments_get(&m[i], sums);
+        for (int j = 0; j < STP_MOMENT_SUMS; j++)
+            columns.of[j][i] = sums[j];
+    }
     stp_moments_fit(&columns, out);
 }
 

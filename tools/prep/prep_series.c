@@ -48,7 +48,7 @@ stp_status prep_series_decide(prep_inputs *in, stp_error *err)
     }
     for (size_t i = 0; i < in->count; i++) {
         in->grids[i] = given ? *given : (stp_grid_params){0};
-        if (looks[i].width > 0)
+        if (looks[i].focal > 0.0)
             decide(&in->grids[i], looks, in->count, i);
     }
 done:

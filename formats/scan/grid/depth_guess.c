@@ -171,15 +171,12 @@ static double scale_of(const depths *d)
     return d->floats ? 1.0 : d->highest <= MILLIMETRES_MOST ? 0.001 : 0.0002;
 }
 
-/* Looks at an image. focal is 0 if it cannot be a depth camera's; unless `told` is set, scale is 0
- * if it is none. */
-static stp_status look(stp_depth_look *out, double *focal, const char *path, bool told,
-                       stp_error *err)
+/* Looks at an image. told: it is a depth camera's if it can be, and scale stays 0. */
+static stp_status look(stp_depth_look *out, const char *path, bool told, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_raster_file *raster = NULL;
     depths d = {0};
-    *focal = 0.0;
     *out = (stp_depth_look){0};
     STP_TRY(stp_raster_open(&raster, path, STP_RASTER_HEIGHTS, 1, err));
     const stp_raster_info *info = stp_raster_get_info(raster);
@@ -188,11 +185,8 @@ static stp_status look(stp_depth_look *out, double *focal, const char *path, boo
         goto done;
     for (size_t i = 0; i < sizeof cameras / sizeof *cameras; i++)
         if (info->width == cameras[i].width && info->height == cameras[i].height)
-            *focal = cameras[i].focal;
-    if (*focal == 0.0)
-        goto done;
-    *out = (stp_depth_look){.width = info->width, .height = info->height, .floats = info->floats};
-    if (told)
+            *out = (stp_depth_look){cameras[i].focal, info->width, info->height, info->floats, 0.0};
+    if (out->focal == 0.0 || told)
         goto done;
     d.floats = info->floats;
     d.width = info->width;
@@ -208,8 +202,7 @@ done:
 
 stp_status stp_depth_look_at(stp_depth_look *out, const char *path, stp_error *err)
 {
-    double focal;
-    return look(out, &focal, path, false, err);
+    return look(out, path, false, err);
 }
 
 stp_status stp_depth_guess(stp_grid_params *params, char *note, size_t note_bytes, const char *path,
@@ -217,14 +210,13 @@ stp_status stp_depth_guess(stp_grid_params *params, char *note, size_t note_byte
 {
     stp_status status = STP_OK;
     stp_depth_look seen;
-    double focal;
     const bool told = params->series == STP_SERIES_DEPTHS;
     if (params->fx > 0.0 || params->dx > 0.0 || params->series == STP_SERIES_HEIGHTS)
         return STP_OK;
-    STP_TRY(look(&seen, &focal, path, told, err));
-    if (focal == 0.0 || (!told && seen.scale == 0.0))
+    STP_TRY(look(&seen, path, told, err));
+    if (seen.focal == 0.0 || (!told && seen.scale == 0.0))
         goto done;
-    params->fx = params->fy = focal;
+    params->fx = params->fy = seen.focal;
     params->cx = 0.5 * (seen.width - 1);
     params->cy = 0.5 * (seen.height - 1);
     if (params->scale == 0.0)

@@ -9,9 +9,10 @@
  * - at most a tenth of the pixels beside each other jump by a twentieth of the depth;
  * - planes are seen in perspective. A window is a tenth of the width long, and its ends differ by a
  *   sixth. In perspective 1 / depth is linear in it, on a slope depth is. Twice as many windows
- * must be the former. If fewer than 500 windows are either, this must hold in place of the last:
- * 0.05 % of the pixels jump as above, 80 % of the zeros lie in runs of 8 or more, and depths are
- * within 10 m. Floats are metres, and NaN counts as zero.
+ * must be the former. If fewer than 500 windows are either, this must hold instead: 0.05 % of the
+ *   pixels jump as above, 80 % of the zeros lie in runs of 8 or more, and depths are within 10 m.
+ *
+ * Floats are metres, and NaN counts as zero.
  *
  * Whoever gives several images of one size decides for all of them (`series`): half of them
  * suffice.
@@ -22,8 +23,10 @@
 
 #include "formats/scan/scan.h"
 
-/* What an image is by itself. width 0: it can't be a depth camera's. scale 0: it is not. */
+/* What an image is by itself. focal, in pixels, 0: it can't be a depth camera's. scale 0: it is
+ * not. */
 typedef struct stp_depth_look {
+    double focal;
     uint32_t width, height;
     bool floats;
     double scale;
