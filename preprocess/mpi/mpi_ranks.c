@@ -126,6 +126,7 @@ stp_status stp_mpi_open(stp_ranks *out, char host[STP_HOST_BYTES], stp_error *er
 {
     int self = 0, count = 1, level = 0, length = 0;
     char name[MPI_MAX_PROCESSOR_NAME] = "";
+    setenv("HWLOC_COMPONENTS", "-gl", 0); /* else MPI asks X servers, and dies with one that ends */
     if (MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level) != MPI_SUCCESS)
         return stp_error_set(err, STP_IO, "MPI does not start");
     MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
