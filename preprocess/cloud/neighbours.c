@@ -41,9 +41,13 @@ typedef float run_floats __attribute__((vector_size(4 * STP_RUN_POINTS)));
 typedef float run_of_floats __attribute__((vector_size(4 * STP_RUN_POINTS), aligned(4), may_alias));
 typedef int32_t run_bits __attribute__((vector_size(4 * STP_RUN_POINTS)));
 typedef uint64_t run_words __attribute__((vector_size(4 * STP_RUN_POINTS)));
+typedef double run_of_doubles
+    __attribute__((vector_size(8 * STP_RUN_POINTS), aligned(8), may_alias));
 typedef uint16_t run_numbers __attribute__((vector_size(2 * STP_RUN_POINTS)));
 
 static const run_bits each_bit = {1, 2, 4, 8, 16, 32, 64, 128};
+
+typedef int32_t key_lanes __attribute__((vector_size(4 * RANKS)));
 
 /* By bits: the numbers of the points whose bits are set, in order, and how many there are. So
  * points are picked without a branch for each. */
@@ -160,14 +164,14 @@ static stp_status list_find(stp_nearest_list *list, const search *s, uint32_t at
 STP_WIDE
 static void take_run(surroundings *around, const stp_locale *l, uint32_t run)
 {
-    const size_t first = (size_t)run * STP_RUN_POINTS;
-    for (unsigned i = 0; i < STP_RUN_POINTS; i++)
-        around->ats[around->count + i] = (uint32_t)first + i;
+    const size_t from = (size_t)run * STP_RUN_POINTS, to = around->count;
     const double centre[3] = {around->centre.x, around->centre.y, around->centre.z};
+    for (unsigned i = 0; i < STP_RUN_POINTS; i++)
+        around->ats[to + i] = (uint32_t)from + i;
     for (int a = 0; a < 3; a++) {
-        const double *from = l->axes[a] + first;
-        for (unsigned i = 0; i < STP_RUN_POINTS; i++)
-            around->axes[a][around->count + i] = (float)(from[i] - centre[a]);
+        const run_of_doubles *places = (const run_of_doubles *)(l->axes[a] + from);
+        const run_floats less = __builtin_convertvector(*places - centre[a], run_floats);
+        memcpy(around->axes[a] + to, &less, sizeof less);
     }
     around->count += STP_RUN_POINTS;
 }
@@ -259,17 +263,18 @@ static float squared_error(const surroundings *around, double limit)
     return (float)(0x1p-22 * (1.0 + FLOAT_ERROR) * limit * (around->size + 3.0 * limit)) + FLT_MIN;
 }
 
-/* Counts, for each of `count` keys, how many are less; count: a multiple of RANKS. */
+/* Counts, for each of `count` keys, how many are less. There must be room for a multiple of RANKS.
+ */
 STP_WIDE
 static void count_less(const int32_t *keys, unsigned count, int32_t *ranks)
 {
     for (unsigned first = 0; first < count; first += RANKS) {
-        int32_t sums[RANKS] = {0};
+        key_lanes own, sums = {0};
+        memcpy(&own, keys + first, sizeof own);
 #pragma GCC unroll 4
         for (unsigned i = 0; i < count; i++)
-            for (unsigned r = 0; r < RANKS; r++)
-                sums[r] += keys[i] < keys[first + r];
-        memcpy(ranks + first, sums, sizeof sums);
+            sums -= keys[i] < own; /* a lane is -1 where that holds */
+        memcpy(ranks + first, &sums, sizeof sums);
     }
 }
 
@@ -280,14 +285,12 @@ static bool choice_rank(const choice *c, unsigned k, float limit_squared, float 
 {
     int32_t keys[CHOICES], ranks[CHOICES]; /* floats, whose bits sort like integers */
     float sorted[CHOICES + 1] = {0.0f};    /* where floats tie, 0 is left */
-    unsigned padded = c->count, unsure = 0;
+    unsigned unsure = 0;
     if (c->count <= k || c->count > CHOICES)
         return false;
     for (unsigned i = 0; i < c->count; i++)
         memcpy(&keys[i], &c->squared[c->numbers[i]], sizeof *keys);
-    for (; padded % RANKS; padded++)
-        keys[padded] = INT32_MAX;
-    count_less(keys, padded, ranks);
+    count_less(keys, c->count, ranks);
     sorted[c->count] = INFINITY;
     for (unsigned i = 0; i < c->count; i++) {
         memcpy(&sorted[ranks[i]], &keys[i], sizeof *sorted);

@@ -28,7 +28,8 @@ typedef struct connection {
     unsigned edge_count;   /* of each point */
     stp_forest forest;     /* over the cell's points */
     stp_graph *out;
-    cell_edge *sure, *order;
+    cell_edge *sure, *order; /* sure edges inside the cell that are not plain */
+    uint32_t sure_count;
     size_t counts[STP_RANK_SURE]; /* of sure edges, by rank */
 } connection;
 
@@ -80,19 +81,36 @@ static stp_status add_open(stp_graph *graph, stp_edge edge, stp_error *err)
     return status;
 }
 
-/* Looks at all edges of the cell's points: sure ones inside the cell, and others that may join
- * pieces. */
+/* Whether a point of the cell is already in one piece with another point. */
+static bool is_joined(connection *c, uint32_t a, uint32_t b)
+{
+    uint8_t parity;
+    if (b - c->begin >= c->count)
+        return false;
+    a -= c->begin;
+    b -= c->begin;
+    return c->forest.parent[a] == c->forest.parent[b] ||
+           stp_forest_find(&c->forest, a, &parity) == stp_forest_find(&c->forest, b, &parity);
+}
+
+/* Looks at the edges of the cell's points that may still join pieces. Plain ones inside the cell
+ * join at once, so most edges of a smooth surface need no look. */
 static stp_status relate_cell(connection *c, stp_error *err)
 {
-    uint32_t sure_count = 0;
     for (uint32_t a = c->begin; a < c->begin + c->count; a++) {
         for (unsigned i = 0; i < c->edge_count; i++) {
             uint32_t b = edges_of(c, a)[i];
-            if (b == STP_NEIGHBOUR_NONE || is_repeated(c, a, b))
+            if (b == STP_NEIGHBOUR_NONE || is_joined(c, a, b) || is_repeated(c, a, b))
                 continue;
             stp_relation r = relate_layers(c, a, b);
-            if (r.rank < STP_RANK_SURE && b - c->begin < c->count) {
-                c->sure[sure_count++] = (cell_edge){a - c->begin, b - c->begin, r.rank, r.turned};
+            const bool inside = b - c->begin < c->count;
+            if (r.rank < STP_RANK_PLAIN && inside) {
+                stp_forest_join(&c->forest, a - c->begin, b - c->begin, r.turned);
+                continue;
+            }
+            if (r.rank < STP_RANK_SURE && inside) {
+                c->sure[c->sure_count++] =
+                    (cell_edge){a - c->begin, b - c->begin, r.rank, r.turned};
                 c->counts[r.rank]++;
                 continue;
             }
@@ -111,7 +129,7 @@ static stp_status relate_cell(connection *c, stp_error *err)
     return STP_OK;
 }
 
-/* Joins the cell's own sure edges, surest first. */
+/* Joins by the cell's other sure edges, surest first. */
 static void join_cell(connection *c)
 {
     size_t sum = stp_prefix_sum(c->counts, STP_RANK_SURE);

@@ -5,6 +5,7 @@
 #include "preprocess/cloud/cloud.h"
 
 /* Ranks: smaller is surer. */
+#define STP_RANK_PLAIN 50u   /* below: offset up to an eighth of a spacing, and up to 22 degrees */
 #define STP_RANK_SURE 100u   /* below: offset up to a quarter of a spacing, and up to 31 degrees */
 #define STP_RANK_SMOOTH 200u /* below: inside a sheet; from here on: across a crease */
 #define STP_RANK_NONE 256u   /* unknown */

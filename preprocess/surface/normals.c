@@ -4,7 +4,8 @@
 #include "base/memory.h"
 #include "preprocess/cloud/nearest_list.h"
 #include "preprocess/surface/layer.h"
-#include "preprocess/surface/moments.h"
+#include "preprocess/surface/neighbour_columns.h"
+#include "preprocess/surface/spacing.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -67,6 +68,7 @@ typedef struct grown_plane {
 } grown_plane;
 
 typedef struct estimation {
+    const stp_unit *unit;
     const stp_cloud *cloud;
     const stp_neighbours *neighbours;
     double scale; /* factor of lengths, so that floats hold their squares */
@@ -83,13 +85,6 @@ static stp_moments moments_of(const float s[STP_MOMENT_SUMS])
                           {s[1], s[3], s[4], s[7]},
                           {s[2], s[4], s[5], s[8]},
                           {s[6], s[7], s[8], s[9]}}};
-}
-
-static unsigned known_count(const uint32_t *list, unsigned k)
-{
-    while (k > 0 && list[k - 1] == STP_NEIGHBOUR_NONE) /* usually none: the last ones are missing */
-        k--;
-    return k;
 }
 
 static stp_float4 place_of(const estimation *e, uint32_t other, uint32_t self)
@@ -126,27 +121,6 @@ typedef struct neighbourhood {
     unsigned count, lane;
     const float (*places)[3][STP_MOMENTS_LANES];
 } neighbourhood;
-
-/* Sets column `lane` to the places of a point's neighbours, then to its own. Returns how many
- * neighbours there are. */
-static unsigned take_places(const estimation *e, uint32_t self,
-                            float places[][3][STP_MOMENTS_LANES], unsigned lane)
-{
-    const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
-    const stp_cloud_point *points = e->cloud->points;
-    const stp_dvec3 p = points[self].position;
-    const unsigned k = e->neighbours->k, count = known_count(list, k);
-    for (unsigned i = 0; i < count; i++) {
-        const stp_dvec3 q = points[list[i]].position;
-        places[i][0][lane] = (float)((q.x - p.x) * e->scale);
-        places[i][1][lane] = (float)((q.y - p.y) * e->scale);
-        places[i][2][lane] = (float)((q.z - p.z) * e->scale);
-    }
-    for (unsigned i = count; i < k; i++)
-        for (int a = 0; a < 3; a++)
-            places[i][a][lane] = 0.0f;
-    return count;
-}
 
 /* If the neighbours lie on two sheets, fits one direction to both, each about its own mean, so that
  * the sheets' distance does not tilt it. Keeps only the own sheet's moments. */
@@ -197,26 +171,27 @@ static plane plane_of(const estimation *e, uint32_t self, const neighbourhood *n
     return f;
 }
 
-/* Finds how round the neighbourhoods of the first `count` points are and, if wanted, their planes:
- * several at a time. */
-static void fit(estimation *e, uint32_t count)
+/* Limits the spacings of the first `count` points, and finds how round their neighbourhoods are
+ * and, if wanted, their planes: several at a time. */
+static void fit(estimation *e, stp_spacings *spacings, uint32_t count)
 {
-    float places[STP_NEIGHBOURS_LIMIT][3][STP_MOMENTS_LANES];
-    unsigned counts[STP_MOMENTS_LANES];
+    stp_neighbour_columns columns;
+    const float(*places)[3][STP_MOMENTS_LANES] =
+        (const float(*)[3][STP_MOMENTS_LANES])columns.places;
     const unsigned k = e->neighbours->k;
     for (uint32_t first = 0; first < count; first += STP_MOMENTS_LANES) {
         stp_moment_columns sums;
         stp_moments_plane fitted[STP_MOMENTS_LANES];
         const uint32_t left = count - first < STP_MOMENTS_LANES ? count - first : STP_MOMENTS_LANES;
-        for (uint32_t i = 0; i < STP_MOMENTS_LANES; i++) /* the last one fills up */
-            counts[i] = take_places(e, first + (i < left ? i : left - 1), places, i);
+        stp_neighbour_columns_take(&columns, e->unit, first, first + left, e->scale);
+        stp_spacings_limit(spacings, e->unit, &columns, left);
         for (uint32_t i = 0; i < STP_MOMENTS_LANES; i++)
-            sums.of[STP_MOMENT_SUMS - 1][i] = (float)counts[i] + 1.0f;
-        stp_moments_sum(&sums, (const float(*)[3][STP_MOMENTS_LANES])places, k);
+            sums.of[STP_MOMENT_SUMS - 1][i] = (float)columns.counts[i] + 1.0f;
+        stp_moments_sum(&sums, places, k);
         stp_moments_fit(&sums, fitted);
         for (uint32_t i = 0; i < left; i++) {
-            const neighbourhood n = {e->neighbours->indices + (size_t)(first + i) * k, counts[i], i,
-                                     (const float(*)[3][STP_MOMENTS_LANES])places};
+            const neighbourhood n = {e->neighbours->indices + (size_t)(first + i) * k,
+                                     columns.counts[i], i, places};
             e->roundness[first + i] = fitted[i].roundness;
             if (e->planes)
                 e->planes[first + i] = plane_of(e, first + i, &n, &sums, &fitted[i]);
@@ -310,7 +285,7 @@ static stp_moments widen(const estimation *e, uint32_t self, const uint32_t *lis
 static bool grow(const estimation *e, uint32_t self, float least_noise, plane *out)
 {
     const uint32_t *list = e->neighbours->indices + (size_t)self * e->neighbours->k;
-    unsigned count = known_count(list, e->neighbours->k);
+    unsigned count = stp_neighbours_known(list, e->neighbours->k);
     float spacing = (float)e->scale * e->cloud->points[self].spacing;
     float quiet = least_noise * least_noise * spacing * spacing, wide = 0.0f;
     plane f = e->planes[self];
@@ -380,7 +355,7 @@ static vec3s smooth(const estimation *e, uint32_t self)
     float scale = 1.0f / point->spacing;
     float dx[STP_NEIGHBOURS_LIMIT], dy[STP_NEIGHBOURS_LIMIT], dz[STP_NEIGHBOURS_LIMIT];
     float mx[STP_NEIGHBOURS_LIMIT], my[STP_NEIGHBOURS_LIMIT], mz[STP_NEIGHBOURS_LIMIT];
-    unsigned count = known_count(list, e->neighbours->k);
+    unsigned count = stp_neighbours_known(list, e->neighbours->k);
     for (unsigned i = 0; i < count; i++) {
         stp_dvec3 d = stp_dvec3_sub(cloud->points[list[i]].position, point->position);
         vec3s m = e->normals[list[i]];
@@ -447,8 +422,11 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
                                 stp_error *err)
 {
     stp_status status = STP_OK;
-    estimation e = {
-        .cloud = &unit->cloud, .neighbours = &unit->neighbours, .scale = scale_of(unit->whole)};
+    estimation e = {.unit = unit,
+                    .cloud = &unit->cloud,
+                    .neighbours = &unit->neighbours,
+                    .scale = scale_of(unit->whole)};
+    stp_spacings spacings = {0};
     stp_cloud_point *points = unit->cloud.points;
     uint32_t count = stp_unit_inner(unit, 1);
     const bool wanted = shifts || !all_given(unit);
@@ -456,7 +434,9 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
     e.roundness = unit->roundness;
     if (wanted)
         STP_TRY(stp_alloc_unset(&e.planes, count, sizeof *e.planes, "normals", err));
-    fit(&e, count);
+    STP_TRY(stp_spacings_create(&spacings, count, err));
+    fit(&e, &spacings, count);
+    stp_spacings_smooth(&spacings, unit);
     if (!wanted)
         goto done;
     for (unsigned round = 1; round <= ROUNDS; round++) {
@@ -479,6 +459,7 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
         points[i].normal = points[i].spacing > 0.0f ? smooth(&e, i) : e.normals[i];
     }
 done:
+    stp_spacings_clear(&spacings);
     free(e.planes);
     free(e.grown);
     free(e.normals);

@@ -9,7 +9,8 @@
 #include "preprocess/cloud/unit.h"
 #include "preprocess/surface/normal_error.h"
 
-/* Sets the normals of all points with four rings around them.
+/* Smooths the spacings of all points with two rings around them (spacing.h), and sets the normals
+ * of all points with four.
  * 1. Fits a plane to the point and its neighbours (smallest eigenvector of the covariance, Hoppe
  *    1992).
  * 2. If noise asks for it and no crease forbids it, the plane grows by the planes of its

@@ -12,7 +12,7 @@
 #ifndef STP_PREPROCESS_SURFACE_SPACING_H
 #define STP_PREPROCESS_SURFACE_SPACING_H
 
-#include "preprocess/cloud/unit.h"
+#include "preprocess/surface/neighbour_columns.h"
 
 /* A spacing is at most this many times what the nearest third of the mutual neighbours gives. On a
  * line of points, every spacing is 1.7 times that. */
@@ -22,8 +22,21 @@
  * outlier stays small; a point between a sparse surface and a dense one still closes the seam. */
 #define STP_SPACING_MEDIANS 3.0f
 
+/* What smoothing needs of points that have a ring around them. */
+typedef struct stp_spacings {
+    float *inverse;   /* by point: of its limited spacing; 0 if that is 0 */
+    uint64_t *mutual; /* by point: one bit for each neighbour that has the point as its neighbour */
+} stp_spacings;
+
+/* Makes room for `count` points. Errors: OUT_OF_MEMORY. */
+stp_status stp_spacings_create(stp_spacings *out, uint32_t count, stp_error *err);
+void stp_spacings_clear(stp_spacings *spacings);
+
+/* Limits the spacings of the columns' first `count` points. */
+void stp_spacings_limit(stp_spacings *spacings, const stp_unit *unit,
+                        const stp_neighbour_columns *columns, uint32_t count);
 /* Replaces the spacings of all points with two rings around them. 0 (no distinct neighbour) stays
- * 0. Errors: OUT_OF_MEMORY. */
-stp_status stp_spacing_smooth(stp_unit *unit, stp_error *err);
+ * 0. The points with one ring around them must be limited. */
+void stp_spacings_smooth(const stp_spacings *spacings, stp_unit *unit);
 
 #endif

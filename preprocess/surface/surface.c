@@ -6,7 +6,6 @@
 #include "preprocess/surface/given_normals.h"
 #include "preprocess/surface/normals.h"
 #include "preprocess/surface/scattered.h"
-#include "preprocess/surface/spacing.h"
 #include "preprocess/surface/surface_ranks.h"
 
 #include <stdatomic.h>
@@ -92,7 +91,6 @@ static stp_status find_unit(void *context, size_t index, unsigned worker, stp_er
     STP_TRY(stp_unit_create(&unit, &seen, first, end, f->params->k, rings, err));
     if (missed) /* other ranks have points around the unit: they come before the next try */
         goto done;
-    STP_TRY(stp_spacing_smooth(&unit, err));
     STP_TRY(stp_normals_estimate(
         &unit, f->params->shifts ? f->params->shifts + unit.places[0] : NULL, &errors, err));
     for (unsigned i = 0; i < STP_NORMAL_ERROR_BINS; i++)

@@ -1,6 +1,7 @@
 /* Tests local spacings: noise, outliers, steps in density, duplicates. */
 #include "base/random.h"
 #include "preprocess/cloud/cloud_cells.h"
+#include "preprocess/surface/normals.h"
 #include "preprocess/surface/spacing.h"
 #include "tests/fixtures/cloud_fixture.h"
 
@@ -12,12 +13,13 @@ static void find(stp_cloud *cloud, float *before, float *after)
     stp_error err = {0};
     stp_pool *pool = NULL;
     stp_unit all;
+    stp_normal_errors errors = {{0}};
     assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
     assert_int_equal(stp_cloud_sort(cloud, pool, &err), STP_OK);
     assert_int_equal(stp_unit_create(&all, cloud, 0, cloud->cell_count, NEIGHBOURS, 2, &err), 0);
     for (uint32_t i = 0; before && i < cloud->count; i++)
         before[cloud->points[i].source] = all.cloud.points[i].spacing;
-    assert_int_equal(stp_spacing_smooth(&all, &err), STP_OK);
+    assert_int_equal(stp_normals_estimate(&all, NULL, &errors, &err), STP_OK);
     for (uint32_t i = 0; i < cloud->count; i++)
         after[cloud->points[i].source] = all.cloud.points[i].spacing;
     stp_unit_clear(&all);

@@ -210,7 +210,6 @@ static void as_by_one_index(void **state)
     stp_normal_errors errors = {{0}};
     surface_prepare(&s, NEIGHBOURS);
     index_all(&all, &s.cloud);
-    assert_int_equal(stp_spacing_smooth(&all, &err), STP_OK);
     assert_int_equal(stp_normals_estimate(&all, NULL, &errors, &err), STP_OK);
     double worst_cosine = 1.0, worst_spacing = 0.0;
     for (uint32_t i = 0; i < s.cloud.count; i++) {
