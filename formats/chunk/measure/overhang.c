@@ -17,6 +17,7 @@ typedef struct suspect {
     stp_dvec3 x, normal;  /* the point; the normal of its merged disc */
     double slack;         /* possible error of float results */
     double cost;          /* upper bound of what it needs; TOO_FAR or more: unknown */
+    bool looked;          /* the discs about it have been asked, too */
     uint32_t disc;        /* of a check: the hinted disc */
     uint32_t first, last; /* the level-0 discs under the merged disc: [first, last) */
 } suspect;
@@ -117,15 +118,16 @@ static void look_about(const measure *m, suspect *s)
     stp_over over = over_near(m, s->normal, s->slack);
     const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
     uint32_t discs[STP_LANE_STEP];
+    s->looked = true;
     over.begin = s->first;
     over.end = s->last;
     stp_disc_hints_about(m->hints, point, discs);
     look_at(m, s, &over, discs);
-    if (s->cost <= m->greatest || s->last - s->first > STP_LANE_STEP)
-        return;
-    for (uint32_t i = 0; i < STP_LANE_STEP; i++)
-        discs[i] = s->first + i < s->last ? s->first + i : s->first;
-    look_at(m, s, &over, discs);
+    for (uint32_t d = s->first; d < s->last && s->cost > m->greatest; d += STP_LANE_STEP) {
+        for (uint32_t i = 0; i < STP_LANE_STEP; i++)
+            discs[i] = d + i < s->last ? d + i : d;
+        look_at(m, s, &over, discs);
+    }
 }
 
 /* What the point needs if it goes by `own`, the nearest disc under its merged disc, which may not
@@ -143,12 +145,9 @@ static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squar
 
 /* Raises the greatest error to what the point needs: its cost over the nearest disc, or what it
  * needs going by another one, if that is less. */
-static void measure_point(measure *m, suspect *s)
+static void measure_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
-    look_about(m, s);
-    if (s->cost <= m->greatest)
-        return;
     stp_disc_best best = {(float)(s->cost - s->slack), STP_LANE_FAR, STP_LANE_FAR};
     merged.what = STP_OVER_NEED;
     merged.normal = s->normal;
@@ -297,20 +296,37 @@ static unsigned list_above(const measure *m, uint8_t *order)
     return count;
 }
 
-/* Takes the greatest cost first: what it raises the error to may answer the other points. */
+/* Moves the first of the suspects listed to where its cost, which has become less, belongs. */
+static void sink(const measure *m, uint8_t *order, unsigned count)
+{
+    const uint8_t first = order[0];
+    unsigned at = 0;
+    for (; at + 1 < count && m->suspects[order[at + 1]].cost > m->suspects[first].cost; at++)
+        order[at] = order[at + 1];
+    order[at] = first;
+}
+
+/* Takes the greatest cost first: what it raises the error to may answer the other points. A search
+ * is dear, so the discs about a point are asked before it has its turn. */
 static void measure_suspects(measure *m)
 {
     const bool in_rows = m->rows->columns > 0;
     uint8_t order[SUSPECTS];
     const unsigned count = list_above(m, order);
-    for (unsigned i = 0; i < count && m->suspects[order[i]].cost > m->greatest; i++) {
+    for (unsigned i = 0; i < count && m->suspects[order[i]].cost > m->greatest;) {
         suspect *s = &m->suspects[order[i]];
+        if (!m->check && !in_rows && !s->looked) {
+            look_about(m, s);
+            sink(m, order + i, count - i);
+            continue;
+        }
         if (m->check)
             check_point(m, s);
         else if (in_rows)
             measure_in_rows(m, s);
         else
             measure_point(m, s);
+        i++;
     }
     m->suspect_count = 0;
 }
