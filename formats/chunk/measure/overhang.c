@@ -275,35 +275,33 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
             };
 }
 
-/* Writes the numbers of those suspects whose cost is above the greatest error, the greatest cost
- * first. Returns how many. */
-static unsigned list_above(const measure *m, uint8_t *order)
+/* Lets the suspect at a place of a heap sink to where its cost belongs. */
+static void sink(const measure *m, uint8_t *heap, unsigned count, unsigned at)
 {
-    double cost[SUSPECTS]; /* by place in `order` */
-    unsigned count = 0;
-    for (unsigned i = 0; i < m->suspect_count; i++) {
-        const double own = m->suspects[i].cost;
-        unsigned at = count;
-        if (!(own > m->greatest))
-            continue;
-        for (count++; at > 0 && cost[at - 1] < own; at--) {
-            cost[at] = cost[at - 1];
-            order[at] = order[at - 1];
-        }
-        cost[at] = own;
-        order[at] = (uint8_t)i;
+    const suspect *suspects = m->suspects;
+    const uint8_t own = heap[at];
+    const double cost = suspects[own].cost;
+    for (unsigned below = 2 * at + 1; below < count; below = 2 * at + 1) {
+        below += below + 1 < count && suspects[heap[below + 1]].cost > suspects[heap[below]].cost;
+        if (suspects[heap[below]].cost <= cost)
+            break;
+        heap[at] = heap[below];
+        at = below;
     }
-    return count;
+    heap[at] = own;
 }
 
-/* Moves the first of the suspects listed to where its cost, which has become less, belongs. */
-static void sink(const measure *m, uint8_t *order, unsigned count)
+/* Makes a heap of the numbers of those suspects whose cost is above the greatest error, the
+ * greatest cost first. Returns how many. */
+static unsigned heap_above(const measure *m, uint8_t *heap)
 {
-    const uint8_t first = order[0];
-    unsigned at = 0;
-    for (; at + 1 < count && m->suspects[order[at + 1]].cost > m->suspects[first].cost; at++)
-        order[at] = order[at + 1];
-    order[at] = first;
+    unsigned count = 0;
+    for (unsigned i = 0; i < m->suspect_count; i++)
+        if (m->suspects[i].cost > m->greatest)
+            heap[count++] = (uint8_t)i;
+    for (unsigned at = count / 2; at-- > 0;)
+        sink(m, heap, count, at);
+    return count;
 }
 
 /* Takes the greatest cost first: what it raises the error to may answer the other points. A search
@@ -311,22 +309,21 @@ static void sink(const measure *m, uint8_t *order, unsigned count)
 static void measure_suspects(measure *m)
 {
     const bool in_rows = m->rows->columns > 0;
-    uint8_t order[SUSPECTS];
-    const unsigned count = list_above(m, order);
-    for (unsigned i = 0; i < count && m->suspects[order[i]].cost > m->greatest;) {
-        suspect *s = &m->suspects[order[i]];
-        if (!m->check && !in_rows && !s->looked) {
-            look_about(m, s);
-            sink(m, order + i, count - i);
-            continue;
-        }
+    uint8_t heap[SUSPECTS];
+    unsigned count = heap_above(m, heap);
+    while (count > 0 && m->suspects[heap[0]].cost > m->greatest) {
+        suspect *s = &m->suspects[heap[0]];
+        if (m->check || in_rows || s->looked)
+            heap[0] = heap[--count];
         if (m->check)
             check_point(m, s);
         else if (in_rows)
             measure_in_rows(m, s);
-        else
+        else if (s->looked)
             measure_point(m, s);
-        i++;
+        else
+            look_about(m, s);
+        sink(m, heap, count, 0);
     }
     m->suspect_count = 0;
 }
