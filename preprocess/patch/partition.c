@@ -1,6 +1,7 @@
 /* Orders points so that patches, and the groups inside them, are runs of neighbours. */
 #include "preprocess/patch/partition.h"
 
+#include "base/wide.h"
 #include "preprocess/patch/pieces.h"
 
 #include <math.h>
@@ -96,21 +97,27 @@ static void select_first(sets *s, uint32_t *order, uint32_t count, uint32_t n, i
         order[i] = (uint32_t)s->keys[i];
 }
 
-/* The extents along the first `axes` axes. */
-static void extents(const sets *s, const uint32_t *order, uint32_t count, int axes, float low[6],
+/* A place's numbers, which are taken together: the keys are the first. */
+#define LANES 8
+typedef float lanes __attribute__((vector_size(4 * LANES)));
+typedef int32_t bits __attribute__((vector_size(4 * LANES)));
+_Static_assert(sizeof(stp_place) == sizeof(lanes), "a place fills the lanes");
+
+/* The extents along the six axes. */
+STP_WIDE
+static void extents(const stp_place *places, const uint32_t *order, uint32_t count, float low[6],
                     float high[6])
 {
-    for (int axis = 0; axis < 6; axis++) {
-        low[axis] = INFINITY;
-        high[axis] = -INFINITY;
-    }
+    lanes least = (lanes){0} + INFINITY, most = -least;
     for (uint32_t i = 0; i < count; i++) {
-        const float *key = s->places[order[i]].key;
-        for (int axis = 0; axis < axes; axis++) {
-            low[axis] = key[axis] < low[axis] ? key[axis] : low[axis];
-            high[axis] = key[axis] > high[axis] ? key[axis] : high[axis];
-        }
+        lanes key;
+        memcpy(&key, &places[order[i]], sizeof key);
+        const bits below = key<least, above = key> most;
+        least = (lanes)((below & (bits)key) | (~below & (bits)least));
+        most = (lanes)((above & (bits)key) | (~above & (bits)most));
     }
+    memcpy(low, &least, 6 * sizeof *low);
+    memcpy(high, &most, 6 * sizeof *high);
 }
 
 static int longest(const float low[6], const float high[6], int first, int last)
@@ -127,7 +134,7 @@ static int longest(const float low[6], const float high[6], int first, int last)
 static int group_axis(const sets *s, const uint32_t *order, uint32_t count)
 {
     float low[6], high[6];
-    extents(s, order, count, 6, low, high);
+    extents(s->places, order, count, low, high);
     float diagonal = 0.0f;
     for (int axis = 0; axis < 3; axis++)
         diagonal += (high[axis] - low[axis]) * (high[axis] - low[axis]);
@@ -275,7 +282,7 @@ static uint32_t split_at(sets *s, uint32_t *order, uint32_t count)
     bool small = count <= NORMAL_SPLIT_COUNT;
     float low[6], high[6];
     uint32_t at = 0;
-    extents(s, order, count, small ? 6 : 3, low, high);
+    extents(s->places, order, count, low, high);
     if (small && count > 1) {
         int axis = longest(low, high, 3, 6);
         if (high[axis] - low[axis] > NORMAL_EXTENT)

@@ -18,8 +18,12 @@
 
 _Static_assert(STP_PATCH_SAMPLES == 64, "a bit for each place");
 
-/* The places of a patch, by column. */
+/* Places that are taken at a time. */
+#define STEP 8u
+
+/* The places of a patch, by column, in whole steps. */
 typedef struct lanes {
+    uint32_t count;
     float key[6][STP_PATCH_SAMPLES], spacing[STP_PATCH_SAMPLES];
     float cosine[STP_PATCH_SAMPLES]; /* least cosine to other normals; -1, which all meet, if it has
                                         no normal */
@@ -27,7 +31,8 @@ typedef struct lanes {
 
 static void lanes_fill(lanes *l, const stp_place *places, const uint32_t *order, uint32_t count)
 {
-    for (uint32_t i = 0; i < STP_PATCH_SAMPLES; i++) {
+    l->count = (count + STEP - 1) / STEP * STEP;
+    for (uint32_t i = 0; i < l->count; i++) {
         const stp_place *p = &places[order[i < count ? i : 0]];
         bool known = p->key[3] != 0.0f || p->key[4] != 0.0f || p->key[5] != 0.0f;
         for (int c = 0; c < 6; c++)
@@ -42,12 +47,13 @@ STP_WIDE
 static uint64_t linked_to(const lanes *l, unsigned a)
 {
     float p[6];
-    uint8_t joined[STP_PATCH_SAMPLES];
+    uint32_t joined[STP_PATCH_SAMPLES];
+    const unsigned count = l->count & ~(STEP - 1); /* tells the compiler that steps are whole */
     const float spacing = l->spacing[a], least = l->cosine[a];
     uint64_t bits = 0;
     for (int c = 0; c < 6; c++)
         p[c] = l->key[c][a];
-    for (unsigned i = 0; i < STP_PATCH_SAMPLES; i++) {
+    for (unsigned i = 0; i < count; i++) {
         float squared = 0.0f, over_a = 0.0f, over_i = 0.0f, cosine = 0.0f;
         for (int axis = 0; axis < 3; axis++) {
             float d = l->key[axis][i] - p[axis], n = l->key[3 + axis][i];
@@ -64,29 +70,48 @@ static uint64_t linked_to(const lanes *l, unsigned a)
         joined[i] =
             (squared + HEIGHT_WEIGHT * height * height <= reach * reach) & (fabsf(cosine) >= asked);
     }
-    for (unsigned i = 0; i < STP_PATCH_SAMPLES; i++)
+    for (unsigned i = 0; i < count; i++)
         bits |= (uint64_t)joined[i] << i;
     return bits;
 }
 
+/* Joins those of the pieces that meet the places `joined` to the first of them. Returns how many
+ * pieces are left. */
+static unsigned join(uint64_t *pieces, unsigned count, uint64_t joined)
+{
+    unsigned left = 0, to = count;
+    for (unsigned i = 0; i < count; i++) {
+        const uint64_t piece = pieces[i];
+        if (!(piece & joined))
+            pieces[left++] = piece;
+        else if (to < count)
+            pieces[to] |= piece;
+        else {
+            to = left;
+            pieces[left++] = piece;
+        }
+    }
+    return left;
+}
+
+/* Asks places outside the first piece what they are joined to: few places suffice to show that a
+ * patch is one piece. */
 unsigned stp_pieces_count(const stp_place *places, const uint32_t *order, uint32_t count,
                           uint64_t *first)
 {
     lanes l;
-    uint64_t left = ~(uint64_t)0 >> (STP_PATCH_SAMPLES - count);
-    unsigned pieces = 0;
+    const uint64_t all = ~(uint64_t)0 >> (STP_PATCH_SAMPLES - count);
+    uint64_t pieces[STP_PATCH_SAMPLES], open = all;
+    unsigned piece_count = count;
     lanes_fill(&l, places, order, count);
-    for (; left; pieces++) {
-        uint64_t piece = left & -left, queue = piece;
-        for (left &= ~piece; queue && left;) {
-            unsigned at = 63 - (unsigned)__builtin_clzll(queue);
-            uint64_t fresh = linked_to(&l, at) & left;
-            left &= ~fresh;
-            piece |= fresh;
-            queue = (queue | fresh) & ~((uint64_t)1 << at);
-        }
-        if (pieces == 0)
-            *first = piece;
+    for (uint32_t i = 0; i < count; i++)
+        pieces[i] = (uint64_t)1 << i;
+    for (uint64_t ask = 1; ask; ask = open & ~pieces[0]) {
+        const unsigned at = (unsigned)__builtin_ctzll(ask);
+        const uint64_t own = (uint64_t)1 << at;
+        open &= ~own;
+        piece_count = join(pieces, piece_count, (linked_to(&l, at) & all) | own);
     }
-    return pieces;
+    *first = pieces[0];
+    return piece_count;
 }

@@ -321,6 +321,11 @@ static bool has_ended(const search *s)
     return s->tries == 0 || s->best.value <= s->stop;
 }
 
+static float lesser(float a, float b)
+{
+    return a < b ? a : b;
+}
+
 /* Sets the squared distance beyond which o or b alone, or the distance, is as much as the least so
  * far. If that is the nearest disc's cost, no disc may be nearer; if it is small enough, nothing
  * else matters. */
@@ -431,12 +436,22 @@ static bool try_cells(search *s)
     row rows[3];
     for (int a = 0; a < 3; a++) {
         rows[a].middle = stp_cell_floor(s->x[a] / width);
+        rows[a].part[RING_MAX] = stp_cell_part_of(a, rows[a].middle);
+        rows[a].squared[RING_MAX] = 0.0f;
+    }
+    const uint32_t first = stp_cell_bucket(s->grid->mask, rows[0].part[RING_MAX],
+                                           rows[1].part[RING_MAX], rows[2].part[RING_MAX]);
+    try_buckets(s, first, first);
+    if (s->best.value <= s->stop)
+        return true;
+    for (int a = 0; a < 3; a++) {
         rows[a].in = s->x[a] - (float)rows[a].middle * width;
-        room = fminf(room, fminf(rows[a].in, width - rows[a].in));
+        room = lesser(room, lesser(rows[a].in, width - rows[a].in));
     }
     for (int ring = 0; ring <= RING_MAX && !has_ended(s); ring++) {
         float seen = room + (float)ring * width - s->grid->margin;
-        try_ring(s, rows, ring);
+        if (ring > 0)
+            try_ring(s, rows, ring);
         if (s->tries > 0 && seen > 0.0f && s->reach <= seen * seen)
             return true;
     }

@@ -17,6 +17,7 @@ typedef struct suspect {
     stp_dvec3 x, normal;  /* the point; the normal of its merged disc */
     double slack;         /* possible error of float results */
     double cost;          /* upper bound of what it needs; TOO_FAR or more: unknown */
+    bool looked;          /* the discs about it have been asked, too */
     uint32_t disc;        /* of a check: the hinted disc */
     uint32_t first, last; /* the level-0 discs under the merged disc: [first, last) */
 } suspect;
@@ -117,15 +118,16 @@ static void look_about(const measure *m, suspect *s)
     stp_over over = over_near(m, s->normal, s->slack);
     const float point[3] = {(float)s->x.x, (float)s->x.y, (float)s->x.z};
     uint32_t discs[STP_LANE_STEP];
+    s->looked = true;
     over.begin = s->first;
     over.end = s->last;
     stp_disc_hints_about(m->hints, point, discs);
     look_at(m, s, &over, discs);
-    if (s->cost <= m->greatest || s->last - s->first > STP_LANE_STEP)
-        return;
-    for (uint32_t i = 0; i < STP_LANE_STEP; i++)
-        discs[i] = s->first + i < s->last ? s->first + i : s->first;
-    look_at(m, s, &over, discs);
+    for (uint32_t d = s->first; d < s->last && s->cost > m->greatest; d += STP_LANE_STEP) {
+        for (uint32_t i = 0; i < STP_LANE_STEP; i++)
+            discs[i] = d + i < s->last ? d + i : d;
+        look_at(m, s, &over, discs);
+    }
 }
 
 /* What the point needs if it goes by `own`, the nearest disc under its merged disc, which may not
@@ -143,12 +145,9 @@ static double over_own(const measure *m, uint32_t own, stp_dvec3 x, double squar
 
 /* Raises the greatest error to what the point needs: its cost over the nearest disc, or what it
  * needs going by another one, if that is less. */
-static void measure_point(measure *m, suspect *s)
+static void measure_point(measure *m, const suspect *s)
 {
     stp_merged_disc merged = m->merged;
-    look_about(m, s);
-    if (s->cost <= m->greatest)
-        return;
     stp_disc_best best = {(float)(s->cost - s->slack), STP_LANE_FAR, STP_LANE_FAR};
     merged.what = STP_OVER_NEED;
     merged.normal = s->normal;
@@ -276,41 +275,55 @@ static void suspect_points(measure *m, const stp_disc *disc, uint32_t first, uin
             };
 }
 
-/* Writes the numbers of those suspects whose cost is above the greatest error, the greatest cost
- * first. Returns how many. */
-static unsigned list_above(const measure *m, uint8_t *order)
+/* Lets the suspect at a place of a heap sink to where its cost belongs. */
+static void sink(const measure *m, uint8_t *heap, unsigned count, unsigned at)
 {
-    double cost[SUSPECTS]; /* by place in `order` */
-    unsigned count = 0;
-    for (unsigned i = 0; i < m->suspect_count; i++) {
-        const double own = m->suspects[i].cost;
-        unsigned at = count;
-        if (!(own > m->greatest))
-            continue;
-        for (count++; at > 0 && cost[at - 1] < own; at--) {
-            cost[at] = cost[at - 1];
-            order[at] = order[at - 1];
-        }
-        cost[at] = own;
-        order[at] = (uint8_t)i;
+    const suspect *suspects = m->suspects;
+    const uint8_t own = heap[at];
+    const double cost = suspects[own].cost;
+    for (unsigned below = 2 * at + 1; below < count; below = 2 * at + 1) {
+        below += below + 1 < count && suspects[heap[below + 1]].cost > suspects[heap[below]].cost;
+        if (suspects[heap[below]].cost <= cost)
+            break;
+        heap[at] = heap[below];
+        at = below;
     }
+    heap[at] = own;
+}
+
+/* Makes a heap of the numbers of those suspects whose cost is above the greatest error, the
+ * greatest cost first. Returns how many. */
+static unsigned heap_above(const measure *m, uint8_t *heap)
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < m->suspect_count; i++)
+        if (m->suspects[i].cost > m->greatest)
+            heap[count++] = (uint8_t)i;
+    for (unsigned at = count / 2; at-- > 0;)
+        sink(m, heap, count, at);
     return count;
 }
 
-/* Takes the greatest cost first: what it raises the error to may answer the other points. */
+/* Takes the greatest cost first: what it raises the error to may answer the other points. A search
+ * is dear, so the discs about a point are asked before it has its turn. */
 static void measure_suspects(measure *m)
 {
     const bool in_rows = m->rows->columns > 0;
-    uint8_t order[SUSPECTS];
-    const unsigned count = list_above(m, order);
-    for (unsigned i = 0; i < count && m->suspects[order[i]].cost > m->greatest; i++) {
-        suspect *s = &m->suspects[order[i]];
+    uint8_t heap[SUSPECTS];
+    unsigned count = heap_above(m, heap);
+    while (count > 0 && m->suspects[heap[0]].cost > m->greatest) {
+        suspect *s = &m->suspects[heap[0]];
+        if (m->check || in_rows || s->looked)
+            heap[0] = heap[--count];
         if (m->check)
             check_point(m, s);
         else if (in_rows)
             measure_in_rows(m, s);
-        else
+        else if (s->looked)
             measure_point(m, s);
+        else
+            look_about(m, s);
+        sink(m, heap, count, 0);
     }
     m->suspect_count = 0;
 }

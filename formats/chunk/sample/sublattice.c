@@ -8,6 +8,8 @@ enum { WHOLE, FACE_CENTRED, BODY_CENTRED };
 #define SLANTED_COUNT (STP_SLANTED_MOST - STP_SLANTED + 1)
 /* Slanted ones have whole numbers up to this near any place's nearest whole numbers. */
 #define SLANTED_WAY 2
+/* Most that x + 2 y changes by them. */
+#define SLANTED_SPAN (3 * SLANTED_WAY)
 
 double stp_sublattice_reach(unsigned sublattice)
 {
@@ -63,22 +65,35 @@ static void nearest_even_sum(const double place[3], double out[3])
         out[farthest] += place[farthest] < out[farthest] ? -1.0 : 1.0;
 }
 
-/* Of whole numbers around, for each x and y the z that is right and least far off. */
+/* By x + 2 y + 4 z modulo N, repeated for sums up to SLANTED_SPAN less or more: the least step of z
+ * after which the sum is a multiple of N. */
+static const int8_t slanted_up[SLANTED_COUNT][STP_SLANTED_PARTS_MOST + 2 * SLANTED_SPAN] = {
+    {-1, 0, 1, 2, -2, -1, 0, 1, 2, -2, -1, 0, 1, 2, -2, -1, 0},
+    {-2, 3, 1, -1, -3, 2, 0, -2, 3, 1, -1, -3, 2, 0, -2, 3, 1, -1, -3},
+    {-3, -1, 1, 3, -4, -2, 0, 2, 4, -3, -1, 1, 3, -4, -2, 0, 2, 4, -3, -1, 1},
+    {-4, 4, 1, -2, -5, 3, 0, -3, 5, 2, -1, -4, 4, 1, -2, -5, 3, 0, -3, 5, 2, -1, -4}};
+
+/* Of whole numbers around, for each x and y the z that is right and least far off. None farther off
+ * than the sublattice reaches is the nearest. */
 static void nearest_slanted(unsigned sublattice, const double place[3], double out[3])
 {
-    const int32_t parts = stp_slanted_parts(sublattice);
-    double whole[3], off[3], least = INFINITY;
+    const int8_t *up = slanted_up[sublattice - STP_SLANTED] + SLANTED_SPAN;
+    const double reach = stp_sublattice_reach(sublattice);
+    double whole[3], off[3], least = reach * reach + 1e-6;
     for (int i = 0; i < 3; i++) {
         whole[i] = floor(place[i] + 0.5);
         off[i] = place[i] - whole[i];
     }
     const int64_t sum = (int64_t)whole[0] + 2 * (int64_t)whole[1] + 4 * (int64_t)whole[2];
+    const int32_t parts = stp_slanted_parts(sublattice), odd = (int32_t)(sum % parts);
+    const int32_t rest = odd < 0 ? odd + parts : odd;
     for (int x = -SLANTED_WAY; x <= SLANTED_WAY; x++)
         for (int y = -SLANTED_WAY; y <= SLANTED_WAY; y++) {
-            const int32_t up = stp_slanted_offset(sublattice, 2, sum + x + 2 * y);
-            const int32_t z = up > parts / 2 ? up - parts : up;
-            const double far = (off[0] - x) * (off[0] - x) + (off[1] - y) * (off[1] - y) +
-                               (off[2] - z) * (off[2] - z);
+            const double aside = (off[0] - x) * (off[0] - x) + (off[1] - y) * (off[1] - y);
+            if (aside >= least)
+                continue;
+            const int z = up[rest + x + 2 * y];
+            const double far = aside + (off[2] - z) * (off[2] - z);
             if (far >= least)
                 continue;
             least = far;

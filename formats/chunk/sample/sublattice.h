@@ -35,7 +35,8 @@ unsigned stp_sublattice_of(const stp_patch *patch, const stp_sample *samples);
 /* Whether a sublattice has all of them. */
 bool stp_sublattice_has(unsigned sublattice, const stp_patch *patch, const stp_sample *samples);
 
-/* N of a slanted sublattice. */
+/* N of a slanted sublattice, and the greatest. */
+#define STP_SLANTED_PARTS_MOST 11
 static inline int32_t stp_slanted_parts(unsigned sublattice)
 {
     return (int32_t)(2 * (sublattice - STP_SLANTED) + 5);
