@@ -136,11 +136,14 @@ static void take_decoded(stp_disc *disc, const stp_flat_disc *decoded, const stp
 
 /* Bits of the grid of a level's normals. A merged sample is twice as wide as those it is merged
  * from, and the noise of four normals in their mean is half that of one: both ask for a bit more.
- * Normals of squares follow from heights; for those of merged samples, which do so only nearly,
- * steps of 0.3 degrees will do, on maps also wider ones. */
+ * Codecs tell the last child by its parent, four times as wrong as the parent is, so one more bit
+ * of the parent saves more than it takes. Normals of squares follow from heights; for those of
+ * merged samples, which do so only nearly, steps of 0.3 degrees will do, on maps also wider ones.
+ */
 static unsigned level_bits(const builder *b, int level)
 {
-    const unsigned bits = b->ground->normal_bits + (unsigned)level;
+    const bool square = b->ground->grid || b->ground->even;
+    const unsigned bits = b->ground->normal_bits + (unsigned)level + (square ? 0 : 1);
     const unsigned most = b->ground->grid   ? b->ground->grid->merged_bits
                           : b->ground->even ? STP_MERGED_SQUARE_BITS
                                             : STP_NORMAL_BITS;

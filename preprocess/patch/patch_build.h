@@ -63,13 +63,13 @@ static inline double stp_stretch(double cosine)
 
 /* What all patches of a chunk share. */
 typedef struct stp_patch_ground {
-    stp_dvec3 origin; /* the chunk's: a multiple of every lattice of its items and vertices */
-    bool copied;      /* the items are patch vertices from below: stored unchanged */
-    int vertex_least; /* exponent of the finest lattice of vertices */
-    unsigned
-        normal_bits; /* of the grid of level-0 normals; level l has l more, up to 12; squares 9 */
-    bool even;       /* squares: merged by plain means, whatever their radii; then 9 bits */
-    bool regular;    /* all discs are of a grid of heights: merged ones are no wider than cells */
+    stp_dvec3 origin;     /* the chunk's: a multiple of every lattice of its items and vertices */
+    bool copied;          /* the items are patch vertices from below: stored unchanged */
+    int vertex_least;     /* exponent of the finest lattice of vertices */
+    unsigned normal_bits; /* of the grid of level-0 normals; level l has l + 1 more, up to 12;
+                             squares l more, up to 9 */
+    bool even;            /* squares: merged by plain means, whatever their radii; then 9 bits */
+    bool regular; /* all discs are of a grid of heights: merged ones are no wider than cells */
     const stp_patch_grid *grid; /* NULL: none */
     const stp_holes *holes;     /* by sheet, less STP_SHEET_APART: what merged discs may not cover;
                                    NULL: nothing */

@@ -2,6 +2,7 @@
  * whose radii and positions are coarse come back and are smaller, and prep puts points on them. */
 #include "formats/chunk/codec/odds/tight.h"
 #include "formats/chunk/codec/predict/predict.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "formats/chunk/sample/sublattice.h"
 #include "preprocess/patch/patch_build.h"
 #include "tests/fixtures/any_chunk.h"
@@ -219,40 +220,74 @@ static void wrong_heads_are_refused(void **state)
     }
 }
 
-/* A patch of points 20 steps apart that may be off by `loose` steps. */
+#define STEP 0x1p-6
+
+/* Builds a patch of points 20 steps apart that may be off by `loose` steps. */
+static void build_patch(double loose, const stp_patch_ground *ground, stp_item *items,
+                        stp_patch *patch, stp_patch_samples *samples)
+{
+    stp_item vertex;
+    uint32_t order[STP_PATCH_SAMPLES];
+    for (uint32_t k = 0; k < STP_PATCH_SAMPLES; k++) {
+        stp_item *item = &items[k];
+        order[k] = k;
+        item->exponent = -6;
+        item->loose = STEP * (k == 5 ? loose : loose + 50.0);
+        item->area = 400.0 * STEP * STEP;
+        item->disc.centre = (stp_dvec3){STEP * (20.0 * (k % 8) + 9.0 * stp_random_unit(1, k)),
+                                        STEP * (20.0 * (k / 8) + 9.0 * stp_random_unit(2, k)),
+                                        STEP * 9.0 * stp_random_unit(3, k)};
+        item->disc.radius = item->disc.reach = item->disc.bound = 32.0 * STEP;
+        const vec3s normal = {{(float)(0.1 + stp_random_unit(6, k)), (float)stp_random_unit(7, k),
+                               (float)stp_random_unit(8, k)}};
+        stp_normal_encode_on(glms_vec3_normalize(normal), ground->normal_bits, item->normal);
+        item->flags = STP_SAMPLE_HAS_NORMAL | STP_SAMPLE_ORIENTED;
+    }
+    assert_true(stp_patch_build(items, order, STP_PATCH_SAMPLES, ground, patch, samples, &vertex));
+}
+
 static void prep_uses_them(void **state)
 {
     (void)state;
     static const double loose[] = {0.0, 0.9, 1.05, 1.2, 1.35, 1.4, 1.7, 1.733, 1.9, 9.0};
     static const unsigned expected[] = {0, 0, 1, 2, 15, 16, 17, 18, 18, 11};
     for (size_t n = 0; n < sizeof loose / sizeof *loose; n++) {
-        stp_item items[STP_PATCH_SAMPLES] = {0}, vertex;
-        uint32_t order[STP_PATCH_SAMPLES];
+        stp_item items[STP_PATCH_SAMPLES] = {0};
         stp_patch patch;
         stp_patch_samples samples;
-        const double step = ldexp(1.0, -6);
         const stp_patch_ground ground = {.vertex_least = -14, .normal_bits = 9};
-        for (uint32_t k = 0; k < STP_PATCH_SAMPLES; k++) {
-            stp_item *item = &items[k];
-            order[k] = k;
-            item->exponent = -6;
-            item->loose = step * (k == 5 ? loose[n] : loose[n] + 50.0);
-            item->area = 400.0 * step * step;
-            item->disc.centre = (stp_dvec3){step * (20.0 * (k % 8) + 9.0 * stp_random_unit(1, k)),
-                                            step * (20.0 * (k / 8) + 9.0 * stp_random_unit(2, k)),
-                                            step * 9.0 * stp_random_unit(3, k)};
-            item->disc.radius = item->disc.reach = item->disc.bound = 32.0 * step;
-        }
-        assert_true(
-            stp_patch_build(items, order, STP_PATCH_SAMPLES, &ground, &patch, &samples, &vertex));
+        build_patch(loose[n], &ground, items, &patch, &samples);
         assert_int_equal(stp_sublattice_of(&patch, samples.level[0]), expected[n]);
-        const double reach = step * stp_sublattice_reach(expected[n]);
+        const double reach = STEP * stp_sublattice_reach(expected[n]);
         for (uint32_t k = 0; k < STP_PATCH_SAMPLES; k++) {
             const stp_dvec3 at = stp_sample_position(&samples.level[0][k], &patch);
             assert_true(stp_dvec3_length(stp_dvec3_sub(at, items[k].disc.centre)) <= reach + 1e-12);
         }
         assert_true(stp_error_decode(patch.error[0], patch.exponent) >= reach);
     }
+}
+
+/* Merged normals are on the grids that SPEC.md names. */
+static void merged_normals_are_finer(void **state)
+{
+    (void)state;
+    for (unsigned bits = STP_NORMAL_BITS_LEAST; bits <= STP_NORMAL_BITS; bits++)
+        for (int even = 0; even < 2; even++) {
+            stp_item items[STP_PATCH_SAMPLES] = {0};
+            stp_patch patch;
+            stp_patch_samples samples;
+            const stp_patch_ground ground = {
+                .vertex_least = -14, .normal_bits = bits, .even = even};
+            build_patch(0.0, &ground, items, &patch, &samples);
+            for (unsigned level = 1; level < 3; level++) {
+                const unsigned most = even ? 9 : STP_NORMAL_BITS;
+                const unsigned more = bits + level + (even ? 0 : 1);
+                const stp_sample *merged = samples.level[level];
+                assert_int_equal(STP_NORMAL_BITS -
+                                     stp_normal_grid_shift(merged, patch.counts[level]),
+                                 more < most ? more : most);
+            }
+        }
 }
 
 static void radii_are_on_their_grid(void **state)
@@ -278,6 +313,7 @@ int main(void)
         cmocka_unit_test(coarse_blocks_are_smaller),
         cmocka_unit_test(wrong_heads_are_refused),
         cmocka_unit_test(prep_uses_them),
+        cmocka_unit_test(merged_normals_are_finer),
         cmocka_unit_test(radii_are_on_their_grid),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
