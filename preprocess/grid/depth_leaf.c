@@ -291,7 +291,7 @@ static void fit_radii(const making *m, uint32_t index)
     }
 }
 
-/* The raster of a piece in a chunk. All but [k][0] are floats. */
+/* The raster of a piece in a chunk. All follow from floats, as those of a camera do in a file. */
 static stp_raster raster_of(const stp_depth_rays *rays, bool turned, stp_dvec3 origin)
 {
     const stp_dvec3 way = stp_dvec3_sub(rays->station, origin);
@@ -301,12 +301,12 @@ static stp_raster raster_of(const stp_depth_rays *rays, bool turned, stp_dvec3 o
                       .side = rays->side};
     for (unsigned k = 0; k < 2; k++) {
         const double *t = rays->tilt[k];
-        const double tilt[3] = {t[0], t[turned ? 2 : 1], t[turned ? 1 : 2]};
-        out.across[k][0] = from[(rays->axis + 1 + k) % 3] - from[rays->axis] * tilt[0];
-        for (int i = 0; i < 3; i++)
-            out.across[k][3 + i] = (double)(float)tilt[i];
-        for (int i = 1; i < 3; i++)
-            out.across[k][i] = (double)(float)(-from[rays->axis] * tilt[i]);
+        const float tilt[3] = {(float)t[0], (float)t[turned ? 2 : 1], (float)t[turned ? 1 : 2]};
+        for (int i = 0; i < 3; i++) {
+            out.across[k][i] = (double)(float)(0.0 - from[rays->axis] * (double)tilt[i]);
+            out.across[k][3 + i] = (double)tilt[i];
+        }
+        out.across[k][0] = from[(rays->axis + 1 + k) % 3] - from[rays->axis] * (double)tilt[0];
     }
     return out;
 }

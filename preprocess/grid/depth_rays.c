@@ -19,6 +19,8 @@ static const double off_most[2] = {0.125, 0.25};
 #define MARGIN_MOST 128u
 /* If more than one of so many pixels would have to leave an image, it is none. */
 #define LOOSE_PART 16u
+/* A slope of less than this part of the greatest one is rounding. */
+#define ROUNDING 0x1p-24
 
 typedef struct rectangle {
     uint32_t column, row, columns, rows;
@@ -164,6 +166,19 @@ static bool sum_rays(const seen_image *s, const rectangle *in, const stp_depth_r
     return true;
 }
 
+/* Where columns and rows go along axes, what is left of the other slopes is rounding: 0 takes fewer
+ * bytes (camera_raster.h). */
+static void drop_roundings(double tilt[2][3])
+{
+    double greatest = 0.0;
+    for (int k = 0; k < 2; k++)
+        greatest = fmax(greatest, fmax(fabs(tilt[k][1]), fabs(tilt[k][2])));
+    for (int k = 0; k < 2; k++)
+        for (int i = 1; i < 3; i++)
+            if (fabs(tilt[k][i]) < greatest * ROUNDING)
+                tilt[k][i] = 0.0;
+}
+
 /* Finds the rays of a rectangle, whose axis is known. */
 static bool fit(const seen_image *s, const rectangle *in, stp_depth_rays *rays)
 {
@@ -178,6 +193,7 @@ static bool fit(const seen_image *s, const rectangle *in, stp_depth_rays *rays)
         t[2] = 2.0 * v[2] / (in->rows - 1);
         t[0] = v[0] - v[1] - v[2] - in->column * t[1] - in->row * t[2];
     }
+    drop_roundings(rays->tilt);
     return true;
 }
 

@@ -1,6 +1,7 @@
 /* Tests which of a chunk's tilted grids a square of few samples belongs to: by chance, a sample may
  * lie on several. It is the one that the samples are nearest to, whichever comes first. And tests
  * the bytes of rasters. */
+#include "formats/chunk/codec/square/camera_raster.h"
 #include "formats/chunk/codec/square/square.h"
 
 #include <setjmp.h>
@@ -14,8 +15,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Bytes of the number of rasters, of a tilted one, and of one whose numbers are short. */
-enum { COUNT_BYTES = 2, TILTED_BYTES = 49, SHORT_BYTES = 29 };
+/* Bytes of the number of rasters, of a tilted one, of what it has besides if it spreads, of one
+ * whose numbers are short, and of the least camera's. */
+enum {
+    COUNT_BYTES = 2,
+    TILTED_BYTES = 49,
+    SPREAD_BYTES = 16,
+    SHORT_BYTES = 29,
+    CAMERA_BYTES_LEAST = 22
+};
 enum { SAMPLES = 2, STEPS = 64 };
 
 /* A grid whose columns are `by` columns off, on planes that lean. */
@@ -65,7 +73,7 @@ static size_t put(stp_raster *raster, uint32_t column, uint32_t row, uint8_t *ou
     stp_table table;
     assert_int_equal(stp_squares_encode(&chunk, &square, &bytes, &table, NULL), STP_OK);
     const size_t size = bytes.size - COUNT_BYTES;
-    assert_in_range(size, SHORT_BYTES, TILTED_BYTES);
+    assert_in_range(size, CAMERA_BYTES_LEAST, TILTED_BYTES + SPREAD_BYTES);
     memcpy(out, bytes.data, bytes.size);
     free(bytes.data);
     free(table.values);
@@ -135,7 +143,7 @@ static void short_numbers(void **state)
 static void damaged_short(void **state)
 {
     (void)state;
-    const uint8_t kinds[] = {8 + 3, 8 + 4 + 1, 16 + 8 + 1}, nan[] = {0xff, 0x7f}, far[] = {0x60};
+    const uint8_t kinds[] = {8 + 3, 16 + 8 + 1}, nan[] = {0xff, 0x7f}, far[] = {0x60};
     uint8_t bytes[COUNT_BYTES + TILTED_BYTES], bad[sizeof bytes];
     stp_raster raster = short_grid();
     stp_square first;
@@ -159,10 +167,85 @@ static void damaged_short(void **state)
     assert_int_equal(get(bad, SHORT_BYTES, &raster, &first), STP_CORRUPT);
 }
 
+/* What a camera sees whose station is x, y, z, along z. */
+static stp_raster seen_from(double x, double y, double z, const float slopes[4])
+{
+    const float middle[2] = {-0.61f, 0.457f};
+    stp_raster out = {.axis = 2};
+    for (unsigned k = 0; k < 2; k++) {
+        out.across[k][0] = (k ? y : x) - z * (double)middle[k];
+        out.across[k][3] = (double)middle[k];
+        for (unsigned i = 0; i < 2; i++) {
+            out.across[k][1 + i] = (double)(float)(0.0 - z * (double)slopes[2 * k + i]);
+            out.across[k][4 + i] = (double)slopes[2 * k + i];
+        }
+    }
+    return out;
+}
+
+/* A camera's raster comes back as it is, and takes few bytes: fewer if columns and rows go along
+ * axes. It takes more if it is not one. */
+static void cameras(void **state)
+{
+    (void)state;
+    const float turned[4] = {0.0f, -0.0019f, 0.00191f, 0.0f},
+                tilted[4] = {0.002f, 1e-5f, -1e-5f, 0.1f};
+    uint8_t bytes[COUNT_BYTES + TILTED_BYTES + SPREAD_BYTES];
+    for (unsigned i = 0; i < 7; i++) {
+        stp_raster back = {0}, raster = i < 2
+                                            ? seen_from(0.0, 0.0, 0.0, turned)
+                                            : seen_from(1.5, -3.25, -8.0, i == 2 ? tilted : turned);
+        stp_square first = {0};
+        if (i == 4)
+            raster.across[0][1] += 0x1p-20;
+        if (i == 5)
+            raster.across[1][0] += 0x1p-40;
+        const uint32_t column = i == 6 ? 65536 : 65535, row = 65534;
+        const size_t size = put(&raster, column, row, bytes);
+        assert_int_equal(size, i > 3    ? TILTED_BYTES + SPREAD_BYTES
+                               : i == 2 ? STP_CAMERA_RASTER_BYTES
+                                        : STP_CAMERA_RASTER_BYTES - 8);
+        assert_int_equal(get(bytes, size, &back, &first), STP_OK);
+        assert_memory_equal(&back, &raster, sizeof back);
+        assert_int_equal(first.column, column);
+        assert_int_equal(first.row, row);
+        for (size_t cut = 0; cut < size; cut++)
+            assert_int_equal(get(bytes, cut, &back, &first), STP_CORRUPT);
+    }
+}
+
+/* Bytes of a camera's raster that say what no raster is are refused. */
+static void damaged_camera(void **state)
+{
+    (void)state;
+    const float slopes[4] = {0.0f, -0.0019f, 0.00191f, 0.0f};
+    const uint8_t nan[] = {0xff, 0x7f}, far[] = {0x60};
+    uint8_t bytes[COUNT_BYTES + TILTED_BYTES], bad[sizeof bytes];
+    stp_raster raster = seen_from(1.0, 2.0, 3.0, slopes);
+    stp_square first;
+    const size_t size = put(&raster, 3, 5, bytes);
+    assert_int_equal(bytes[COUNT_BYTES], 32 + 64 + 12 + 2);
+    memcpy(bad, bytes, sizeof bad);
+    bad[COUNT_BYTES] |= 3; /* no axis */
+    assert_int_equal(get(bad, size, &raster, &first), STP_CORRUPT);
+    for (unsigned i = 0; i < 7; i++) { /* each number as NaN, and as 2^65 */
+        uint8_t *end = bad + COUNT_BYTES + 1 + (i < 3 ? 3 * (i + 1) : 9 + 4 * (i - 2));
+        memcpy(bad, bytes, sizeof bad);
+        memcpy(end - 2, nan, 2);
+        assert_int_equal(get(bad, size, &raster, &first), STP_CORRUPT);
+        memcpy(end - 1, far, 1);
+        assert_int_equal(get(bad, size, &raster, &first), STP_CORRUPT);
+    }
+    memcpy(bad, bytes, sizeof bad);
+    memset(bad + COUNT_BYTES + 1 + 9 + 8, 0, 8); /* it does not spread */
+    assert_int_equal(get(bad, size, &raster, &first), STP_CORRUPT);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nearest_grid), cmocka_unit_test(bytes_of_rasters),
+        cmocka_unit_test(nearest_grid),  cmocka_unit_test(bytes_of_rasters),
+        cmocka_unit_test(cameras),       cmocka_unit_test(damaged_camera),
         cmocka_unit_test(short_numbers), cmocka_unit_test(damaged_short)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

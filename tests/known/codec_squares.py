@@ -57,11 +57,30 @@ def short_raster(cursor, axis):
     return Raster(False, axis & ~8, across, tuple(cursor.take(2)), cursor.name)
 
 
+def single(x):
+    return struct.unpack("<f", struct.pack("<f", x))[0]
+
+
+def camera_raster(cursor, kind):
+    """All follows from where a camera is, along the axes from that of heights on, and from its rays."""
+    along, *across = (struct.unpack("<f", b"\0" + cursor.take(3))[0] for _ in range(3))
+    middle = struct.unpack("<2f", cursor.take(8))
+    slopes = [struct.unpack("<f", cursor.take(4))[0] if kind >> 4 + i & 1 else 0.0 for i in range(4)]
+    numbers = []
+    for k in range(2):
+        own = slopes[2 * k:2 * k + 2]
+        numbers.append([across[k] - along * middle[k], *(single(0.0 - along * n) for n in own), middle[k], *own])
+    return Raster(False, kind & 3, numbers, struct.unpack("<2H", cursor.take(4)), cursor.name)
+
+
 def tilted_rasters(cursor, patches):
     count, out = cursor.number(2) + 1, []
     require(count <= patches, f"{cursor.name}: more rasters than patches")
     for _ in range(count):
         axis = cursor.number(1)
+        if axis & 12 == 12:
+            out.append(camera_raster(cursor, axis))
+            continue
         if axis & 8:
             out.append(short_raster(cursor, axis))
             continue

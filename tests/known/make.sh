@@ -313,4 +313,21 @@ done
 for name in level tilted depth; do
     python3 "$known/read.py" "placed/${name}_2_0_raw.stipple" >"placed/${name}_2_0.samples"
 done
-rm paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply
+# From here on rasters of cameras follow from where these are. The second one is turned.
+mkdir -p camera
+printf '# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 40\nHEIGHT 72\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2880\nDATA ascii\n' >turned.pcd
+awk 'BEGIN {
+    for (c = 71; c >= 0; c--)
+        for (r = 0; r < 40; r++) {
+            z = 2 + c / 90 + (c > 40 && r > 10 ? 0.7 : 0)
+            print (c - 35.5) * z / 60, z, (19.5 - r) * z / 60
+        }
+}' >>turned.pcd
+for codec in raw draco zstd; do
+    "$program" prep depth.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "camera/depth_2_0_$codec.stipple" --codec $codec --quiet
+    "$program" prep turned.pcd -o "camera/turned_2_0_$codec.stipple" --codec $codec --quiet
+done
+for name in depth turned; do
+    python3 "$known/read.py" "camera/${name}_2_0_raw.stipple" >"camera/${name}_2_0.samples"
+done
+rm turned.pcd paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/wide.h"
 #include "formats/chunk/codec/inline.h"
+#include "formats/chunk/codec/square/camera_raster.h"
 #include "formats/chunk/layout.h"
 
 #include <float.h>
@@ -19,7 +20,8 @@
 /* One that spreads has this bit beside its axis, and four floats more before column and row. */
 #define SPREADS 4u
 #define SPREAD_BYTES 16u
-/* One whose numbers are short has this bit, and 2 f32, 6 numbers of 3 bytes, 2 u8 instead. */
+/* One whose numbers are short has this bit, and 2 f32, 6 numbers of 3 bytes, 2 u8 instead. With
+ * both bits it is a camera's (camera_raster.h). */
 #define SHORT 8u
 #define SHORT_BYTES 29u
 #define SHORT_PLACES 256u
@@ -293,8 +295,10 @@ static stp_status put_rasters(const stp_chunk *block, const stp_square *squares,
     for (uint32_t i = 0; i < used->count; i++) {
         const stp_square *first = &used->before[i];
         const stp_raster *raster = &block->rasters[first->raster];
-        const size_t size = is_short(raster, first) ? put_short(raster, first, head)
-                                                    : put_tilted(raster, first, head);
+        size_t size = stp_camera_raster_put(raster, first, head);
+        if (size == 0)
+            size = is_short(raster, first) ? put_short(raster, first, head)
+                                           : put_tilted(raster, first, head);
         STP_TRY(stp_bytes_append(out, head, size, err));
     }
 done:
@@ -416,6 +420,8 @@ static size_t get_raster(const stp_cursor *c, bool tilted, stp_raster *raster, s
                         : kind & SHORT   ? SHORT_BYTES
                         : kind & SPREADS ? TILTED_BYTES + SPREAD_BYTES
                                          : TILTED_BYTES;
+    if ((kind & STP_CAMERA_RASTER) == STP_CAMERA_RASTER)
+        return stp_camera_raster_get(c->bytes, c->left, raster, first);
     if (size > c->left)
         return 0;
     *raster = !tilted        ? get_level(c->bytes)
