@@ -320,7 +320,8 @@ static void unfold(unfolding *f, int32_t u, int32_t v)
 
 /* Whether no place beyond a side or corner, of those that fold to `own`, is nearer to what is
  * expected than `own`, which is so much off. */
-STP_INLINE bool is_nearest(const int32_t own[2], const int32_t expected[2], int32_t top, int32_t off)
+STP_INLINE bool is_nearest(const int32_t own[2], const int32_t expected[2], int32_t top,
+                           int32_t off)
 {
     bool nearest = off <= top;
     for (int i = 0; i < 2; i++) {
