@@ -134,6 +134,21 @@ void stp_prep_grid_add(stp_prep_job *job, const stp_point *point, uint64_t recor
         stp_height_grid_leave_out(grid, place);
 }
 
+size_t stp_prep_grid_take(stp_prep_job *job, const stp_point *points, size_t count)
+{
+    stp_prep_stats *stats = job->stats;
+    stp_height_grid *grid = &job->grid;
+    const uint64_t most = job->source->point_count, first = stats->points_in;
+    if (!stats->keeps_grid || job->in_parts || stp_prep_grid_has_parts(job) ||
+        grid->raster.order != 0 || grid->xy || first >= most)
+        return 0;
+    const size_t taken =
+        stp_height_grid_take(grid, first, points, count < most - first ? count : most - first);
+    stp_dbox_join(&stats->box, &grid->box);
+    stats->points_in += taken;
+    return taken;
+}
+
 stp_status stp_prep_grid_sift(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;

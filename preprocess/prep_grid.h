@@ -19,6 +19,10 @@ bool stp_prep_grid_has_parts(const stp_prep_job *job);
  * has a sample there. */
 void stp_prep_grid_add(stp_prep_job *job, const stp_point *point, uint64_t record,
                        stp_reject *reject);
+/* Puts samples that need no further look into the grid, up to the first other one. Returns how
+ * many.
+ */
+size_t stp_prep_grid_take(stp_prep_job *job, const stp_point *points, size_t count);
 /* Rejects samples at places that files before give, once ranks have read their parts. Errors: those
  * of stp_grid_records_sift and stp_prep_reject. */
 stp_status stp_prep_grid_sift(stp_prep_job *job, stp_error *err);

@@ -224,7 +224,8 @@ static stp_status read_records(stp_prep_job *job, stp_error *err)
         }
         keep_numbers(job, points, stats->points_in, count);
         keep_pixels(job, points, stats->points_in, count);
-        for (size_t i = 0; i < count; i++) {
+        for (size_t i = stp_prep_grid_take(job, points, count); i < count;
+             i += 1 + stp_prep_grid_take(job, points + i + 1, count - i - 1)) {
             if (points[i].station > source->station_count)
                 points[i].station = 0;
             if (job->orient.mode == STP_ORIENT_POSITION)

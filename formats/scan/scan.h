@@ -30,8 +30,8 @@
 /* Whether a coordinate is NaN, infinite or STP_SCAN_NONE_FROM and more. */
 static inline bool stp_scan_is_nowhere(stp_dvec3 p)
 {
-    return !(fmax(fmax(fabs(p.x), fabs(p.y)), fabs(p.z)) < STP_SCAN_NONE_FROM) ||
-           !stp_dvec3_finite(p);
+    return !(fabs(p.x) < STP_SCAN_NONE_FROM && fabs(p.y) < STP_SCAN_NONE_FROM &&
+             fabs(p.z) < STP_SCAN_NONE_FROM);
 }
 
 /* Why a record is not stored. A reader returns every record that the file counts, so that read =

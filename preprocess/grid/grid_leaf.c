@@ -4,7 +4,7 @@
 #include "formats/chunk/codec/inline.h"
 #include "formats/chunk/codec/square/plane_fit.h"
 #include "formats/chunk/sample/normal_grid.h"
-#include "preprocess/grid/height_grid.h"
+#include "preprocess/grid/grid_windows.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,10 +19,6 @@
 /* Half the diagonal of a cell over the disc's spacing, at most: discs of the default size meet. */
 #define DIAGONAL_SHARE 0.6
 
-/* See cliff_at. */
-#define CLIFF_STEPS 3.0
-#define CLIFF_SLOPE 2.0
-#define CLIFF_NOISE 8.0
 /* Radius of a disc at the border of a hole over half the diagonal of a cell. */
 #define BORDER_SHARE 1.06
 
@@ -82,61 +78,10 @@ static void load(tile *t)
     }
 }
 
-typedef double lanes[STP_SQUARE_SIDE];
-/* Sums over the windows around the samples of a row of a square, a lane each. */
-typedef struct windows {
-    /* How far a sample may lie over or under the middle and still be on the same surface, by steps
-     * from it: three times as far as the lesser step to a neighbour goes on, beside a slope of 2
-     * and the noise. What lies farther off is behind a cliff. */
-    lanes by_columns[STP_GRID_REACH + 1], by_rows[STP_GRID_REACH + 1];
-    double noise;
-    lanes z, xz, yz;
-    lanes beyond; /* how far one is behind a cliff, at most */
-    /* Of samples whose windows are whole: */
-    lanes normal[3], code[2]; /* code: coordinates of the normal's, as places of their grid */
-} windows;
-
-/* Sets heights by steps. A lesser step that is not there is infinite. */
-static inline void set_cliffs(const double *middle, int beside, double slope, int reach, lanes *out)
-{
-    for (unsigned k = 0; k < STP_SQUARE_SIDE; k++) {
-        const double before = fabs(middle[k] - middle[(int)k - beside]);
-        const double after = fabs(middle[k] - middle[(int)k + beside]);
-        const double a = isnan(before) ? INFINITY : before, b = isnan(after) ? INFINITY : after;
-        out[0][k] = 0.0;
-        for (int i = 1; i <= reach; i++)
-            out[i][k] = i * (CLIFF_STEPS * (a < b ? a : b) + slope);
-    }
-}
-
-/* Adds the samples i columns and j rows from those of the row. */
-static inline void add_lanes(const double *restrict middle, int i, int j, windows *restrict w)
-{
-    const double *next = middle + j * (int)SIDE_WITH_REACH + i;
-    const double *columns = w->by_columns[abs(i)], *rows = w->by_rows[abs(j)];
-#pragma GCC unroll 1 /* unrolled, it would not become vectors */
-    for (unsigned k = 0; k < STP_SQUARE_SIDE; k++) {
-        const double up = next[k] - middle[k];
-        const double beyond = fabs(up) - (columns[k] + rows[k] + w->noise);
-        w->beyond[k] = beyond > w->beyond[k] ? beyond : w->beyond[k];
-        w->z[k] += up;
-        w->xz[k] += i * up;
-        w->yz[k] += j * up;
-    }
-}
-
-STP_WIDE
-static void sum_windows(const double *middle, int reach, windows *w)
-{
-    for (int j = -reach; j <= reach; j++)
-        for (int i = -reach; i <= reach; i++)
-            add_lanes(middle, i, j, w);
-}
-
 /* Whether all samples of a window are there and on the same surface. */
-STP_INLINE bool is_whole(const windows *w, unsigned lane)
+STP_INLINE bool is_whole(const stp_grid_windows *w, unsigned lane)
 {
-    return w->beyond[lane] <= 0.0 && !isnan(w->z[lane]);
+    return w->beyond[lane] <= 0.0 && !isnan(w->xz[lane] + w->yz[lane]);
 }
 
 /* Whether the chunk's columns are the grid's rows. The codec expects normals on the side from which
@@ -147,7 +92,7 @@ static bool is_turned(const stp_height_grid *grid, const stp_raster_frame *frame
 }
 
 /* Of the window around a sample of the row, less what is behind a cliff. */
-STP_INLINE stp_plane_sums sum_window(const tile *t, const double *middle, const windows *w,
+STP_INLINE stp_plane_sums sum_window(const tile *t, const double *middle, const stp_grid_windows *w,
                                      unsigned lane)
 {
     const int reach = (int)t->grid->reach;
@@ -164,7 +109,8 @@ STP_INLINE stp_plane_sums sum_window(const tile *t, const double *middle, const 
 
 /* The normal of the plane that fits best through the samples around; upwards where they tell
  * nothing. */
-STP_INLINE stp_dvec3 normal_of(const tile *t, const double *middle, const windows *w, unsigned lane)
+STP_INLINE stp_dvec3 normal_of(const tile *t, const double *middle, const stp_grid_windows *w,
+                               unsigned lane)
 {
     const stp_plane_sums s = sum_window(t, middle, w, lane);
     const double *c = t->frame.by_column, *r = t->frame.by_row;
@@ -195,7 +141,7 @@ STP_INLINE void put_normal(const double place[2], unsigned shift, uint8_t out[3]
 
 /* Sets normals and their codes of a row, by the sums of whole windows: the arithmetic is that of
  * normal_of, a lane a sample. */
-STP_INLINE void find_normals(const tile *t, unsigned shift, windows *restrict w)
+STP_INLINE void find_normals(const tile *t, unsigned shift, stp_grid_windows *restrict w)
 {
     const int reach = (int)t->grid->reach, side = 2 * reach + 1;
     const int squares = reach * (reach + 1) * side / 3; /* of a row's columns, summed up */
@@ -332,7 +278,7 @@ static void make_items(const void *context, uint32_t begin, uint32_t end, stp_it
     }
 }
 
-STP_INLINE void add_sample(tile *t, uint32_t column, uint32_t row, const windows *sums)
+STP_INLINE void add_sample(tile *t, uint32_t column, uint32_t row, const stp_grid_windows *sums)
 {
     const double *z = height_at(t, column, row);
     if (isnan(*z))
@@ -391,17 +337,14 @@ static void add_square(tile *t, uint32_t column, uint32_t row)
     t->diagonal = fmax(hypot(across[0] + down[0], across[1] + down[1]),
                        hypot(across[0] - down[0], across[1] - down[1]));
     t->side = sqrt(fabs(t->frame.area));
+    const double sides[2] = {t->frame.wide, t->frame.deep};
     const bool turned = is_turned(t->grid, &t->frame);
     if (t->grid->holes)
         t->reach = reach_of(t, column, row);
-    windows by_row[STP_SQUARE_SIDE];
+    stp_grid_windows by_row[STP_SQUARE_SIDE];
     for (uint32_t r = 0; r < STP_SQUARE_SIDE; r++) {
         const double *middle = height_at(t, column, row + r);
-        const int reach = (int)t->grid->reach;
-        by_row[r] = (windows){.noise = CLIFF_NOISE * t->grid->noise};
-        set_cliffs(middle, 1, CLIFF_SLOPE * t->frame.wide, reach, by_row[r].by_columns);
-        set_cliffs(middle, SIDE_WITH_REACH, CLIFF_SLOPE * t->frame.deep, reach, by_row[r].by_rows);
-        sum_windows(middle, reach, &by_row[r]);
+        stp_grid_windows_sum(middle, SIDE_WITH_REACH, sides, t->grid, &by_row[r]);
         find_normals(t, STP_NORMAL_BITS - t->params->normal_bits, &by_row[r]);
     }
     for (uint32_t i = 0; i < STP_SQUARE_SIDE * STP_SQUARE_SIDE; i++) {

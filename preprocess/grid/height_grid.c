@@ -62,6 +62,32 @@ void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point 
     grid->count++;
 }
 
+size_t stp_height_grid_take(stp_height_grid *grid, uint64_t place, const stp_point *points,
+                            size_t count)
+{
+    const uint32_t columns = grid->raster.columns;
+    size_t i = 0, end = 0;
+    while (i == end && end < count) {
+        const uint32_t column = (uint32_t)((place + i) % columns);
+        const uint32_t to_tile = STP_TILE_SIDE - column % STP_TILE_SIDE;
+        const size_t left = columns - column < to_tile ? columns - column : to_tile, begin = i;
+        stp_dbox box = stp_dbox_empty();
+        end = begin + (left < count - begin ? left : count - begin);
+        for (; i < end && points[i].reject == STP_REJECT_NONE &&
+               !stp_scan_is_nowhere(points[i].position);
+             i++) {
+            grid->z[place + i] = points[i].position.z;
+            for (int c = 0; grid->rgb && c < 3; c++)
+                grid->rgb[place + i][c] = points[i].rgb[c];
+            stp_dbox_add(&box, points[i].position);
+        }
+        stp_dbox_join(&grid->box, &box);
+        grid->tile_samples[stp_height_grid_tile_at(grid, place + begin)] += (uint32_t)(i - begin);
+        grid->count += (uint32_t)(i - begin);
+    }
+    return i;
+}
+
 void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place)
 {
     grid->z[place] = NAN;

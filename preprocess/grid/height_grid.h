@@ -53,6 +53,10 @@ stp_status stp_height_grid_create(stp_height_grid *out, const stp_scan_raster *r
 /* Sets sample `place`, counted row by row, which must not be set. In the end each place must be set
  * or left out. */
 void stp_height_grid_set(stp_height_grid *grid, uint64_t place, const stp_point *point);
+/* The same of samples side by side, of a grid that is straight, up to one that is none or nowhere:
+ * returns how many. */
+size_t stp_height_grid_take(stp_height_grid *grid, uint64_t place, const stp_point *points,
+                            size_t count);
 /* There is no sample at `place`. */
 void stp_height_grid_leave_out(stp_height_grid *grid, uint64_t place);
 /* Removes the sample at `place`. */

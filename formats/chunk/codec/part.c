@@ -31,8 +31,9 @@
 #define TIGHT_PLACED 2u
 #define TIGHT_SQUARES_BYTES 4u
 
-/* Symbols of a tight part, by sample: they get room at once. */
+/* Symbols of a tight part, by sample: they get room at once. Colours by rows reserve 12 last. */
 #define ITEMS_EXPECTED 8u
+#define ITEMS_OF_SQUARES 17u
 
 /* Whether no patch is of strips, whose cones tell nothing of where the next patch is. */
 static bool are_surface(const stp_chunk *chunk)
@@ -203,8 +204,9 @@ static stp_status tables_encode(const stp_chunk *chunk, int segment, stp_block_s
     stp_status status = STP_OK;
     table_sink to = {.out = out, .is_tight = may_be_tight(chunk, segment, squares)};
     const uint32_t samples = chunk->level_begin[stp_segment_finest(segment)][chunk->patch_count];
+    const size_t items = squares->found ? ITEMS_OF_SQUARES : ITEMS_EXPECTED;
     if (to.is_tight)
-        STP_TRY(stp_symbols_reserve(&to.tight.symbols, (size_t)ITEMS_EXPECTED * samples, err));
+        STP_TRY(stp_symbols_reserve(&to.tight.symbols, items * samples, err));
     if (segment == 0) {
         if (to.is_tight && squares->found)
             STP_TRY(squares_begin(chunk, squares, out, err));

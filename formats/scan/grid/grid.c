@@ -251,23 +251,31 @@ done:
 /* Far off: by so much of a number. */
 #define FAR_PART 0.1
 
-/* The height or depth of a number; NaN if it is no sample. */
-static double value_of(const grid_reader *g, double number)
+/* Puts heights or depths in the place of numbers; NaN if they are no samples. */
+STP_WIDE
+static void find_values(const grid_reader *g, double *restrict z)
 {
     const stp_grid_params *p = &g->params;
-    if (!(fabs(number) < STP_SCAN_NONE_FROM) || (g->info->has_none && number == g->info->none) ||
-        (p->has_invalid && number == p->invalid) || (is_pinhole(g) && !(number > 0.0)))
-        return NAN;
-    if (g->info->scale != 0.0)
-        number = g->info->scale * number + g->info->offset;
-    return p->disparity_focal > 0.0 ? p->disparity_focal * p->disparity_base / number
-                                    : p->scale * number;
+    const double none = g->info->has_none ? g->info->none : NAN; /* NaN equals nothing */
+    const double invalid = p->has_invalid ? p->invalid : NAN;
+    const double least = is_pinhole(g) ? 0.0 : -STP_SCAN_NONE_FROM; /* a sample's is greater */
+    const double focal = p->disparity_focal * p->disparity_base;
+    const double scale = g->info->scale, offset = g->info->offset, own = p->scale;
+    for (uint32_t i = 0; i < g->columns; i++) {
+        const double n = z[i];
+        const bool is_sample = n > least && n < STP_SCAN_NONE_FROM && n != none && n != invalid;
+        z[i] = is_sample ? n : NAN;
+    }
+    for (uint32_t i = 0; scale != 0.0 && i < g->columns; i++)
+        z[i] = scale * z[i] + offset;
+    for (uint32_t i = 0; i < g->columns; i++)
+        z[i] = p->disparity_focal > 0.0 ? focal / z[i] : own * z[i];
 }
 
 /* Numbers that programs write for no sample, often without telling so. */
-static bool is_usual_none(double number)
+static inline bool is_usual_none(double number)
 {
-    return number == -9999.0 || number == -32767.0 || number == -32768.0 || number == -99999.0;
+    return (number == -9999.0) | (number == -32767.0) | (number == -32768.0) | (number == -99999.0);
 }
 
 /* Makes holes of such numbers if what lies before and behind them in the row is far off: a trench
@@ -292,14 +300,25 @@ static void leave_out_usual_none(const grid_reader *g, double *z)
     }
 }
 
-static void keep_heights(grid_reader *g, double *z)
+/* Whether a row has any of them. */
+STP_WIDE
+static bool has_usual_none(const double *row, size_t count)
+{
+    int any = 0;
+    for (size_t i = 0; i < count; i++)
+        any |= is_usual_none(row[i]);
+    return any != 0;
+}
+
+static void keep_heights(const grid_reader *g, double *z)
 {
     const uint32_t channels = g->info->channels;
     for (uint32_t i = 0; i < g->columns; i++) {
         const double *pixel = g->row + (size_t)i * g->step * channels;
-        z[i] = g->info->alpha && pixel[channels - 1] == 0.0 ? NAN : value_of(g, pixel[0]);
+        z[i] = g->info->alpha && pixel[channels - 1] == 0.0 ? NAN : pixel[0];
     }
-    if (!g->params.has_invalid)
+    find_values(g, z);
+    if (!g->params.has_invalid && has_usual_none(g->row, (size_t)g->info->width * channels))
         leave_out_usual_none(g, z);
 }
 
@@ -418,7 +437,8 @@ static stp_dvec3 position_of(const grid_reader *g, uint32_t row, uint32_t column
 }
 
 /* Written in place: copied, it would be read as vectors just after its parts are written. */
-static void make_point(const grid_reader *g, uint32_t row, uint32_t column, stp_point *out)
+static inline void make_point(const grid_reader *g, uint32_t row, uint32_t column, bool level,
+                              stp_point *out)
 {
     const double z = g->z[row % ROWS_HELD][column];
     memset(out, 0, sizeof *out);
@@ -426,12 +446,24 @@ static void make_point(const grid_reader *g, uint32_t row, uint32_t column, stp_
         out->reject = STP_REJECT_INVALID;
         return;
     }
-    out->position = position_of(g, row, column, z);
-    out->station = is_pinhole(g) ? 1 : 0;
+    out->position =
+        level ? stp_scan_raster_at(&g->place, column, row, z) : position_of(g, row, column, z);
+    out->station = !level && is_pinhole(g) ? 1 : 0;
     if (g->normals)
         out->normal = normal_of(g, row, column);
     for (int k = 0; k < 3; k++)
         out->rgb[k] = g->colours ? g->rgb[row % ROWS_HELD][column][k] : STP_POINT_GREY;
+}
+
+/* Makes points side by side. Those of heights whose rows come in order need no look at how. */
+static void make_points(const grid_reader *g, uint32_t row, uint32_t column, size_t count,
+                        stp_point *out)
+{
+    const bool level = !is_pinhole(g) && g->place.order == 0;
+    for (size_t i = 0; level && i < count; i++)
+        make_point(g, row, column + (uint32_t)i, true, &out[i]);
+    for (size_t i = 0; !level && i < count; i++)
+        make_point(g, row, column + (uint32_t)i, false, &out[i]);
 }
 
 static stp_status read_grid(void *state, stp_point *points, size_t capacity, size_t *count,
@@ -444,9 +476,10 @@ static stp_status read_grid(void *state, stp_point *points, size_t capacity, siz
         while (g->rows_read < g->rows && g->rows_read < g->next_row + 2)
             STP_TRY(read_row(g, err));
         const size_t left = g->columns - g->next_column;
-        const size_t end = got + (capacity - got < left ? capacity - got : left);
-        while (got < end)
-            make_point(g, g->next_row, g->next_column++, &points[got++]);
+        const size_t more = capacity - got < left ? capacity - got : left;
+        make_points(g, g->next_row, g->next_column, more, &points[got]);
+        got += more;
+        g->next_column += (uint32_t)more;
         if (g->next_column == g->columns) {
             g->next_column = 0;
             g->next_row++;

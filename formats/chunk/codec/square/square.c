@@ -59,16 +59,20 @@ static const uint8_t square_first[TILTED_COLUMNS] = {8, 8, [RASTER_COLUMN] = 5};
 
 /* ---- finding ---- */
 
-/* The column and row nearest to a position. *off: how far it is off at most, if it was less. */
+/* How many columns and rows samples are looked for in. */
+STP_INLINE double raster_side(const stp_raster *raster)
+{
+    return raster->side ? raster->side : (double)STP_SQUARE_PLACES_LIMIT * STP_SQUARE_SIDE;
+}
+
+/* The column and row of a tilted raster that are nearest to a position. *off: how far it is off at
+ * most, if it was less. */
 STP_INLINE bool find_place(const stp_raster *raster, const double position[3], uint32_t out[2],
                            double *off)
 {
     const double(*a)[6] = raster->across;
-    const double off_most = raster->level                ? DBL_MAX
-                            : stp_raster_spreads(raster) ? SPREAD_OFF_MOST
-                                                         : TILTED_OFF_MOST;
-    const double most =
-        raster->side ? raster->side : (double)STP_SQUARE_PLACES_LIMIT * STP_SQUARE_SIDE;
+    const double off_most = stp_raster_spreads(raster) ? SPREAD_OFF_MOST : TILTED_OFF_MOST;
+    const double most = raster_side(raster);
     const double height = position[raster->axis];
     double rest[2], by[2][2], place[2]; /* by column and row, at this height */
     for (unsigned k = 0; k < 2; k++) {
@@ -90,24 +94,71 @@ STP_INLINE bool find_place(const stp_raster *raster, const double position[3], u
     return true;
 }
 
-STP_WIDE
-static bool find_square(const stp_raster *raster, const stp_patch *patch, const stp_sample *samples,
-                        stp_square *out, double *off)
+/* The same of all samples of a patch on a level raster, where heights do not matter. */
+STP_INLINE bool find_level_places(const stp_raster *raster, const stp_patch *patch,
+                                  const stp_sample *samples, uint32_t out[2][STP_PATCH_SAMPLES],
+                                  double *off)
 {
-    int before = -1;
-    *out = (stp_square){0};
-    *off = 0.0;
+    const double(*a)[6] = raster->across;
+    const double step = stp_power_of_two(patch->exponent);
+    const double det = a[0][1] * a[1][2] - a[0][2] * a[1][1];
+    double rest[2][STP_PATCH_SAMPLES], apart[STP_PATCH_SAMPLES];
+    int inside = 1;
+    for (unsigned i = 0; i < patch->counts[0]; i++)
+        for (unsigned k = 0; k < 2; k++)
+            rest[k][i] = ((double)patch->origin[k] + samples[i].position[k]) * step - a[k][0];
+    for (unsigned k = 0; k < 2; k++) {
+        const double along = a[1 - k][2 - k], across = a[k][2 - k], first = raster->first[k];
+        const double end = first + raster_side(raster);
+        for (unsigned i = 0; i < patch->counts[0]; i++) {
+            const double place = (rest[k][i] * along - rest[1 - k][i] * across) / det;
+            const double nearest = floor(place + 0.5);
+            const bool in = (nearest >= first) & (nearest < end);
+            inside &= in;
+            apart[i] = fabs(place - nearest);
+            out[k][i] = (uint32_t)(int32_t)(in ? nearest : 0.0);
+        }
+        for (unsigned i = 0; i < patch->counts[0]; i++)
+            *off = stp_max(*off, apart[i]);
+    }
+    return inside != 0;
+}
+
+/* The same on a tilted raster. */
+STP_INLINE bool find_tilted_places(const stp_raster *raster, const stp_patch *patch,
+                                   const stp_sample *samples, uint32_t out[2][STP_PATCH_SAMPLES],
+                                   double *off)
+{
     for (unsigned i = 0; i < patch->counts[0]; i++) {
         const stp_dvec3 p = stp_sample_position(&samples[i], patch);
         uint32_t at[2];
         if (!find_place(raster, (const double[3]){p.x, p.y, p.z}, at, off))
             return false;
-        const stp_square own = {.column = at[0] / STP_SQUARE_SIDE, .row = at[1] / STP_SQUARE_SIDE};
-        const int bit = (int)stp_square_morton(at[0] % STP_SQUARE_SIDE, at[1] % STP_SQUARE_SIDE);
-        if (bit <= before || (i > 0 && (own.column != out->column || own.row != out->row)))
+        out[0][i] = at[0];
+        out[1][i] = at[1];
+    }
+    return true;
+}
+
+STP_WIDE
+static bool find_square(const stp_raster *raster, const stp_patch *patch, const stp_sample *samples,
+                        stp_square *out, double *off)
+{
+    uint32_t at[2][STP_PATCH_SAMPLES];
+    int before = -1;
+    at[0][0] = at[1][0] = 0;
+    *out = (stp_square){0};
+    *off = 0.0;
+    if (raster->level ? !find_level_places(raster, patch, samples, at, off)
+                      : !find_tilted_places(raster, patch, samples, at, off))
+        return false;
+    out->column = at[0][0] / STP_SQUARE_SIDE;
+    out->row = at[1][0] / STP_SQUARE_SIDE;
+    for (unsigned i = 0; i < patch->counts[0]; i++) {
+        const uint32_t c = at[0][i], r = at[1][i];
+        const int bit = (int)stp_square_morton(c % STP_SQUARE_SIDE, r % STP_SQUARE_SIDE);
+        if (bit <= before || c / STP_SQUARE_SIDE != out->column || r / STP_SQUARE_SIDE != out->row)
             return false;
-        out->column = own.column;
-        out->row = own.row;
         out->samples |= UINT64_C(1) << bit;
         before = bit;
     }

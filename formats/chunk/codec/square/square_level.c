@@ -191,9 +191,13 @@ STP_INLINE void code_child(const coder *c, family *f, unsigned k, const table_ro
     double expected[VALUE_COUNT];
     const double share = 1.0 / (f->count - k);
     expect(c, f, k, expected);
-    code_byte(c, r, STP_COLUMN_FLAGS, parent->flags, &s->flags);
-    code_byte(c, r, STP_COLUMN_CLASS, parent->class_id, &s->class_id);
-    code_byte(c, r, STP_COLUMN_INTENSITY, parent->intensity, &s->intensity);
+    const bool same = s->flags == parent->flags && s->class_id == parent->class_id &&
+                      s->intensity == parent->intensity;
+    if (c->decode || !same) { /* cells are 0 */
+        code_byte(c, r, STP_COLUMN_FLAGS, parent->flags, &s->flags);
+        code_byte(c, r, STP_COLUMN_CLASS, parent->class_id, &s->class_id);
+        code_byte(c, r, STP_COLUMN_INTENSITY, parent->intensity, &s->intensity);
+    }
     if (!c->choice->rows)
         code_colours(c, f, r, expected, share, s);
     code_height(c, f, r, child, expected[HEIGHT] + share * f->left[HEIGHT], s);

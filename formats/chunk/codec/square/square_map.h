@@ -89,8 +89,8 @@ STP_INLINE int32_t stp_square_across(const stp_square_grid *grid, int level, uin
 {
     const unsigned axis = grid->raster->axis;
     const double height = (double)patch->origin[axis] + position;
-    const double at =
-        grid->level[level].across[k][sample] + stp_square_tilt(grid, level, sample, k) * height;
+    const double tilt = grid->raster->level ? 0.0 : stp_square_tilt(grid, level, sample, k);
+    const double at = grid->level[level].across[k][sample] + tilt * height;
     return stp_square_whole(at - patch->origin[(axis + 1 + (unsigned)k) % 3]);
 }
 

@@ -318,11 +318,28 @@ static void unfold(unfolding *f, int32_t u, int32_t v)
     }
 }
 
+/* Whether no place beyond a side or corner, of those that fold to `own`, is nearer to what is
+ * expected than `own`, which is so much off. */
+STP_INLINE bool is_nearest(const int32_t own[2], const int32_t expected[2], int32_t top,
+                           int32_t off)
+{
+    bool nearest = off <= top;
+    for (int i = 0; i < 2; i++) {
+        const int32_t sum = own[i] + expected[i];
+        nearest &= sum >= off && 2 * top - sum >= off;
+    }
+    return nearest;
+}
+
 bool stp_square_unfold(int32_t own[2], const int32_t expected[2], int32_t top, bool sides,
                        unsigned stride)
 {
     const bool mirrored = sides && (own[0] == 0 || own[0] == top || own[1] == 0 || own[1] == top);
     const int32_t between = (1 << stride) - 1;
+    const int32_t by[2] = {own[0] - expected[0], own[1] - expected[1]};
+    if (!mirrored && ((by[0] | by[1]) & between) == 0 &&
+        is_nearest(own, expected, top, abs(by[0]) + abs(by[1])))
+        return true;
     unfolding f = {.own = own,
                    .expected = expected,
                    .top = top,
