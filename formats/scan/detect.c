@@ -6,6 +6,7 @@
 #include "formats/scan/detect_text.h"
 #include "formats/scan/grid/raster.h"
 #include "formats/scan/octree/ept_files.h"
+#include "formats/scan/source.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -25,6 +26,7 @@ typedef struct prefix {
     char *bytes;
     size_t length;
     uint64_t file_size;
+    uint8_t wide; /* bytes were UTF-16 (source.h), with a mark */
 } prefix;
 
 static bool starts_with(const prefix *p, const char *magic, size_t length)
@@ -200,8 +202,6 @@ static const struct {
     {"#ROSBAG", 7, "a ROS bag", "write its clouds as PCD (bag_to_pcd of pcl_ros)"},
     {"Kaydara FBX", 11, "a scene (FBX)", ADVICE_MESH},
     {"# vtk DataFile", 14, "a VTK file", "convert it to PLY (ParaView does)"},
-    {"\xff\xfe", 2, "text in UTF-16", "save it as UTF-8"},
-    {"\xfe\xff", 2, "text in UTF-16", "save it as UTF-8"},
     {"\x1f\x8b", 2, "compressed with gzip", "unpack it first (gunzip)"},
     {"BZh", 3, "compressed with bzip2", "unpack it first (bunzip2)"},
     {"\xfd"
@@ -229,9 +229,17 @@ static bool is_wide_text(const prefix *p)
            (zeros[0] == BYTES / 2) != (zeros[1] == BYTES / 2) && zeros[0] + zeros[1] == BYTES / 2;
 }
 
+/* Whether narrow text has lines of numbers, as its content or its name tell. */
+static bool has_numbers(const prefix *p)
+{
+    stp_scan_format format;
+    return stp_detect_text(p->bytes, p->length, &format) ||
+           stp_detect_text_name(p->name, p->bytes, p->length, &format);
+}
+
 static const char *known_but_unsupported(const prefix *p, const char **advice)
 {
-    if (is_wide_text(p)) {
+    if (p->wide > 0 ? !has_numbers(p) : is_wide_text(p)) {
         *advice = "save it as UTF-8";
         return "text in UTF-16";
     }
@@ -280,6 +288,12 @@ static stp_status read_prefix(prefix *p, stp_error *err)
     p->length = p->file_size < STP_DETECT_BYTES ? (size_t)p->file_size : STP_DETECT_BYTES;
     STP_TRY(stp_alloc(&p->bytes, p->length, 1, "bytes of a file", err));
     STP_TRY(stp_file_read_at(descriptor, p->path, 0, p->bytes, p->length, err));
+    unsigned char *bytes = (unsigned char *)p->bytes;
+    p->wide = p->length >= 2 && !stp_raster_is_named(p->path) ? stp_wide_mark(bytes) : 0;
+    if (p->wide > 0) {
+        p->length = p->length / 2 - 1;
+        stp_source_narrow(bytes, bytes + 2, p->length, p->wide);
+    }
 done:
     if (descriptor >= 0)
         close(descriptor);
