@@ -159,7 +159,9 @@ typedef struct stp_edge_counts {
 typedef enum stp_station_word {
     STP_STATION_TOLD,    /* the format has a field for it, which scanners' programs fill */
     STP_STATION_CLAIMED, /* the field may mean something else; believed if the points allow it */
-    STP_STATION_DEFAULT  /* nobody wrote it; believed if the points speak for it */
+    STP_STATION_DEFAULT, /* nobody wrote it; believed if the points speak for it */
+    STP_STATION_GUESSED  /* the format has no such field: the origin, if coordinates are the
+                            sensor's own (preprocess/viewpoint/own_frame.h). No point names it */
 } stp_station_word;
 
 /* The pixel of a point in the image that the scanner took. */

@@ -190,6 +190,8 @@ static stp_dvec3 guess_up(const stp_space *s, bool heights, stp_dvec3 mean, stp_
         return (stp_dvec3){0.0, 0.0, 1.0};
     if (word != STP_STATION_TOLD && mean.z > 0.8)
         return (stp_dvec3){0.0, -1.0, 0.0};
+    if (word == STP_STATION_GUESSED) /* as OpenGL has it, or a lidar */
+        return mean.z < -0.8 ? (stp_dvec3){0.0, 1.0, 0.0} : (stp_dvec3){0.0, 0.0, 1.0};
     return stp_dbox_up(&s->box);
 }
 
