@@ -18,7 +18,7 @@
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
     "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS "   \
-    "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, HGT or AL3D"
+    "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, Surfer, HGT or AL3D"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -192,9 +192,6 @@ static const struct {
     {"CDF", 3, "a NetCDF file", ADVICE_RASTER},
     {"\x89HDF\r\n", 6, "an HDF5 file", ADVICE_RASTER},
     {"EHFA_HEADER_TAG", 15, "an ERDAS Imagine file", ADVICE_RASTER},
-    {"DSAA", 4, "a grid of Surfer", ADVICE_RASTER},
-    {"DSBB", 4, "a grid of Surfer", ADVICE_RASTER},
-    {"DSRB", 4, "a grid of Surfer", ADVICE_RASTER},
     {"UHL1", 4, "a DTED tile", ADVICE_RASTER},
     {"DRACO", 5, "a Draco file", "unpack it first (draco_decoder)"},
     {"BLENDER", 7, "a scene (Blender)", "export it as PLY or OBJ"},
