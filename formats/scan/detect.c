@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/scan/detect_text.h"
 #include "formats/scan/grid/raster.h"
+#include "formats/scan/kitti/kitti.h"
 #include "formats/scan/octree/ept_files.h"
 #include "formats/scan/source.h"
 
@@ -18,7 +19,8 @@
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
     "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS "   \
-    "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, Surfer, HGT or AL3D"
+    "(Expe's, too), PTX, KITTI's .bin, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, "      \
+    "Surfer, HGT or AL3D"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -269,7 +271,11 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
         *format = STP_SCAN_EPT;
     else if (stp_raster_is_named(p->path))
         *format = STP_SCAN_GRID;
-    else
+    else if (stp_path_ends_in(p->name, ".bin") &&
+             stp_kitti_may_be(p->bytes, p->length, p->file_size)) {
+        *format = STP_SCAN_KITTI;
+        return true;
+    } else
         return stp_detect_text(p->bytes, p->length, format) ||
                stp_detect_text_name(p->name, p->bytes, p->length, format);
     /* Text formats hold no zero bytes. If there are some, the name is wrong, not the content. */
@@ -378,10 +384,11 @@ stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *er
 const char *stp_scan_format_name(stp_scan_format format)
 {
     static const char *const names[STP_SCAN_FORMAT_COUNT] = {
-        [STP_SCAN_PLY] = "PLY",   [STP_SCAN_OBJ] = "OBJ",       [STP_SCAN_OFF] = "OFF",
-        [STP_SCAN_GLTF] = "glTF", [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL",
-        [STP_SCAN_LAS] = "LAS",   [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",
-        [STP_SCAN_XYZ] = "XYZ",   [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",
-        [STP_SCAN_GRID] = "grid", [STP_SCAN_EPT] = "EPT",       [STP_SCAN_EXPE] = "Expe"};
+        [STP_SCAN_PLY] = "PLY",    [STP_SCAN_OBJ] = "OBJ",       [STP_SCAN_OFF] = "OFF",
+        [STP_SCAN_GLTF] = "glTF",  [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL",
+        [STP_SCAN_LAS] = "LAS",    [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",
+        [STP_SCAN_XYZ] = "XYZ",    [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",
+        [STP_SCAN_GRID] = "grid",  [STP_SCAN_EPT] = "EPT",       [STP_SCAN_EXPE] = "Expe",
+        [STP_SCAN_KITTI] = "KITTI"};
     return names[format];
 }
