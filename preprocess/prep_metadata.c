@@ -170,7 +170,8 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
     if (f->outside->point_count > 0)
         cJSON_AddItemToObject(root, "closed", stp_outside_to_json(f->outside));
     const stp_dvec3 told = stp_prep_told_up(source);
-    const stp_dvec3 up = stp_dvec3_length(told) > 0.0 ? told : stats->first.model_up;
+    const stp_dvec3 found = stats->first.model_up;
+    const stp_dvec3 up = stp_dvec3_length(found) > 0.0 ? found : told;
     if (stp_dvec3_length(up) > 0.0)
         stp_json_add_vector(root, "up", up);
     add_first_view(root, &stats->first);

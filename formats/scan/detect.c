@@ -5,7 +5,9 @@
 #include "base/memory.h"
 #include "formats/scan/detect_text.h"
 #include "formats/scan/grid/raster.h"
+#include "formats/scan/kitti/kitti.h"
 #include "formats/scan/octree/ept_files.h"
+#include "formats/scan/source.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -17,7 +19,8 @@
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
     "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS "   \
-    "(Expe's, too), PTX, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, HGT or AL3D"
+    "(Expe's, too), PTX, KITTI's .bin, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, "      \
+    "Surfer, HGT or AL3D"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -25,6 +28,7 @@ typedef struct prefix {
     char *bytes;
     size_t length;
     uint64_t file_size;
+    uint8_t wide; /* bytes were UTF-16 (source.h), with a mark */
 } prefix;
 
 static bool starts_with(const prefix *p, const char *magic, size_t length)
@@ -190,9 +194,6 @@ static const struct {
     {"CDF", 3, "a NetCDF file", ADVICE_RASTER},
     {"\x89HDF\r\n", 6, "an HDF5 file", ADVICE_RASTER},
     {"EHFA_HEADER_TAG", 15, "an ERDAS Imagine file", ADVICE_RASTER},
-    {"DSAA", 4, "a grid of Surfer", ADVICE_RASTER},
-    {"DSBB", 4, "a grid of Surfer", ADVICE_RASTER},
-    {"DSRB", 4, "a grid of Surfer", ADVICE_RASTER},
     {"UHL1", 4, "a DTED tile", ADVICE_RASTER},
     {"DRACO", 5, "a Draco file", "unpack it first (draco_decoder)"},
     {"BLENDER", 7, "a scene (Blender)", "export it as PLY or OBJ"},
@@ -200,8 +201,6 @@ static const struct {
     {"#ROSBAG", 7, "a ROS bag", "write its clouds as PCD (bag_to_pcd of pcl_ros)"},
     {"Kaydara FBX", 11, "a scene (FBX)", ADVICE_MESH},
     {"# vtk DataFile", 14, "a VTK file", "convert it to PLY (ParaView does)"},
-    {"\xff\xfe", 2, "text in UTF-16", "save it as UTF-8"},
-    {"\xfe\xff", 2, "text in UTF-16", "save it as UTF-8"},
     {"\x1f\x8b", 2, "compressed with gzip", "unpack it first (gunzip)"},
     {"BZh", 3, "compressed with bzip2", "unpack it first (bunzip2)"},
     {"\xfd"
@@ -229,9 +228,17 @@ static bool is_wide_text(const prefix *p)
            (zeros[0] == BYTES / 2) != (zeros[1] == BYTES / 2) && zeros[0] + zeros[1] == BYTES / 2;
 }
 
+/* Whether narrow text has lines of numbers, as its content or its name tell. */
+static bool has_numbers(const prefix *p)
+{
+    stp_scan_format format;
+    return stp_detect_text(p->bytes, p->length, &format) ||
+           stp_detect_text_name(p->name, p->bytes, p->length, &format);
+}
+
 static const char *known_but_unsupported(const prefix *p, const char **advice)
 {
-    if (is_wide_text(p)) {
+    if (p->wide > 0 ? !has_numbers(p) : is_wide_text(p)) {
         *advice = "save it as UTF-8";
         return "text in UTF-16";
     }
@@ -264,7 +271,11 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
         *format = STP_SCAN_EPT;
     else if (stp_raster_is_named(p->path))
         *format = STP_SCAN_GRID;
-    else
+    else if (stp_path_ends_in(p->name, ".bin") &&
+             stp_kitti_may_be(p->bytes, p->length, p->file_size)) {
+        *format = STP_SCAN_KITTI;
+        return true;
+    } else
         return stp_detect_text(p->bytes, p->length, format) ||
                stp_detect_text_name(p->name, p->bytes, p->length, format);
     /* Text formats hold no zero bytes. If there are some, the name is wrong, not the content. */
@@ -280,6 +291,12 @@ static stp_status read_prefix(prefix *p, stp_error *err)
     p->length = p->file_size < STP_DETECT_BYTES ? (size_t)p->file_size : STP_DETECT_BYTES;
     STP_TRY(stp_alloc(&p->bytes, p->length, 1, "bytes of a file", err));
     STP_TRY(stp_file_read_at(descriptor, p->path, 0, p->bytes, p->length, err));
+    unsigned char *bytes = (unsigned char *)p->bytes;
+    p->wide = p->length >= 2 && !stp_raster_is_named(p->path) ? stp_wide_mark(bytes) : 0;
+    if (p->wide > 0) {
+        p->length = p->length / 2 - 1;
+        stp_source_narrow(bytes, bytes + 2, p->length, p->wide);
+    }
 done:
     if (descriptor >= 0)
         close(descriptor);
@@ -367,10 +384,11 @@ stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *er
 const char *stp_scan_format_name(stp_scan_format format)
 {
     static const char *const names[STP_SCAN_FORMAT_COUNT] = {
-        [STP_SCAN_PLY] = "PLY",   [STP_SCAN_OBJ] = "OBJ",       [STP_SCAN_OFF] = "OFF",
-        [STP_SCAN_GLTF] = "glTF", [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL",
-        [STP_SCAN_LAS] = "LAS",   [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",
-        [STP_SCAN_XYZ] = "XYZ",   [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",
-        [STP_SCAN_GRID] = "grid", [STP_SCAN_EPT] = "EPT",       [STP_SCAN_EXPE] = "Expe"};
+        [STP_SCAN_PLY] = "PLY",    [STP_SCAN_OBJ] = "OBJ",       [STP_SCAN_OFF] = "OFF",
+        [STP_SCAN_GLTF] = "glTF",  [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL",
+        [STP_SCAN_LAS] = "LAS",    [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",
+        [STP_SCAN_XYZ] = "XYZ",    [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",
+        [STP_SCAN_GRID] = "grid",  [STP_SCAN_EPT] = "EPT",       [STP_SCAN_EXPE] = "Expe",
+        [STP_SCAN_KITTI] = "KITTI"};
     return names[format];
 }

@@ -6,6 +6,7 @@
 #include "formats/scan/e57/e57.h"
 #include "formats/scan/expe/expe.h"
 #include "formats/scan/grid/grid.h"
+#include "formats/scan/kitti/kitti.h"
 #include "formats/scan/las/las.h"
 #include "formats/scan/mesh/coarse_mesh.h"
 #include "formats/scan/mesh/hybrid.h"
@@ -20,7 +21,6 @@
 #include "formats/scan/pcd/pcd.h"
 #include "formats/scan/ply/ply.h"
 #include "formats/scan/remote/mirror.h"
-#include "formats/scan/scan_reader.h"
 #include "formats/scan/text/pts.h"
 #include "formats/scan/text/ptx.h"
 #include "formats/scan/text/xyz.h"
@@ -69,7 +69,7 @@ static const stp_scan_reader *streamed_format(stp_scan_format format)
         [STP_SCAN_E57] = &stp_e57_reader,   [STP_SCAN_XYZ] = &stp_xyz_reader,
         [STP_SCAN_PTS] = &stp_pts_reader,   [STP_SCAN_PTX] = &stp_ptx_reader,
         [STP_SCAN_GRID] = &stp_grid_reader, [STP_SCAN_EPT] = &stp_ept_reader,
-        [STP_SCAN_EXPE] = &stp_expe_reader,
+        [STP_SCAN_EXPE] = &stp_expe_reader, [STP_SCAN_KITTI] = &stp_kitti_reader,
     };
     return readers[format];
 }

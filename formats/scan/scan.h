@@ -1,16 +1,16 @@
 /* Reads scans: a stream of points from a file of any supported format.
  *
  * The format is recognised by content first, by name second. Our streaming readers read PLY, LAS,
- * EPT and COPC (octree/), PCD, E57, PTS, PTX, XYZ and other lines of numbers (xyz.h), and grids of
- * heights or depths (grid/grid.h: TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, HGT, AL3D). OpenMesh reads
- * OBJ, OFF and STL. The points of a mesh are its vertices, or sample_count points spread over its
- * faces (area-uniform, seeded). Normals are the file's, else the faces' (area-weighted), else none.
- * Edges of PLY and OBJ are lines (line_chain.h); a vertex of a line is no point. Points come as the
- * file has them. The caller counts and drops points that are nowhere (stp_scan_is_nowhere), and
- * records that the file itself marks as none (stp_reject). Coordinates are the file's own, in
- * double. If the file says where scanners stood and which one saw a point, the reader passes that
- * on (ply_stations.h, pcd.h, e57.h). Memory: bounded for point files of any size; a mesh with faces
- * or edges is held whole. Threads: one at a time per stp_scan. */
+ * EPT and COPC (octree/), PCD, E57, PTS, PTX, XYZ and other lines of numbers (xyz.h), KITTI, and
+ * grids of heights or depths (grid/grid.h: TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, HGT, AL3D).
+ * OpenMesh reads OBJ, OFF and STL. The points of a mesh are its vertices, or sample_count points
+ * spread over its faces (area-uniform, seeded). Normals are the file's, else the faces'
+ * (area-weighted), else none. Edges of PLY and OBJ are lines (line_chain.h); a vertex of a line is
+ * no point. Points come as the file has them. The caller counts and drops points that are nowhere
+ * (stp_scan_is_nowhere), and records that the file itself marks as none (stp_reject). Coordinates
+ * are the file's own, in double. If the file says where scanners stood and which one saw a point,
+ * the reader passes that on (ply_stations.h, pcd.h, e57.h). Memory: bounded for point files of any
+ * size; a mesh with faces or edges is held whole. Threads: one at a time per stp_scan. */
 #ifndef STP_FORMATS_SCAN_SCAN_H
 #define STP_FORMATS_SCAN_SCAN_H
 
@@ -159,7 +159,9 @@ typedef struct stp_edge_counts {
 typedef enum stp_station_word {
     STP_STATION_TOLD,    /* the format has a field for it, which scanners' programs fill */
     STP_STATION_CLAIMED, /* the field may mean something else; believed if the points allow it */
-    STP_STATION_DEFAULT  /* nobody wrote it; believed if the points speak for it */
+    STP_STATION_DEFAULT, /* nobody wrote it; believed if the points speak for it */
+    STP_STATION_GUESSED  /* the format has no such field: the origin, if coordinates are the
+                            sensor's own (preprocess/viewpoint/own_frame.h). No point names it */
 } stp_station_word;
 
 /* The pixel of a point in the image that the scanner took. */

@@ -41,6 +41,21 @@ void stp_source_seek(stp_source *source, uint64_t offset, uint64_t line)
     source->begin = source->end = 0;
 }
 
+void stp_source_narrow(unsigned char *out, const unsigned char *characters, size_t count,
+                       uint8_t wide)
+{
+    const size_t high = wide - 1u;
+    for (size_t i = 0; i < count; i++)
+        out[i] = characters[2 * i + high] == 0 ? characters[2 * i + 1 - high] : '?';
+}
+
+void stp_source_widen(stp_source *source, uint8_t wide)
+{
+    source->wide = wide;
+    source->size /= 2;
+    stp_source_seek(source, 0, 0);
+}
+
 void stp_source_skip(stp_source *source, uint64_t size)
 {
     if (size <= source->end - source->begin)
@@ -63,16 +78,20 @@ static stp_status fill(stp_source *source, size_t needed, stp_error *err)
     memmove(source->buffer, source->buffer + source->begin, held);
     source->begin = 0;
     source->end = held;
-    STP_TRY(stp_grow(&source->buffer, &source->capacity, needed, 1, "bytes of a block", err));
+    const size_t bytes = source->wide ? 2 : 1; /* of a character */
+    STP_TRY(
+        stp_grow(&source->buffer, &source->capacity, needed * bytes, 1, "bytes of a block", err));
     uint64_t at = source->offset + held;
     uint64_t left = at < source->size ? source->size - at : 0;
-    size_t part = (source->narrow ? needed : source->capacity) - held;
+    size_t part = (source->narrow ? needed : source->capacity / bytes) - held;
     if (part > left)
         part = (size_t)left;
     if (source->mirror)
-        STP_TRY(stp_mirror_need(source->mirror, at, at + part, err));
-    STP_TRY(
-        stp_file_read_at(source->descriptor, source->path, at, source->buffer + held, part, err));
+        STP_TRY(stp_mirror_need(source->mirror, at * bytes, (at + part) * bytes, err));
+    unsigned char *to = source->buffer + held;
+    STP_TRY(stp_file_read_at(source->descriptor, source->path, at * bytes, to, part * bytes, err));
+    if (source->wide)
+        stp_source_narrow(to, to, part, source->wide);
     source->end += part;
 done:
     return status;

@@ -27,12 +27,26 @@ typedef struct stp_source {
     struct stp_file_mirror
         *mirror;   /* fetches what is read (remote/mirror.h); NULL: it is all there */
     bool cr_lines; /* lines end in \r alone */
+    uint8_t wide;  /* UTF-16: the high byte of a character is its first (1) or its second (2); 0:
+                      none.  Then size, offset and buffer count characters */
     bool narrow;   /* reads no more than is asked for: after seeks to single records */
 } stp_source;
 
 /* path must outlive the source. Errors: NOT_FOUND, IO, OUT_OF_MEMORY. */
 stp_status stp_source_open(stp_source *source, const char *path, stp_error *err);
 void stp_source_close(stp_source *source);
+/* Whether bytes begin with the mark of UTF-16: as stp_source.wide. */
+static inline uint8_t stp_wide_mark(const unsigned char bytes[2])
+{
+    const bool first = bytes[0] == 0xfe && bytes[1] == 0xff;
+    return first ? 1 : bytes[0] == 0xff && bytes[1] == 0xfe ? 2 : 0;
+}
+/* Takes one byte of each character of UTF-16 and so makes Latin 1; what that lacks becomes `?`.
+ * The result may lie where the characters lay. */
+void stp_source_narrow(unsigned char *out, const unsigned char *characters, size_t count,
+                       uint8_t wide);
+/* Reads on from the begin as UTF-16. */
+void stp_source_widen(stp_source *source, uint8_t wide);
 /* Continues at this byte. line is the number of the line before the byte; later line numbers go on
  * from there. */
 void stp_source_seek(stp_source *source, uint64_t offset, uint64_t line);

@@ -1,6 +1,7 @@
 /* Fits a plane to a whole cloud. */
 #include "preprocess/viewpoint/broad_side.h"
 
+#include "base/earth.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/surface/moments.h"
 
@@ -64,7 +65,7 @@ static stp_dvec3 to_front(stp_dvec3 normal, const stp_cloud_point *points, uint3
             facing += stp_dvec3_dot(stp_dvec3_from_float(points[i].normal), normal);
     if (fabs(facing) < FACING_LEAST * count) {
         const bool leans = fabs(stp_dvec3_dot(up, normal)) > LEANS_COSINE;
-        facing = stp_dvec3_dot(leans ? up : stp_whole_direction(up), normal);
+        facing = stp_dvec3_dot(leans ? up : stp_whole_direction_over(up), normal);
     }
     return facing < 0.0 ? stp_dvec3_scale(normal, -1.0) : normal;
 }

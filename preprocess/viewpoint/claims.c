@@ -17,6 +17,16 @@ static void take_off(stp_cloud *cloud, const stp_file_points *points, stp_prep_s
         }
 }
 
+/* A guessed station is true. */
+static void put_on(stp_cloud *cloud, const stp_file_points *points, uint32_t station,
+                   stp_prep_stats *stats)
+{
+    for (uint64_t i = points->begin; i < points->end; i++, stp_cloud_step(cloud->spill, i)) {
+        cloud->points[i].station = (uint16_t)(station + 1);
+        stats->points_unstationed--;
+    }
+}
+
 /* Checks one file: its claim, then its image. */
 static stp_status check_file(stp_first_camera *out, stp_cloud *cloud, const stp_prep_file *file,
                              const stp_dvec3 *stations, const stp_file_points *points,
@@ -34,9 +44,12 @@ static stp_status check_file(stp_first_camera *out, stp_cloud *cloud, const stp_
                               file->station_word, err));
     if (one && !seen) {
         const bool counts = stp_ranks_is_first(points->ranks);
-        take_off(cloud, points, stats);
+        if (file->station_word != STP_STATION_GUESSED)
+            take_off(cloud, points, stats);
         stats->stations_off += counts;
         stats->stations_refused += counts && file->station_word == STP_STATION_CLAIMED;
+    } else if (seen && file->station_word == STP_STATION_GUESSED) {
+        put_on(cloud, points, file->station_begin, stats);
     }
     if (image.count > 0 && seen)
         STP_TRY(stp_image_normals(points, &file->grid, position, pool, &stats->normals_seen, err));

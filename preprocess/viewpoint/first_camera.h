@@ -17,7 +17,7 @@ typedef struct stp_first_camera {
     stp_first_why why;
     stp_dvec3 eye, look, up;
     double fovy_deg, aspect; /* width / height of what should be visible */
-    stp_dvec3 model_up;      /* an axis: what is up, by the points; zero: they do not say */
+    stp_dvec3 model_up;      /* what is up, by the points; zero: they do not say */
 } stp_first_camera;
 
 #endif

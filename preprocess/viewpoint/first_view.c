@@ -1,6 +1,7 @@
 /* First cameras: at stations, within interiors. */
 #include "preprocess/viewpoint/first_view.h"
 
+#include "base/earth.h"
 #include "base/memory.h"
 #include "base/sort.h"
 #include "preprocess/cloud/cloud_blocks.h"
@@ -190,6 +191,8 @@ static stp_dvec3 guess_up(const stp_space *s, bool heights, stp_dvec3 mean, stp_
         return (stp_dvec3){0.0, 0.0, 1.0};
     if (word != STP_STATION_TOLD && mean.z > 0.8)
         return (stp_dvec3){0.0, -1.0, 0.0};
+    if (word == STP_STATION_GUESSED) /* as OpenGL has it, or a lidar */
+        return mean.z < -0.8 ? (stp_dvec3){0.0, 1.0, 0.0} : (stp_dvec3){0.0, 0.0, 1.0};
     return stp_dbox_up(&s->box);
 }
 
@@ -257,6 +260,9 @@ done:
 /* What is up if the file or its coordinates say it, else zero. */
 static stp_dvec3 told_up(const stp_cloud *cloud, const stp_prep_source *source)
 {
+    const stp_dvec3 earth = stp_dbox_earth_up(&cloud->box);
+    if (stp_dvec3_length(earth) > 0.0)
+        return earth;
     return stp_dbox_is_map(&cloud->box) ? (stp_dvec3){0.0, 0.0, 1.0} : stp_prep_told_up(source);
 }
 
@@ -266,10 +272,15 @@ static stp_status up_of(stp_dvec3 *out, const stp_cloud *cloud, const stp_space 
 {
     stp_status status = STP_OK;
     bool down = false;
-    *out = (stp_dvec3){0.0, 0.0, 0.0};
-    if (stp_dvec3_length(told_up(cloud, source)) > 0.0 || stp_dbox_is_map(&s->box))
+    *out = stp_dbox_earth_up(&cloud->box);
+    if (stp_dvec3_length(*out) > 0.0 || stp_dvec3_length(told_up(cloud, source)) > 0.0 ||
+        stp_dbox_is_map(&s->box))
         return STP_OK;
-    if (interior->found) {
+    if (!interior->found && stp_dbox_up(&s->box).z > 0.0)
+        STP_TRY(stp_faces_along_z(&down, cloud, err));
+    if (down) {
+        *out = (stp_dvec3){0.0, -1.0, 0.0};
+    } else if (interior->found) {
         *out = (stp_dvec3){0.0, interior->up_axis == 1, interior->up_axis == 2};
     } else if (stp_dbox_up(&s->box).z == 0.0) {
         STP_TRY(stp_up_is_against_y(&down, cloud, s, err));
@@ -289,14 +300,14 @@ static double diagonal(const stp_dbox *box)
 static stp_first_camera view_of_main(const stp_dbox *box, stp_dvec3 model_up,
                                      const stp_prep_source *source)
 {
-    stp_dvec3 up = stp_prep_told_up(source);
+    stp_dvec3 up = model_up;
     if (stp_dvec3_length(up) == 0.0)
-        up = model_up;
+        up = stp_prep_told_up(source);
     if (stp_dvec3_length(up) == 0.0)
         up = stp_dbox_is_map(box) ? (stp_dvec3){0.0, 0.0, 1.0} : stp_dbox_up(box);
     const stp_dvec3 look = stp_dbox_middle(box);
     const double radius = 0.5 * MAIN_SLACK * diagonal(box);
-    const stp_dvec3 away = stp_dvec3_scale(stp_dvec3_normalize(stp_whole_direction(up)),
+    const stp_dvec3 away = stp_dvec3_scale(stp_dvec3_normalize(stp_whole_direction_over(up)),
                                            radius / sin(0.5 * MAIN_FOVY_DEG * DEGREES));
     return (stp_first_camera){.eye = stp_dvec3_add(look, away),
                               .look = look,
@@ -387,8 +398,10 @@ stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *clou
     stp_broad_side side;
     const stp_dvec3 told = told_up(cloud, source);
     stp_dvec3 up;
+    interior.found = interior.found && stp_dvec3_length(stp_dbox_earth_up(&cloud->box)) == 0.0;
     STP_TRY(up_of(&up, cloud, &space, &interior, source, err));
-    STP_TRY(stp_broad_side_find(&side, cloud, &space.box, told, err));
+    const bool down = up.y < 0.0 && stp_dbox_up(&space.box).z > 0.0; /* by normals along z */
+    STP_TRY(stp_broad_side_find(&side, cloud, &space.box, down ? up : told, err));
     if (interior.found) {
         *out = stp_interior_camera(&interior, &space);
         if (told.y < 0.0 && interior.up_axis == 1)

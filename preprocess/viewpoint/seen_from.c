@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "base/sort.h"
+#include "preprocess/viewpoint/own_frame.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -273,16 +274,23 @@ static stp_status points_allow(bool *out, const stp_file_points *p, stp_dvec3 po
     uint64_t all;
     uint32_t count = 0;
     double share = 1.0, other = 1.0;
+    stp_own_frame frame = STP_OWN_FRAME_NONE;
     STP_TRY(sample(&positions, &count, &all, p, STP_SEEN_POINTS, err));
+    if (word == STP_STATION_GUESSED)
+        STP_TRY(stp_own_frame_find(&frame, positions, count, err));
+    *out = frame == STP_OWN_FRAME_CAMERA;
+    if (*out || (word == STP_STATION_GUESSED && frame == STP_OWN_FRAME_NONE))
+        goto done;
     STP_TRY(stp_hidden_share(&share, positions, count, position, err));
     *out = share <= HIDDEN_MOST;
     const double step = BESIDE_POINTS * distance;
     int hiding = 0;
-    for (int i = 0; *out && word == STP_STATION_DEFAULT && i < 6; i++) {
+    const bool unwritten = word >= STP_STATION_DEFAULT;
+    for (int i = 0; *out && unwritten && i < 6; i++) {
         STP_TRY(stp_hidden_share(&other, positions, count, beside(position, i, step), err));
         hiding += other > HIDDEN_MORE * share && other > share + HIDDEN_ADDED;
     }
-    *out = *out && (word != STP_STATION_DEFAULT || hiding >= 3);
+    *out = *out && (!unwritten || hiding >= 3);
 done:
     free(positions);
     return status;

@@ -14,6 +14,9 @@
  * six places may pass; for other points at least three must hide more points. For an image of a
  * plane, any place is as good.
  *
+ * A position that is only guessed needs rays like those of a sensor, too (own_frame.h). A depth
+ * camera's are proof enough.
+ *
  * Call it before the cloud is sorted. At most STP_SEEN_POINTS points are used. Threads: any (the
  * cloud is only read). */
 #ifndef STP_PREPROCESS_VIEWPOINT_SEEN_FROM_H

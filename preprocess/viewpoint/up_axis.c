@@ -22,6 +22,8 @@
 #define ALONG_COSINE 0.9f  /* of a normal along y, or against it */
 #define NORMALS_LEAST 50u  /* such normals; fewer say nothing */
 #define AGAINST_LEAST 0.95 /* of them */
+/* Mean of the given normals against z: see stp_faces_along_z. */
+#define FACING_LEAST 0.5
 
 /* The share of columns that are level at the low end, less that at the high end. */
 static double share_of(const stp_space *s, int axis)
@@ -71,6 +73,21 @@ stp_status stp_up_is_against_y(bool *out, const stp_cloud *cloud, const stp_spac
         against += p->normal.y < 0.0f;
     }
     *out = level >= NORMALS_LEAST && against >= AGAINST_LEAST * level;
+done:
+    free(points);
+    return status;
+}
+
+stp_status stp_faces_along_z(bool *out, const stp_cloud *cloud, stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_cloud_point *points = NULL;
+    uint32_t count = 0;
+    double sum = 0.0;
+    STP_TRY(stp_cloud_every(cloud, cloud->count / POINTS + 1, &points, &count, err));
+    for (uint32_t i = 0; i < count; i++)
+        sum += points[i].given == STP_GIVEN_INPUT ? (double)points[i].normal.z : 0.0;
+    *out = sum < -FACING_LEAST * count;
 done:
     free(points);
     return status;

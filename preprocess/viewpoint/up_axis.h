@@ -23,5 +23,8 @@ bool stp_up_is_z(const stp_space *space);
  * cloud IO, CANCELLED. */
 stp_status stp_up_is_against_y(bool *out, const stp_cloud *cloud, const stp_space *space,
                                stp_error *err);
+/* Whether the file's own normals point against z, on average by half: so no ground does, but what a
+ * camera sees that looks along z. Its y points down. Errors: likewise. */
+stp_status stp_faces_along_z(bool *out, const stp_cloud *cloud, stp_error *err);
 
 #endif

@@ -1,7 +1,7 @@
 /* Cameras and the views derived from them. */
 #include "runtime/camera/camera.h"
 
-#include "base/vec.h"
+#include "base/earth.h"
 
 /* The near plane lies this fraction of the ball's radius in front of the eye: so little that a
  * stray point at 0 0 0 of a survey leaves its rooms visible. Depths are floats of near / depth,
@@ -107,7 +107,7 @@ stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec
 
 stp_camera stp_camera_whole(const stp_ball *ball, stp_dvec3 up, int width, int height)
 {
-    return stp_camera_around(ball, stp_whole_direction(up), up, STP_CAMERA_FOVY_DEG, width, height);
+    return stp_camera_around(ball, stp_whole_direction_over(up), up, STP_CAMERA_FOVY_DEG, width, height);
 }
 
 stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height)

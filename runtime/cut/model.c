@@ -48,9 +48,8 @@ static void read_view(stp_model *model)
         cJSON_IsObject(json) && stp_camera_read(&camera, json, "first_view", NULL) == STP_OK &&
         stp_json_numbers(json, "aspect", &aspect, 1, "first_view", NULL) == STP_OK &&
         aspect > 0.0 && stp_view_create(&view, &camera, &model->ball, 1, 1, NULL) == STP_OK;
-    if (cJSON_IsObject(metadata) && stp_json_numbers(metadata, "up", up, 3, "up", NULL) == STP_OK &&
-        up[0] == 0.0 && fabs(up[1]) + up[2] == 1.0 && up[1] * up[2] == 0.0)
-        model->up = (stp_dvec3){up[0], up[1], up[2]};
+    if (cJSON_IsObject(metadata) && stp_json_numbers(metadata, "up", up, 3, "up", NULL) == STP_OK)
+        model->up = stp_dvec3_normalize((stp_dvec3){up[0], up[1], up[2]});
     model->is_grid = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(metadata, "grid"));
     const cJSON *holes = cJSON_GetObjectItemCaseSensitive(metadata, "holes");
     model->holes_grow = cJSON_IsString(holes) && strcmp(holes->valuestring, "grow") == 0;

@@ -186,7 +186,7 @@ static void other_formats(void **state)
         {"a.las", "LASF and more", STP_CORRUPT, "ends at byte 13, within its LAS header"},
         {"a.ply", "\x1f\x8b gzip", STP_UNSUPPORTED, "gunzip"},
         {"a.img", "EHFA_HEADER_TAG", STP_UNSUPPORTED, "gdal_translate"},
-        {"a.grd", "DSAA\n2 2\n0 1\n0 1\n0 9\n1 2\n3 4\n", STP_UNSUPPORTED, "Surfer"},
+        {"a.grd", "DSAA\n2 2\n0 1\n0 1\n0 9\n1 2\n3\n", STP_CORRUPT, "ends in row 2"},
         {"a.drc", "DRACO\2\2", STP_UNSUPPORTED, "draco_decoder"},
         {"a.xyz", "ISO-10303-21;\nHEADER;\n", STP_UNSUPPORTED, "STL"},
         {"a.pcd", "\x89PNG\r\n", STP_CORRUPT, "the PNG is damaged"},

@@ -212,6 +212,44 @@ static void stl(void **state)
     check_stl("by content.dat", "STL binary");
 }
 
+/* Facets with words of VisCAM's and of Materialise's; one whose corners coincide has none. */
+static void stl_colours(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *header;
+        uint16_t words[2];
+        bool coloured;
+        unsigned rgb[2][3];
+    } cases[] = {
+        {"made by hand", {0xfc00, 0x801f}, true, {{255, 0, 0}, {0, 0, 255}}},
+        {"made by hand", {0x7c00, 0x001f}, false, {{0}}}, /* bit 15 is clear: none */
+        {"COLOR=\x0a\x14\x1e\xff", {0x001f, 0x8000}, true, {{255, 0, 0}, {10, 20, 30}}},
+    };
+    const float corners[3][9] = {
+        {0, 0, 0, 1, 0, 0, 0, 1, 0}, {5, 5, 5, 5, 5, 5, 0, 1, 0}, {0, 0, 1, 1, 0, 1, 0, 1, 1}};
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        unsigned char bytes[84 + 150] = {0};
+        stp_scan_info info;
+        memcpy(bytes, cases[c].header, strlen(cases[c].header));
+        bytes[80] = 3;
+        for (size_t i = 0; i < 3; i++) {
+            const uint16_t word = i == 1 ? 0x83e0 : cases[c].words[i / 2];
+            memcpy(bytes + 84 + 50 * i + 12, corners[i], sizeof corners[i]);
+            memcpy(bytes + 84 + 50 * i + 48, &word, sizeof word);
+        }
+        scan_fixture_bytes("colours.stl", bytes, sizeof bytes);
+        stp_point *points = scan_fixture_read("colours.stl", NULL, &info);
+        assert_int_equal((info.attributes & STP_POINT_HAS_COLOUR) != 0, cases[c].coloured);
+        for (uint64_t i = 0; i < info.point_count && cases[c].coloured; i++) {
+            const unsigned *rgb = cases[c].rgb[points[i].position.z > 0.5];
+            if (points[i].position.z < 2.0)
+                scan_fixture_rgb(&points[i], rgb[0] * 257, rgb[1] * 257, rgb[2] * 257);
+        }
+        free(points);
+    }
+}
+
 /* Two faces with areas 3 : 1, with red and green at their outer corners. */
 static const char sampled_ply[] =
     "ply\nformat ascii 1.0\nelement vertex 6\n" PLY_XYZ
@@ -287,6 +325,7 @@ int main(void)
         cmocka_unit_test(obj_points),
         cmocka_unit_test(off),
         cmocka_unit_test(stl),
+        cmocka_unit_test(stl_colours),
         cmocka_unit_test(samples),
         cmocka_unit_test(samples_of_obj),
     };

@@ -2,6 +2,7 @@
  * nothing else is turned. */
 #include "tests/fixtures/first_view_fixture.h"
 
+#include "base/earth.h"
 #include "preprocess/viewpoint/first_view.h"
 #include "preprocess/viewpoint/free_space.h"
 #include "tests/fixtures/prep_fixture.h"
@@ -75,6 +76,67 @@ static void walls_stand(void **state)
     free(p.at);
 }
 
+/* A wall thin along z: a camera that looks along z faces it if normals point there; else it may be
+ * ground. */
+static void cameras_face_walls(void **state)
+{
+    (void)state;
+    stp_dvec3 normals[POINTS];
+    for (int kind = 0; kind < 3; kind++) {
+        const bool ground = kind == 1, thick = kind == 2;
+        positions p = {0};
+        for (uint64_t i = 0; i < POINTS; i++) {
+            const double x = 2.0 * stp_random_unit(6, 2 * i);
+            const double y = 1.5 * stp_random_unit(6, 2 * i + 1);
+            positions_add(&p, 1.0 + x, 0.8 + y, fmod(x, 0.5) < 0.2 ? (thick ? 1.0 : 1.44) : 1.5);
+            normals[i] = (stp_dvec3){0.0, 0.0, ground ? 1.0 : -1.0};
+        }
+        write_points("front.ply", &p, normals);
+        const stp_first_camera first = first_prep("front.ply", 2).first;
+        assert_true(first.why == (kind > 0 ? STP_FIRST_WHOLE : STP_FIRST_SIDE));
+        assert_true(first.model_up.y == (ground ? 0.0 : -1.0));
+        assert_true(kind > 0 || (first.eye.z < 0.0 && first.up.y < 0.0));
+        free(p.at);
+    }
+}
+
+/* Coordinates about the earth's centre: up is away from it. Those of a map, as far away, are not.
+ */
+static void earth_is_below(void **state)
+{
+    (void)state;
+    static const struct {
+        stp_dvec3 at, up;
+    } cases[] = {
+        {{3833000.0, 884930.0, 5003000.0}, {0.6, 0.14, 0.788}},       /* 52 N 13 E */
+        {{-3946000.0, 3430000.0, 3638000.0}, {-0.618, 0.537, 0.574}}, /* 35 N 139 E */
+        {{550000.0, 6340000.0, 40.0}, {0.0, 0.0, 0.0}},               /* UTM, 57 N */
+        {{3833000.0, 884930.0, 5103000.0}, {0.0, 0.0, 0.0}},          /* 79 km up */
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const stp_dvec3 at = cases[i].at, size = {50.0, 80.0, 60.0};
+        const stp_dbox box = {at, stp_dvec3_add(at, size)};
+        const stp_dvec3 up = stp_dbox_earth_up(&box), away = stp_whole_direction_over(up);
+        assert_true(stp_dvec3_length(stp_dvec3_sub(up, cases[i].up)) < 5e-3);
+        assert_true(i > 1 || (stp_dvec3_dot(away, up) > 0.5 && away.z < 0.3));
+    }
+    char text[64];
+    FILE *file = fopen("earth.xyz", "w");
+    assert_non_null(file);
+    for (int i = 0; i < 4000; i++) { /* a level field */
+        const stp_dvec3 up = cases[0].up, east = {-up.y, up.x, 0.0},
+                        north = stp_dvec3_cross(up, east);
+        const stp_dvec3 p =
+            stp_dvec3_add(cases[0].at, stp_dvec3_add(stp_dvec3_scale(east, i % 80),
+                                                     stp_dvec3_scale(north, i / 80)));
+        snprintf(text, sizeof text, "%.3f %.3f %.3f\n", p.x, p.y, p.z);
+        fputs(text, file);
+    }
+    assert_int_equal(fclose(file), 0);
+    const stp_first_camera first = first_prep("earth.xyz", 2).first;
+    assert_true(first.why == STP_FIRST_WHOLE && stp_dvec3_dot(first.model_up, cases[0].up) > 0.99);
+}
+
 /* The whole model is seen from its front, from above, upright. */
 static void seen_from_above(void **state)
 {
@@ -107,10 +169,9 @@ static void formats_together(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(grounds_are_below),
-        cmocka_unit_test(walls_stand),
-        cmocka_unit_test(seen_from_above),
-        cmocka_unit_test(formats_together),
+        cmocka_unit_test(grounds_are_below),  cmocka_unit_test(walls_stand),
+        cmocka_unit_test(cameras_face_walls), cmocka_unit_test(earth_is_below),
+        cmocka_unit_test(seen_from_above),    cmocka_unit_test(formats_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

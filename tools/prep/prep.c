@@ -219,11 +219,9 @@ const cli_command cli_prep = {
     .summary = "convert scans to one chunk file",
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
-        "Reads PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS and "
-        "PTX,\n"
-        "and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, HGT or AL3D. Several inputs become "
-        "one "
-        "model.\n"
+        "Reads PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS, PTX,\n"
+        "KITTI's .bin, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, Surfer, HGT or AL3D.\n"
+        "Several inputs become one model.\n"
         "An input is a file, a folder (all scans in it and below, but no images; one EPT, if it\n"
         "holds ept.json), a pattern in quotes, an address (https://...), or @list.txt with one\n"
         "input per line. If one of several inputs cannot be read, or breaks "
@@ -241,8 +239,8 @@ const cli_command cli_prep = {
         "Vertices of faces, and vertices that no edge uses, become points.\n"
         "\n"
         "Heights: a row for each y, the top one first; a column for each x. The file says how far\n"
-        "they are apart and where they lie (GeoTIFF, ESRI ASCII, HGT, AL3D), else --spacing. With\n"
-        "--pinhole the numbers are depths in a camera's image, or with --disparity disparities.\n"
+        "they are apart and where they lie (GeoTIFF, ESRI, Surfer, HGT, AL3D), else --spacing.\n"
+        "With --pinhole the numbers are depths of a camera, or with --disparity disparities.\n"
         "The image of a usual depth camera is known without it, unless --spacing says heights.\n"
         "\n"
         "Meshes: the vertices are the points, or --sample N. A mesh whose faces are large, such "

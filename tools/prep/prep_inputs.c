@@ -6,6 +6,7 @@
 #include "tools/prep/prep_grids.h"
 #include "tools/prep/prep_plants.h"
 #include "tools/prep/prep_series.h"
+#include "tools/prep/prep_stations.h"
 #include "tools/prep/prep_twice.h"
 #include "tools/prep/prep_web.h"
 
@@ -166,43 +167,6 @@ static bool leave_out_current(void *context, const stp_error *why, size_t *file)
     stp_scan_close(&in->scan);
     in->current++;
     return true;
-}
-
-static stp_status add_stations(prep_inputs *in, const stp_scan_info *info, stp_prep_file *file,
-                               const char *path, stp_error *err)
-{
-    stp_status status = STP_OK;
-    size_t count = in->station_count + info->station_count;
-    if (count > STP_STATION_LIMIT)
-        return stp_error_set(err, STP_LIMIT,
-                             "%s: with it the inputs have more than %u scanner stations: give it "
-                             "to another model",
-                             path, STP_STATION_LIMIT);
-    STP_TRY(stp_grow(&in->stations, &in->station_capacity, count, sizeof *in->stations, "stations",
-                     err));
-    STP_TRY(stp_grow(&in->station_ups, &in->up_capacity, count, sizeof *in->station_ups, "stations",
-                     err));
-    for (uint32_t i = 0; i < info->station_count; i++) {
-        in->stations[in->station_count + i] = info->stations[i];
-        in->station_ups[in->station_count + i] =
-            info->station_ups ? info->station_ups[i] : (stp_dvec3){0.0, 0.0, 0.0};
-    }
-    file->station_word = info->station_word;
-    file->station_begin = (uint32_t)in->station_count;
-    file->station_count = info->station_count;
-    in->station_count = count;
-done:
-    return status;
-}
-
-/* Brings the stations of a file to where its points are. */
-static void move_stations(prep_inputs *in, size_t i)
-{
-    const stp_prep_file *file = &in->files[i];
-    for (uint32_t s = 0; in->facts[i].way.projection && s < file->station_count; s++) {
-        stp_dvec3 *at = &in->stations[file->station_begin + s];
-        *at = stp_projection_apply(in->facts[i].way.projection, *at);
-    }
 }
 
 static void add_edges(prep_inputs *in, const stp_edge_counts *edges)
@@ -452,7 +416,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     const stp_scan_params params = prep_inputs_params(in, i);
     STP_TRY(stp_scan_open(&scan, in->paths[i], &params, err));
     const stp_scan_info *info = stp_scan_get_info(scan);
-    STP_TRY(add_stations(in, info, &in->files[i], in->paths[i], err));
+    STP_TRY(prep_stations_add(in, i, info, err));
     STP_TRY(copy_grids(&in->files[i], info, err));
     in->files[i].raster = info->raster;
     STP_TRY(copy_notes(&in->files[i], info, err));
@@ -467,7 +431,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
         else
             prep_numbers_leave_out(&in->numbers, info->extra);
     }
-    move_stations(in, i);
+    prep_stations_move(in, i);
     add_edges(in, &info->edges);
     stp_scan_take_lines(scan, &lines);
     STP_TRY(add_lines(in, &lines, err));

@@ -43,6 +43,9 @@ static const raster_kind kinds[] = {
     {"P2\r", 3, &stp_raster_pnm},
     {"ncols", 5, &stp_raster_esri},
     {"nrows", 5, &stp_raster_esri},
+    {"DSAA", 4, &stp_raster_surfer},
+    {"DSBB", 4, &stp_raster_surfer},
+    {"DSRB", 4, &stp_raster_surfer},
     {"AliconaImaging", 14, &stp_raster_al3d},
     {"\x76\x2f\x31\x01", 4, &stp_raster_image}, /* EXR */
 };

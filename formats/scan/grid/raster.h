@@ -3,7 +3,7 @@
  * TIFF and BigTIFF by libtiff, in a module that is loaded with the first (integers of 1, 8, 16 and
  * 32 bits, floats of 32 and 64; strips or tiles; GeoTIFF's place, GDAL's no-data and scale; a mask
  * of heights inside the file becomes alpha), PNG by libpng, PFM and PGM (raster_pnm.c), ESRI ASCII
- * grids (raster_esri.c), HGT (raster_hgt.c), Alicona AL3D (raster_al3d.c), EXR by OpenImageIO, and
+ * grids (raster_esri.c), Surfer (raster_surfer.c), HGT (raster_hgt.c), Alicona AL3D (raster_al3d.c), EXR by OpenImageIO, and
  * as colours whatever OpenImageIO reads. Numbers are the file's own: nothing is scaled. Memory: a
  * band of rows; JPEG, interlaced PNG are held whole. Threads: one at a time per raster. */
 #ifndef STP_FORMATS_SCAN_GRID_RASTER_H
@@ -76,6 +76,6 @@ typedef struct stp_raster_reader {
 
 extern const stp_raster_reader stp_raster_tiff; /* in the module libstipple-tiff.so */
 extern const stp_raster_reader stp_raster_png, stp_raster_pnm, stp_raster_esri, stp_raster_hgt,
-    stp_raster_al3d, stp_raster_image;
+    stp_raster_surfer, stp_raster_al3d, stp_raster_image;
 
 #endif

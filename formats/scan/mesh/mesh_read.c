@@ -5,6 +5,7 @@
 #include "formats/scan/mesh/mesh_colours.h"
 #include "formats/scan/mesh/mesh_text.h"
 #include "formats/scan/mesh/openmesh_shim.h"
+#include "formats/scan/mesh/stl_colours.h"
 
 typedef struct mesh_sink {
     stp_point_mesh *mesh;
@@ -105,6 +106,8 @@ stp_status stp_mesh_read(stp_point_mesh *mesh, const char *path, stp_scan_format
     const stp_openmesh_sink callbacks = {&sink, add_vertex, add_normal, add_face};
     STP_TRY(stp_mesh_text_load(&text, path, err));
     STP_TRY(prepare(&text, format, mesh, err));
+    if (format == STP_SCAN_STL_BINARY)
+        STP_TRY(stp_stl_colours_add(&text, &mesh->materials, err));
     const stp_openmesh_input input = {.path = path,
                                       .data = text.data,
                                       .size = text.size,

@@ -21,7 +21,8 @@
  *     neighbour is no colour.
  *   - A number directly after a colour is alpha if it is always 255 (colours 0..255) or 1
  *     (fractions).
- *   - If one number is left, it is the intensity. If several are left, nothing is guessed.
+ *   - If one number is left, it is the intensity. So is one of two if the other is a time: it never
+ *     falls, and has fractions or exceeds 65535. Else, if several are left, nothing is guessed.
  *   - #rrggbb or 0xrrggbb is a colour in one piece. So is the number that is left if all are from
  *     -2^24 to -1, some below -2^16, or from 0xFF000000 to 2^32 - 1.
  * So 3 numbers are xyz; 4 xyz i; 6 xyz rgb, or xyz with a normal; 7 xyz i rgb, xyz rgb i or xyz rgb
@@ -67,14 +68,16 @@ typedef struct stp_column_range {
     bool padded;    /* some of these are digits with a zero in front */
     uint64_t unit, zero; /* lines where it begins 3 numbers of unit length, or 3 zeros */
     double step;         /* sum of the differences to the next column */
+    double last;         /* the number of the line before */
+    uint64_t falls;      /* lines whose number is less than the last, or none */
 } stp_column_range;
 
 typedef struct stp_columns_sample {
     uint32_t count; /* columns, at most STP_COLUMNS_MAX */
     bool open_end;  /* lines with more count, too */
     uint64_t rows;
-    double last;                         /* the first number of the line before */
-    uint64_t successors, repeats, falls; /* lines whose first number is one more; equal; less */
+    uint64_t successors, repeats; /* lines whose first number is one more than that of the line
+                                     before; equal */
     stp_column_range ranges[STP_COLUMNS_MAX];
 } stp_columns_sample;
 

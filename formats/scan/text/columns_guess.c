@@ -85,10 +85,13 @@ void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator,
         range->unit += fabs(square - 1.0) <= STP_UNIT_TOLERANCE;
         range->zero += square == 0.0;
     }
-    sample->successors += sample->rows > 0 && values[0] == sample->last + 1.0;
-    sample->repeats += sample->rows > 0 && values[0] == sample->last;
-    sample->falls += sample->rows > 0 && !(values[0] >= sample->last);
-    sample->last = values[0];
+    sample->successors += sample->rows > 0 && values[0] == sample->ranges[0].last + 1.0;
+    sample->repeats += sample->rows > 0 && values[0] == sample->ranges[0].last;
+    for (uint32_t i = 0; i < sample->count; i++) {
+        stp_column_range *range = &sample->ranges[i];
+        range->falls += sample->rows > 0 && !(values[i] >= range->last);
+        range->last = values[i];
+    }
     sample->rows++;
 }
 
@@ -109,8 +112,8 @@ static bool begins_with_number(const stp_columns_sample *s)
     const stp_column_range *last = &s->ranges[3]; /* of four, it may be the intensity */
     if (s->count == 4 && last->written_whole && last->min < last->max)
         return false;
-    return s->ranges[0].written_whole && s->falls == 0 && s->repeats == 0 && fractions >= 2 &&
-           (double)s->successors >= SUCCESSOR_SHARE * (double)(s->rows - 1);
+    return s->ranges[0].written_whole && s->ranges[0].falls == 0 && s->repeats == 0 &&
+           fractions >= 2 && (double)s->successors >= SUCCESSOR_SHARE * (double)(s->rows - 1);
 }
 
 /* Whether lines begin with a time since 1970. */
@@ -122,7 +125,7 @@ static bool begins_with_time(const stp_columns_sample *s)
         known = known || (range->min >= 0.95e9 * unit && range->max <= 2.2e9 * unit);
     for (uint32_t i = 1; i < 4; i++)
         known = known && greatest_part(&range[i]) < 0.01 * range->min;
-    return known && s->falls == 0;
+    return known && range->falls == 0;
 }
 
 /* The columns that have no meaning yet. */
@@ -221,13 +224,25 @@ static void guess_colour(guess *g, bool intensity_first)
     g->is_free[first + 3] = g->is_free[first + 3] && !alpha;
 }
 
+/* Whether a column has the times at which the points were measured: they never fall, and are no
+ * intensities. */
+static bool is_time(const guess *g, uint32_t i)
+{
+    const stp_column_range *range = &g->sample->ranges[i];
+    return g->sample->rows > 2 && range->falls == 0 && range->min < range->max &&
+           (!range->written_whole || range->max > 65535.0);
+}
+
 static void guess_intensity(guess *g)
 {
-    uint32_t count = 0, place = 0;
+    uint32_t count = 0, times = 0, place = 0;
     for (uint32_t i = 0; i < g->sample->count; i++) {
         count += g->is_free[i];
-        place = g->is_free[i] ? i : place;
+        times += g->is_free[i] && is_time(g, i);
     }
+    count -= count == 2 && times == 1; /* the time is passed over */
+    for (uint32_t i = 0; i < g->sample->count; i++)
+        place = g->is_free[i] && !(times == 1 && is_time(g, i)) ? i : place;
     if (count != 1)
         return;
     const stp_column_range *range = &g->sample->ranges[place];

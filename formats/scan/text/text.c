@@ -45,8 +45,13 @@ stp_status stp_text_open(stp_text *text, const char *path, stp_error *err)
     size_t available;
     STP_TRY(stp_source_open(&text->source, path, err));
     STP_TRY(stp_source_peek(&text->source, 3, &bytes, &available, err));
-    if (available == 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0)
+    const uint8_t wide = available > 1 ? stp_wide_mark(bytes) : 0;
+    if (wide > 0) {
+        stp_source_widen(&text->source, wide);
+        stp_source_seek(&text->source, 1, 0);
+    } else if (available == 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0) {
         stp_source_consume(&text->source, 3);
+    }
     text->first_offset = text->source.offset;
     STP_TRY(check_line_ends(text, err));
 done:

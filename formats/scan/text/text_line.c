@@ -16,10 +16,22 @@ static bool separates(stp_separator separator, char c)
            (separator == STP_SEPARATOR_SPACE && c == '\t');
 }
 
-/* True for a blank that is not the separator itself. */
+/* True before a field for a blank that is not the separator itself, and for brackets. */
 static bool is_padding(stp_separator separator, char c)
 {
-    return stp_is_blank(c) && (separator != STP_SEPARATOR_TAB || c != '\t');
+    return (stp_is_blank(c) && (separator != STP_SEPARATOR_TAB || c != '\t')) || stp_is_opening(c);
+}
+
+/* Leaves out blanks at a field's end, and brackets that do not open within it as those of units do.
+ */
+static const char *trim_end(const char *begin, const char *stop)
+{
+    bool opens = false;
+    for (const char *at = begin; at < stop; at++)
+        opens = opens || stp_is_opening(*at);
+    while (stop > begin && (stp_is_blank(stop[-1]) || (!opens && stp_is_closing(stop[-1]))))
+        stop--;
+    return stop;
 }
 
 bool stp_field_next(stp_separator separator, const char **at, const char *end, stp_field *field)
@@ -41,8 +53,9 @@ bool stp_field_next(stp_separator separator, const char **at, const char *end, s
     while (stop < end && !separates(separator, *stop))
         stop++;
     *at = stop < end ? stop + 1 : end;
-    while (stop > begin && stp_is_blank(stop[-1]))
-        stop--;
+    stop = trim_end(begin, stop);
+    if (begin == stop && separator == STP_SEPARATOR_SPACE) /* brackets alone */
+        return stp_field_next(separator, at, end, field);
     if (stop - begin >= 2 && *begin == '"' && stop[-1] == '"') {
         begin++;
         stop--;
@@ -80,7 +93,7 @@ bool stp_field_number(stp_separator separator, stp_field field, double *value)
             return false;
         if (*at == '\'' && is_thousands_mark(field, at))
             continue;
-        if (*at == ',' && separator <= STP_SEPARATOR_TAB && !memchr(text, '.', used))
+        if (*at == ',' && left > 1 && separator != STP_SEPARATOR_COMMA && !memchr(text, '.', used))
             text[used++] = '.';
         else if ((*at | 32) == 'd' && left > 2 && (at[1] == '+' || at[1] == '-'))
             text[used++] = 'e';

@@ -1,10 +1,11 @@
 /* Splits a line of numbers into fields and finds their separator.
  *
- * Fields are separated by bars, semicolons, single tabs, commas, or runs of spaces and tabs. Spaces
- * and quotation marks around a field are not part of it. A separator at the line's end begins no
- * further field. If bars, semicolons or tabs separate, a number may have a decimal comma. Numbers
- * may have Fortran's exponents (1.5D+03) and marks of thousands (600'000.25). A line that is
- * blank or begins with # or // does not count. Threads: any. */
+ * Fields are separated by bars, semicolons, single tabs, commas, or runs of spaces and tabs.
+ * Spaces, quotation marks and brackets around a field are not part of it: `(1, 2, 3)` has three
+ * fields. A separator at the line's end begins no further field. If commas do not separate, a
+ * number may have a decimal comma. Numbers may have Fortran's exponents (1.5D+03) and marks of
+ * thousands (600'000.25). A line that is blank or begins with # or // does not count. Threads: any.
+ */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
 
@@ -62,6 +63,17 @@ static inline bool stp_is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r' || c == '\x1a';
 }
 
+/* Programs print points as (x, y, z), [x y z] or {x; y; z}. */
+static inline bool stp_is_opening(char c)
+{
+    return c == '(' || c == '[' || c == '{';
+}
+
+static inline bool stp_is_closing(char c)
+{
+    return c == ')' || c == ']' || c == '}';
+}
+
 static inline bool stp_line_is_comment(const char *begin, const char *end)
 {
     while (begin < end && stp_is_blank(*begin))
@@ -69,10 +81,11 @@ static inline bool stp_line_is_comment(const char *begin, const char *end)
     return begin < end && (*begin == '#' || (*begin == '/' && end - begin > 1 && begin[1] == '/'));
 }
 
-/* True if the line counts: it is neither blank nor a comment. */
+/* True if the line counts: it is neither blank, nor brackets alone, nor a comment. */
 static inline bool stp_line_counts(const char *begin, const char *end)
 {
-    while (begin < end && stp_is_blank(*begin))
+    while (begin < end &&
+           (stp_is_blank(*begin) || stp_is_opening(*begin) || stp_is_closing(*begin)))
         begin++;
     return begin < end && !stp_line_is_comment(begin, end);
 }

@@ -1,0 +1,87 @@
+/* Tests lines of numbers as other programs write them: brackets, decimal commas, UTF-16, times. */
+#include "tests/fixtures/scan/scan_fixture.h"
+
+static void expect_two(const char *name, const char *text, uint32_t attributes)
+{
+    stp_scan_info info;
+    print_message("%s: %s\n", name, text);
+    stp_point *points = scan_fixture_points(name, text, &info);
+    assert_int_equal(info.point_count, 2);
+    assert_int_equal(info.attributes, attributes);
+    scan_fixture_position(&points[0], 1.5, -2.25, 3);
+    scan_fixture_position(&points[1], 4, 5, 6.125);
+    free(points);
+}
+
+static void brackets(void **state)
+{
+    (void)state;
+    expect_two("a.txt", "(1.5, -2.25, 3)\n(4, 5, 6.125)\n", 0);
+    expect_two("b.txt", "[[1.5,-2.25,3],\n [4,5,6.125]]\n", 0);
+    expect_two("c.txt", "[[ 1.5 -2.25 3. ]\n [ 4. 5. 6.125]\n]\n", 0);
+    expect_two("d.txt", "[\n{1,5; -2,25; 3}\n{4; 5; 6,125}\n]\n", 0);
+    expect_two("e.csv", "X [m],Y (m),Z (in m)\n1.5,-2.25,3\n4,5,6.125\n", 0);
+}
+
+static void decimal_commas(void **state)
+{
+    (void)state;
+    expect_two("f.xyz", "1,5 -2,25 3\n4,0 5 6,125\n", 0);
+    expect_two("g.xyz", "1,5 -2,25 3 255 0 1\n4,0 5 6,125 7 8 9\n", STP_POINT_HAS_COLOUR);
+    expect_two("h.txt", "1.5, -2.25, 3\n4, 5, 6.125\n", 0);
+}
+
+/* A time that does not fall leaves one number: the intensity. */
+static void times(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    free(scan_fixture_points("t.xyz", "1 2 3 9 0.5\n4 5 6 7 0.5\n7 8 9 8 0.75\n", &info));
+    assert_int_equal(info.attributes, STP_POINT_HAS_INTENSITY);
+    free(scan_fixture_points("u.xyz", "1 2 3 70000 9\n4 5 6 70001 7\n7 8 9 70002 8\n", &info));
+    assert_int_equal(info.attributes, STP_POINT_HAS_INTENSITY);
+    free(scan_fixture_points("v.xyz", "1 2 3 9 0\n4 5 6 7 1\n7 8 9 8 2\n", &info));
+    assert_int_equal(info.attributes, 0); /* numbers of scan lines, perhaps */
+    free(scan_fixture_points("w.xyz", "1 2 3 0.5\n4 5 6 0.75\n7 8 9 1\n", &info));
+    assert_int_equal(info.attributes, STP_POINT_HAS_INTENSITY);
+}
+
+/* Long enough that the reader's block ends within. */
+static void utf_16(void **state)
+{
+    (void)state;
+    enum { LINES = 90000, BYTES = 2000000 };
+    char *text = malloc(BYTES), *wide = malloc(2 * (size_t)BYTES + 2);
+    assert_true(text && wide);
+    for (int first = 0; first < 2; first++) { /* the high byte */
+        int length = snprintf(text, BYTES, "x;y;h\xf6he\r\n");
+        for (int i = 0; i < LINES; i++)
+            length += snprintf(text + length, (size_t)(BYTES - length), "%d;1,5;%d\r\n", i, -i);
+        wide[first] = (char)0xff;
+        wide[1 - first] = (char)0xfe;
+        for (int i = 0; i < length; i++) {
+            wide[2 + 2 * i + first] = text[i];
+            wide[3 + 2 * i - first] = 0;
+        }
+        stp_scan_info info;
+        scan_fixture_bytes("wide.csv", wide, 2 * (size_t)length + 2);
+        stp_point *points = scan_fixture_read("wide.csv", NULL, &info);
+        assert_int_equal(info.point_count, LINES);
+        for (int i = 0; i < LINES; i++)
+            scan_fixture_position(&points[i], i, 1.5, -i);
+        free(points);
+    }
+    free(text);
+    free(wide);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(brackets),
+        cmocka_unit_test(decimal_commas),
+        cmocka_unit_test(times),
+        cmocka_unit_test(utf_16),
+    };
+    return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
+}
