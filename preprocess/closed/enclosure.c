@@ -139,6 +139,7 @@ static stp_status look_at_own(enclosing *e, void (*look)(enclosing *, uint64_t),
     return look_at_every(e, 1, look, pool, err);
 }
 
+STP_WIDE
 static void claim(enclosing *e, uint64_t point)
 {
     voxel_disc d = disc_of(e, point);
@@ -226,6 +227,7 @@ static bool is_closed(const enclosing *e, flank front, flank back)
 
 typedef enum verdict { VERDICT_OPEN, VERDICT_CLOSED, VERDICT_CLOSED_TURNED } verdict;
 
+STP_WIDE
 static verdict verdict_on(const enclosing *e, uint64_t point)
 {
     const voxel_disc d = disc_of(e, point);

@@ -2,6 +2,7 @@
 #include "preprocess/surface/normals.h"
 
 #include "base/memory.h"
+#include "base/wide.h"
 #include "preprocess/cloud/nearest_list.h"
 #include "preprocess/surface/layer.h"
 #include "preprocess/surface/neighbour_columns.h"
@@ -347,6 +348,7 @@ static float weight_of(float cosine, float offset, float distance)
 
 /* Averages a fitted normal with those of neighbours on the same piece of surface. This removes the
  * noise of a fit over k points without rounding edges. */
+STP_WIDE
 static vec3s smooth(const estimation *e, uint32_t self)
 {
     const stp_cloud *cloud = e->cloud;

@@ -4,7 +4,7 @@
 #include "base/memory.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/nearest_list.h"
-#include "preprocess/surface/moments.h"
+#include "preprocess/surface/neighbour_columns.h"
 
 #include <math.h>
 #include <string.h>
@@ -32,18 +32,18 @@ static bool is_asked(const stp_cloud_point *own, const stp_cloud_point *other)
     return ASKED_LEAST * own->spacing < other->spacing;
 }
 
-/* Whether a point floats before a denser surface. */
-static bool floats(const stp_unit *unit, uint32_t self)
+/* Whether a point with `count` neighbours floats before a denser surface. */
+static bool floats(const stp_unit *unit, uint32_t self, unsigned count)
 {
     const stp_cloud_point *points = unit->cloud.points, *own = &points[self];
     const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
     const double scale = 1.0 / (double)own->spacing; /* so that floats hold the sums */
-    unsigned asked = 0, count = 0;
+    unsigned asked = 0;
     stp_moments like = {{{0}}};
     if (!(own->spacing > 0.0f && unit->roundness[self] > FLAT_MOST))
         return false;
-    for (; count < unit->neighbours.k && list[count] != STP_NEIGHBOUR_NONE; count++)
-        asked += is_asked(own, &points[list[count]]);
+    for (unsigned i = 0; i < count; i++)
+        asked += is_asked(own, &points[list[i]]);
     if (2 * (count - asked) <= asked) /* nearly all points */
         return false;
     like.row[3][3] = 1.0f; /* the point itself */
@@ -57,16 +57,19 @@ static bool floats(const stp_unit *unit, uint32_t self)
     return asked < ASKED_FEW || stp_moments_roundness(&like) > FLAT_MOST;
 }
 
-/* Whether more than a third of the point and those of its neighbours that are asked are round. */
-static bool is_scattered(const stp_unit *unit, uint32_t self)
+/* Whether more than a third of the point and those of its `count` neighbours that are asked are
+ * round. */
+static bool is_scattered(const stp_unit *unit, uint32_t self, unsigned count)
 {
     const stp_cloud_point *points = unit->cloud.points;
     const uint32_t *list = unit->neighbours.indices + (size_t)self * unit->neighbours.k;
-    unsigned most = 1, count = 0;
-    bool any = is_round(unit, self);
-    for (; count < unit->neighbours.k && list[count] != STP_NEIGHBOUR_NONE; count++)
-        any |= is_round(unit, list[count]);
-    if (!any) /* nearly all points of a surface */
+    unsigned most = 1;
+    float roundest = unit->roundness[self];
+    for (unsigned n = 0; n < count; n++) {
+        const float other = unit->roundness[list[n]];
+        roundest = other > roundest ? other : roundest;
+    }
+    if (!(roundest > ROUND_LEAST)) /* nearly all points of a surface */
         return false;
     unsigned votes = is_round(unit, self);
     for (unsigned n = 0; n < count; n++) {
@@ -81,8 +84,10 @@ void stp_scattered_mark(stp_cloud *cloud, const stp_unit *unit)
 {
     for (uint32_t i = 0; i < unit->ring_end[0]; i++) {
         uint8_t *marks = &cloud->marks[unit->places[i]];
-        *marks = (uint8_t)((*marks & ~STP_MARK_SCATTERED) |
-                           (is_scattered(unit, i) || floats(unit, i) ? STP_MARK_SCATTERED : 0u));
+        const unsigned k = unit->neighbours.k;
+        const unsigned count = stp_neighbours_known(unit->neighbours.indices + (size_t)i * k, k);
+        const bool scattered = is_scattered(unit, i, count) || floats(unit, i, count);
+        *marks = (uint8_t)((*marks & ~STP_MARK_SCATTERED) | (scattered ? STP_MARK_SCATTERED : 0u));
     }
 }
 
