@@ -47,6 +47,25 @@ static inline bool outside_frustum(const stp_gpu_frame *frame, const float centr
     return before | (left > radius) | (right > radius) | (down > radius) | (up > radius);
 }
 
+static inline stp_window_disc window_disc(const stp_gpu_frame *frame, const float eye[3],
+                                          float radius)
+{
+    const bool flat = frame->modes[0] != 0;
+    const float f = frame->viewport[2], depth = -eye[2], inverse = 1.0f / depth;
+    const float x = eye[0] * inverse, y = eye[1] * inverse, scale = flat ? f : f * inverse;
+    const float wide = f * radius * sqrtf(1.0f + x * x + y * y) / (depth - radius);
+    const bool near = depth - radius <= frame->viewport[3];
+    return (stp_window_disc){{frame->centre[0] + eye[0] * scale, frame->centre[1] + eye[1] * scale},
+                             flat   ? f * radius
+                             : near ? INFINITY
+                                    : wide};
+}
+
+stp_window_disc stp_ball_window_disc(const stp_gpu_frame *frame, const float eye[3], float radius)
+{
+    return window_disc(frame, eye, radius);
+}
+
 /* How the eye sees a bound. */
 typedef struct aspect {
     float range, sin_beta, cos_phi;
@@ -270,6 +289,11 @@ STP_INLINE void look_at(stp_looks *restrict out, lanes *restrict l,
         out->eye[1][i] = eye[1];
         out->eye[2][i] = eye[2];
         out->visible[i] = !outside_frustum(frame, eye, bound.radius * stp_frame_stretch(frame));
+        const stp_window_disc disc =
+            window_disc(frame, eye, bound.radius * stp_frame_stretch(frame));
+        out->window[0][i] = disc.centre[0];
+        out->window[1][i] = disc.centre[1];
+        out->reach_px[i] = disc.reach;
         l->away[i] = faces_away(frame, &bound) & faces_far_away(frame, &bound);
     }
     for (uint32_t i = 0; i < count; i++) {

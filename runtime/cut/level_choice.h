@@ -136,6 +136,12 @@ int stp_level_asked_seen(const stp_gpu_frame *frame, const stp_rule_sight *sight
  * ball; modes[3] if none does. */
 int stp_opening_next(const stp_gpu_frame *frame, int i, const float centre[3], float radius);
 
+/* Where a ball in eye space may appear: a disc in the window, pixels. */
+typedef struct stp_window_disc {
+    float centre[2], reach; /* infinite if nothing bounds the projection */
+} stp_window_disc;
+stp_window_disc stp_ball_window_disc(const stp_gpu_frame *frame, const float eye[3], float radius);
+
 /* False if the bound lies outside the frustum or the clip box, or shows only backs that are hidden.
  * If true, eye gets the bound's centre in eye space. */
 bool stp_rule_visible(const stp_gpu_frame *frame, const stp_rule_bound *bound, float eye[3]);
@@ -145,15 +151,16 @@ bool stp_patch_visible(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
 /* How the eye sees some patches of a block, found side by side: eight at a time, or four. */
 enum { STP_LOOKS_LIMIT = 64 };
 typedef struct stp_looks {
-    float eye[3][STP_LOOKS_LIMIT];                            /* stp_rule_visible */
-    float scale[STP_LOOKS_LIMIT], sin_alpha[STP_LOOKS_LIMIT]; /* stp_rule_look */
+    float eye[3][STP_LOOKS_LIMIT];                               /* stp_rule_visible */
+    float window[2][STP_LOOKS_LIMIT], reach_px[STP_LOOKS_LIMIT]; /* stp_window_disc */
+    float scale[STP_LOOKS_LIMIT], sin_alpha[STP_LOOKS_LIMIT];    /* stp_rule_look */
     uint32_t visible[STP_LOOKS_LIMIT];
     uint32_t vertex[STP_LOOKS_LIMIT]; /* level 3, the patch vertex, does for all of the patch */
 } stp_looks;
 
 /* Looks at up to STP_LOOKS_LIMIT patches: what the functions named above say of each patch, to the
- * last bit. openings: the frame, with the openings that matter alone (runtime/cut/culling.h). eye
- * is set of those that are not visible, too. */
+ * last bit. openings: the frame, with the openings that matter alone (runtime/cut/culling.h).
+ * Places are set of those that are not visible, too. */
 void stp_patches_look(stp_looks *out, const stp_gpu_frame *frame, const stp_gpu_frame *openings,
                       const stp_gpu_chunk *chunk, const stp_patch_brief *briefs, uint32_t count);
 /* What stp_rule_look says of a patch that was looked at. */

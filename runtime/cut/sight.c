@@ -21,32 +21,11 @@ typedef struct look {
     size_t *hidden;                 /* by draw: how many patches */
 } look;
 
-/* Marks the tiles that a ball in eye space may cover. */
-static void mark_tiles(const stp_sight_params *params, unsigned worker, const float eye[3],
-                       float radius)
-{
-    const stp_gpu_frame *frame = params->frame;
-    float f = frame->viewport[2], depth = -eye[2];
-    float scale = f, reach = radius * f;
-    if (frame->modes[0] == 0) {
-        if (depth - radius <= frame->viewport[3]) {
-            stp_tiles_mark_all(params->tiles, worker);
-            return;
-        }
-        scale = f / depth;
-        float x = eye[0] / depth, y = eye[1] / depth;
-        reach *= sqrtf(1.0f + x * x + y * y) / (depth - radius);
-    }
-    stp_tiles_mark(params->tiles, worker, frame->centre[0] + eye[0] * scale,
-                   frame->centre[1] + eye[1] * scale, reach);
-}
-
 /* A patch in sight, and what is known of it. */
 typedef struct seen_patch {
     const stp_draw *draw;
     const stp_resident *resident;
-    uint32_t at;      /* of the patches of the block */
-    const float *eye; /* of the bound's centre, in eye space */
+    uint32_t at; /* of the patches of the block */
 } seen_patch;
 
 /* Whether a patch is drawn at its finest level, also if its errors are `slack` times as small. */
@@ -67,31 +46,6 @@ static bool is_finest(const stp_sight_params *params, const seen_patch *seen, fl
 /* The GPU rounds in its own way: it chooses level 0, too, if errors this much smaller do not
  * change that. */
 #define ROUNDING_SLACK 1.25f
-
-/* Marks the tiles that a patch may cover. vertex: only its patch vertex is drawn. */
-static void mark_patch(const stp_sight_params *params, unsigned worker, const seen_patch *seen,
-                       bool vertex)
-{
-    const stp_gpu_frame *frame = params->frame;
-    const stp_patch_brief *brief = &seen->resident->mirror.briefs[seen->at];
-    const float stretch = stp_frame_stretch(frame);
-    if (vertex || !brief->has_spots || !is_finest(params, seen, ROUNDING_SLACK)) {
-        mark_tiles(params, worker, seen->eye, brief->bound.radius * stretch);
-        return;
-    }
-    const stp_mirror_patch *patch = &seen->resident->mirror.patches[seen->at];
-    const stp_spot *spots = seen->resident->mirror.spots + patch->spots - 1;
-    const float reach = stretch * stp_spot_reach(patch->bound_radius, patch->radius[0]);
-    for (unsigned i = 0; i < patch->count[0]; i++) {
-        const float *const axes[3] = {frame->axis_right, frame->axis_up, frame->axis_back};
-        float offset[3], eye[3];
-        stp_spot_offset(&spots[i], patch->bound_radius, offset);
-        for (int k = 0; k < 3; k++)
-            eye[k] = seen->eye[k] + axes[k][0] * offset[0] + axes[k][1] * offset[1] +
-                     axes[k][2] * offset[2];
-        mark_tiles(params, worker, eye, reach);
-    }
-}
 
 /* The state of the block that refines a patch. */
 static size_t state_below(const stp_sight *s, const stp_patch_brief *brief)
@@ -229,9 +183,60 @@ typedef struct glance {
     stp_gpu_chunk chunk;
     stp_looks looks; /* of the patches from `first` on */
     uint32_t first;
+    bool marked;       /* the tiles of these patches are */
     float greatest_px; /* so far */
     size_t hidden;
 } glance;
+
+/* Marks the tiles that patch i of the group may cover. vertex: only its patch vertex is drawn. */
+static void mark_patch(const glance *g, uint32_t i, bool vertex)
+{
+    const stp_sight_params *params = g->look->params;
+    const stp_gpu_frame *frame = params->frame;
+    const stp_mirror *mirror = &g->resident->mirror;
+    const uint32_t at = g->first + i;
+    const bool spots = !vertex && mirror->briefs[at].has_spots &&
+                       is_finest(params, &(seen_patch){g->draw, g->resident, at}, ROUNDING_SLACK);
+    if (!spots) {
+        if (!g->marked)
+            stp_tiles_mark(params->tiles, g->worker, g->looks.window[0][i], g->looks.window[1][i],
+                           g->looks.reach_px[i]);
+        return;
+    }
+    const stp_mirror_patch *patch = &mirror->patches[at];
+    const stp_spot *first = mirror->spots + patch->spots - 1;
+    const float reach =
+        stp_frame_stretch(frame) * stp_spot_reach(patch->bound_radius, patch->radius[0]);
+    for (unsigned s = 0; s < patch->count[0]; s++) {
+        const float *const axes[3] = {frame->axis_right, frame->axis_up, frame->axis_back};
+        float offset[3], eye[3];
+        stp_spot_offset(&first[s], patch->bound_radius, offset);
+        for (int k = 0; k < 3; k++)
+            eye[k] = g->looks.eye[k][i] + axes[k][0] * offset[0] + axes[k][1] * offset[1] +
+                     axes[k][2] * offset[2];
+        const stp_window_disc disc = stp_ball_window_disc(frame, eye, reach);
+        stp_tiles_mark(params->tiles, g->worker, disc.centre[0], disc.centre[1], disc.reach);
+    }
+}
+
+/* Whether all tiles that patches in sight of the group may cover are marked: so it is mostly, since
+ * neighbours cover the same tiles. */
+static bool is_marked(const glance *g, uint32_t count)
+{
+    const stp_looks *looks = &g->looks;
+    float low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY}, all = 0.0f;
+    for (int k = 0; k < 2; k++)
+        for (uint32_t i = 0; i < count; i++) {
+            /* NOLINTNEXTLINE(clang-analyzer-core.*): stp_patches_look has set them */
+            const float from = looks->window[k][i] - looks->reach_px[i];
+            const float to = looks->window[k][i] + looks->reach_px[i];
+            low[k] = looks->visible[i] && from < low[k] ? from : low[k];
+            high[k] = looks->visible[i] && to > high[k] ? to : high[k];
+            all += looks->visible[i] ? to - from : 0.0f;
+        }
+    return isfinite(all) && /* else nothing bounds some patch */
+           stp_tiles_marked(g->look->params->tiles, g->worker, low, high);
+}
 
 /* Lists patch i of the group if it is in sight. */
 static void list_patch(glance *g, uint32_t i)
@@ -258,9 +263,8 @@ static void list_patch(glance *g, uint32_t i)
         leave_below(l, below, g->draw, &r->mirror.patches[at], brief, &sight))
         return;
     float radius_px = brief->vertex_radius * sight.scale;
-    const float eye[3] = {g->looks.eye[0][i], g->looks.eye[1][i], g->looks.eye[2][i]};
     const bool vertex = params->vertices && g->looks.vertex[i];
-    mark_patch(params, g->worker, &(seen_patch){g->draw, r, at, eye}, vertex);
+    mark_patch(g, i, vertex);
     if (!has_any(brief, vertex ? STP_LEVEL_COUNT - 1 : g->draw->finest))
         return;
     if (vertex) {
@@ -309,6 +313,7 @@ static void look_at_draw(const look *l, size_t index, unsigned worker, float gre
         const uint32_t some = count - g.first < STP_LOOKS_LIMIT ? count - g.first : STP_LOOKS_LIMIT;
         stp_patches_look(&g.looks, params->frame, openings, &g.chunk, &r->mirror.briefs[g.first],
                          some);
+        g.marked = is_marked(&g, some);
         for (uint32_t i = 0; i < some; i++)
             list_patch(&g, i);
     }

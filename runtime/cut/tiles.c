@@ -76,19 +76,41 @@ static int tile_at(float px, int count)
     return tile <= 0.0f ? 0 : tile >= (float)count ? count : (int)tile;
 }
 
+/* Tiles c0 <= column < c1, r0 <= row < r1. */
+typedef struct tile_span {
+    int c0, c1, r0, r1;
+} tile_span;
+
+/* The tiles that a rectangle of window coordinates and the margin around it may cover. */
+static tile_span span_of(const stp_tiles *t, float x0, float y0, float x1, float y1)
+{
+    return (tile_span){
+        tile_at(x0 - MARGIN_PX, t->columns), tile_at(x1 + MARGIN_PX + STP_TILE_PX, t->columns),
+        tile_at(y0 - MARGIN_PX, t->rows), tile_at(y1 + MARGIN_PX + STP_TILE_PX, t->rows)};
+}
+
 void stp_tiles_mark(stp_tiles *t, unsigned worker, float x, float y, float reach)
 {
-    const float add = reach + MARGIN_PX;
-    if (!isfinite(x + y + add)) { /* the place is unknown, so it may be anywhere */
+    if (!isfinite(x + y + reach)) { /* the place is unknown, so it may be anywhere */
         stp_tiles_mark_all(t, worker);
         return;
     }
-    int c0 = tile_at(x - add, t->columns), c1 = tile_at(x + add + STP_TILE_PX, t->columns);
-    int r0 = tile_at(y - add, t->rows), r1 = tile_at(y + add + STP_TILE_PX, t->rows);
+    const tile_span span = span_of(t, x - reach, y - reach, x + reach, y + reach);
     uint8_t *marks = t->marks + worker * t->count;
-    for (int r = r0; r < r1; r++)
-        for (int c = c0; c < c1; c++)
+    for (int r = span.r0; r < span.r1; r++)
+        for (int c = span.c0; c < span.c1; c++)
             marks[r * t->columns + c] = 1;
+}
+
+bool stp_tiles_marked(const stp_tiles *t, unsigned worker, const float low[2], const float high[2])
+{
+    const tile_span span = span_of(t, low[0], low[1], high[0], high[1]);
+    const uint8_t *marks = t->marks + worker * t->count;
+    for (int r = span.r0; r < span.r1; r++)
+        for (int c = span.c0; c < span.c1; c++)
+            if (marks[r * t->columns + c] == 0)
+                return false;
+    return true;
 }
 
 void stp_tiles_mark_all(stp_tiles *t, unsigned worker)

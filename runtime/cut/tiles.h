@@ -46,6 +46,10 @@ stp_status stp_tiles_begin(stp_tiles *tiles, int width, int height, unsigned wor
 /* Mark the tiles that a disc of `reach` pixels around a window position may cover, or all tiles.
  * Threads: each worker passes its own number. */
 void stp_tiles_mark(stp_tiles *tiles, unsigned worker, float x, float y, float reach);
+/* Whether the worker has marked all that a disc may cover whose square of 2 `reach` pixels lies in
+ * a rectangle of window coordinates. */
+bool stp_tiles_marked(const stp_tiles *tiles, unsigned worker, const float low[2],
+                      const float high[2]);
 void stp_tiles_mark_all(stp_tiles *tiles, unsigned worker);
 /* Adds the marks to the frame's tiles. first: the first pass of the frame, which discards the tiles
  * of earlier passes. Errors: OUT_OF_MEMORY. */

@@ -9,7 +9,8 @@
 #include <stdio.h>
 
 /* The same as in shaders/project/runs.glsl and the shaders' bindings. */
-#define RUN_STEP 64u
+#define GROUP_PATCHES 64u
+#define GROUP_SAMPLES 256u
 #define RUN_SAMPLES 4
 #define DROP_COUNTERS 64
 #define DROP_STRIDE 16
@@ -17,14 +18,14 @@ enum { IMAGE_RUNS = 2, IMAGE_SEEN = 3 };
 
 #define SEEN_BYTES 64
 
-/* The most groups of invocations; each does its share. Some drivers do not allow more than 65535. A
- * software driver gets few groups, since an invocation begins with reading the frame's block. */
-#define GROUPS_LIMIT 65535u
-#define SOFTWARE_GROUPS_LIMIT 128u
+/* Groups of invocations. Some drivers do not allow more than 65535 in a row. */
+#define RUNS_GROUPS_LIMIT 1024
+#define ROW_GROUPS 128u
 
-/* The head of the runs' buffer. */
+/* The head of the runs' buffer. The group counts of the indirect dispatch come first. */
 typedef struct runs_head {
-    GLuint run_count, points_listed;
+    GLuint groups_x, groups_y, groups_z;
+    GLuint run_count, points_listed, unused;
     GLuint dropped[DROP_COUNTERS * DROP_STRIDE];
 } runs_head;
 
@@ -115,19 +116,12 @@ static size_t most_runs(const stp_project_params *params)
     return runs;
 }
 
-/* Starts the program for so many items. On a GPU, groups that find none left cost nothing. */
-static void dispatch(const stp_runs *r, size_t items)
-{
-    const size_t groups = (items + RUN_STEP - 1) / RUN_STEP;
-    const size_t limit = r->software ? SOFTWARE_GROUPS_LIMIT : GROUPS_LIMIT;
-    glDispatchCompute((GLuint)(groups < limit ? groups : limit), 1, 1);
-}
-
 /* Chooses levels, and fills runs and seen. */
 static void make_runs(stp_runs *r, const stp_project_params *params)
 {
-    static const runs_head head = {0};
+    static const runs_head head = {.groups_x = ROW_GROUPS, .groups_z = 1};
     size_t patches = params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
+    size_t groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
     r->most_runs = most_runs(params);
     stp_runs_reserve(&r->runs, &r->textures[0], GL_RG32UI, &r->run_bytes,
                      sizeof head + r->most_runs * 2 * sizeof(uint32_t));
@@ -141,9 +135,9 @@ static void make_runs(stp_runs *r, const stp_project_params *params)
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_SEEN, r->seen);
     glUseProgram(r->program);
     glUniform1ui(STP_UNIFORM_SETTING, (GLuint)patches);
-    dispatch(r, patches);
+    glDispatchCompute((GLuint)(groups < RUNS_GROUPS_LIMIT ? groups : RUNS_GROUPS_LIMIT), 1, 1);
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                    GL_BUFFER_UPDATE_BARRIER_BIT);
+                    GL_BUFFER_UPDATE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
 }
 
 void stp_runs_take(stp_runs *r, const uint32_t *listed, size_t count)
@@ -193,21 +187,37 @@ size_t stp_runs_most_places(const stp_runs *r)
     return (r->chosen ? RUN_SAMPLES * r->most_runs : 0) + r->listed_count;
 }
 
+/* Starts as many groups as there are runs; on a GPU as many as there may be, since groups without
+ * runs cost it nothing. NVIDIA's driver (580) reads the buffer of an indirect dispatch back, which
+ * takes milliseconds; glGetNamedBufferSubData then gave what it had read, without what the groups
+ * counted. */
+static void dispatch(const stp_runs *r)
+{
+    const size_t row = (size_t)ROW_GROUPS * GROUP_SAMPLES / RUN_SAMPLES;
+    if (!r->software) {
+        glDispatchCompute(ROW_GROUPS, (GLuint)(r->most_runs / row + 1), 1);
+        return;
+    }
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, r->runs);
+    glDispatchComputeIndirect(0);
+}
+
 void stp_runs_each(const stp_runs *r, const stp_each *each, GLint first)
 {
+    size_t row = (size_t)ROW_GROUPS * GROUP_SAMPLES;
     if (r->chosen) {
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_RUNS, r->runs);
         glBindImageTexture(IMAGE_RUNS, r->textures[0], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RG32UI);
         glBindImageTexture(IMAGE_SEEN, r->textures[1], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32UI);
         glUseProgram(each->runs);
         glUniform1ui(first, 0);
-        dispatch(r, r->most_runs); /* how many there are, only the GPU knows */
+        dispatch(r);
     }
     if (r->listed_count > 0) {
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LISTED, r->listed);
         glUseProgram(each->listed);
         glUniform1ui(STP_UNIFORM_VERTICES, (GLuint)r->listed_count);
         glUniform1ui(first, (GLuint)(RUN_SAMPLES * r->run_count));
-        dispatch(r, r->listed_count);
+        glDispatchCompute(ROW_GROUPS, (GLuint)((r->listed_count + row - 1) / row), 1);
     }
 }

@@ -7,7 +7,7 @@
 #include "choose.glsl"
 #include "runs.glsl"
 
-layout(local_size_x = STP_RUN_STEP) in;
+layout(local_size_x = STP_GROUP_PATCHES) in;
 
 layout(std430, binding = 1) readonly buffer stp_patches_block {
     uint patches[]; // in sight
@@ -15,8 +15,7 @@ layout(std430, binding = 1) readonly buffer stp_patches_block {
 
 layout(location = 1) uniform uint patch_count;
 
-// Lists the samples of a patch. Returns how many they are.
-uint stp_list(uint listed)
+void stp_list(uint listed)
 {
     uint patch_index = patches[listed];
     uint slot = stp_patch_slot(patch_index);
@@ -25,7 +24,7 @@ uint stp_list(uint listed)
     ivec4 levels = stp_choose_levels(patch_index, p, chunk);
     stp_selection s = stp_select(p, levels);
     if (s.end.w == 0u || stp_shape_of(p, levels.x) != 0u)
-        return 0u;
+        return;
     // Quarters of the same level follow each other: join a quarter to the next one if that
     // continues it.
     uvec4 count = s.end - uvec4(0u, s.end.xyz);
@@ -37,6 +36,8 @@ uint stp_list(uint listed)
     uvec4 needed = (count + STP_RUN_SAMPLES - 1u) / STP_RUN_SAMPLES;
     uint total = needed.x + needed.y + needed.z + needed.w;
     uint at = atomicAdd(run_count, total);
+    atomicAdd(points_listed, s.end.w);
+    atomicMax(groups_y, (at + total - 1u) / (groups_x * STP_GROUP_RUNS) + 1u);
     stp_packing packing = stp_packing_fetch(patch_index);
     seen[STP_SEEN_SIZE * listed] = floatBitsToUint(vec4(p.origin, p.step)) | uvec4(0u, 0u, 0u, patch_index);
     seen[STP_SEEN_SIZE * listed + 1u] = stp_patch_openings(p, slot);
@@ -48,14 +49,13 @@ uint stp_list(uint listed)
             runs[at] = stp_run_pack(listed, s.first[q] + i, places[q] + i, min(count[q] - i, STP_RUN_SAMPLES));
             at++;
         }
-    return s.end.w;
 }
 
 void main()
 {
     stp_frame_hold();
-    uint end = stp_share_end(patch_count), points = 0u;
-    for (uint i = stp_share_first(patch_count); i < end; i += STP_RUN_STEP)
-        points += stp_list(i);
-    atomicAdd(points_listed, points);
+    uint share = (patch_count + gl_NumWorkGroups.x - 1u) / gl_NumWorkGroups.x;
+    uint end = min((gl_WorkGroupID.x + 1u) * share, patch_count);
+    for (uint i = gl_WorkGroupID.x * share + gl_LocalInvocationID.x; i < end; i += STP_GROUP_PATCHES)
+        stp_list(i);
 }

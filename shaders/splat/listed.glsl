@@ -11,6 +11,8 @@
 //
 // Needs layout.glsl, patch.glsl, project.glsl, runs.glsl.
 
+#define STP_RUN_STEP 64u // size of a group
+
 layout(local_size_x = STP_RUN_STEP) in;
 
 // Some samples of a patch, one after the other.
@@ -34,20 +36,31 @@ stp_projected stp_run_sample(stp_run r, uint i)
 }
 
 #if STP_LISTED
+#define STP_GROUP_LISTED (STP_GROUP_RUNS * STP_RUN_SAMPLES)
+#else
+#define STP_GROUP_LISTED STP_GROUP_RUNS
+#endif
+
+uint stp_group_run()
+{
+    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * STP_GROUP_LISTED;
+}
+
+uint stp_first_run()
+{
+    return stp_group_run() + gl_LocalInvocationID.x;
+}
+
+#if STP_LISTED
 layout(std430, binding = 1) readonly buffer stp_listed_block {
     uint listed[];
 };
 
 layout(location = 4) uniform uint listed_count;
 
-uint stp_first_run()
-{
-    return stp_share_first(listed_count);
-}
-
 uint stp_end_run()
 {
-    return stp_share_end(listed_count);
+    return min(stp_group_run() + STP_GROUP_LISTED, listed_count);
 }
 
 uint stp_run_count(stp_run r)
@@ -86,14 +99,9 @@ void stp_count_dropped(uint count)
 layout(rg32ui, binding = 2) readonly uniform uimageBuffer run_image;    // the buffer of runs
 layout(rgba32ui, binding = 3) readonly uniform uimageBuffer seen_image; // the buffer of patches in sight
 
-uint stp_first_run()
-{
-    return stp_share_first(run_count);
-}
-
 uint stp_end_run()
 {
-    return stp_share_end(run_count);
+    return min(stp_group_run() + STP_GROUP_LISTED, run_count);
 }
 
 uint stp_run_count(stp_run r)

@@ -74,6 +74,13 @@ static void check_side_by_side(const stp_gpu_frame *frame, const stp_gpu_chunk *
                              stp_level_asked(frame, chunk, patch, 0) == STP_LEVEL_COUNT - 1);
             for (int k = 0; k < 3 && looks.visible[i]; k++)
                 assert_true(looks.eye[k][i] == eye[k]);
+            if (looks.visible[i]) {
+                const stp_window_disc disc =
+                    stp_ball_window_disc(frame, eye, bound.radius * stp_frame_stretch(frame));
+                const stp_window_disc found = {{looks.window[0][i], looks.window[1][i]},
+                                               looks.reach_px[i]};
+                assert_memory_equal(&found, &disc, sizeof disc);
+            }
         }
     }
 }

@@ -198,6 +198,37 @@ static void no_number(void **state)
     }
 }
 
+/* The tiles of a rectangle are marked if marking what it holds would change nothing. */
+static void marked(void **state)
+{
+    uint32_t seed = 1;
+    int yes = 0, no = 0;
+    stp_tiles tiles = {0};
+    (void)state;
+    assert_int_equal(stp_tiles_begin(&tiles, 300, 200, 1, NULL), STP_OK);
+    for (int i = 0; i < 2000; i++) {
+        float at[3];
+        for (int k = 0; k < 3; k++) {
+            seed = seed * 1664525u + 1013904223u;
+            at[k] = (float)(seed >> 16) / 65536.0f * (k == 2 ? 5.0f : 340.0f) - 20.0f * (k < 2);
+        }
+        const float low[2] = {at[0] - at[2], at[1] - at[2]};
+        const float high[2] = {at[0] + at[2], at[1] + at[2]};
+        size_t before = 0, after = 0;
+        const bool said = stp_tiles_marked(&tiles, 0, low, high);
+        for (size_t t = 0; t < tiles.count; t++)
+            before += tiles.marks[t];
+        stp_tiles_mark(&tiles, 0, at[0], at[1], at[2]);
+        for (size_t t = 0; t < tiles.count; t++)
+            after += tiles.marks[t];
+        assert_int_equal(said, before == after);
+        yes += said;
+        no += !said;
+    }
+    assert_true(yes > 20 && no > 20);
+    stp_tiles_destroy(&tiles);
+}
+
 /* Samples of a wide patch are known by their spots, to within their reach; those of a dense patch,
  * or of one with more samples than there is room for, are not. */
 static void spots(void **state)
@@ -246,7 +277,8 @@ int main(void)
     stp_gl_context *context = gl_fixture_context();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(while_loading), cmocka_unit_test(statue),    cmocka_unit_test(terrain),
-        cmocka_unit_test(wide),          cmocka_unit_test(no_number), cmocka_unit_test(spots),
+        cmocka_unit_test(wide),          cmocka_unit_test(no_number), cmocka_unit_test(marked),
+        cmocka_unit_test(spots),
     };
     int failed = cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
     stp_gl_context_destroy(&context);
