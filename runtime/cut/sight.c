@@ -115,6 +115,18 @@ static const stp_raster *raster_of(const stp_resident *r, uint32_t patch)
     return &r->mirror.rasters[r->mirror.squares[patch].raster];
 }
 
+/* Cosine of a slope of 4 to 1, the steepest that square_list.glsl believes a tangent plane. */
+#define STEEP_COSINE 0.2425f
+
+/* Whether a square of heights may fall so steeply that its triangles would leave pixels open: they
+ * take a step beyond twice what tangent planes tell for a cliff. Its discs close there. */
+static bool is_steep(const stp_raster *raster, const stp_mirror_patch *patch)
+{
+    const float up = fabsf(patch->cone_axis[2]), spread = patch->cone_cos;
+    const float sines = (1.0f - up * up) * (1.0f - spread * spread);
+    return stp_raster_is_upright(raster) && up * spread - sqrtf(fmaxf(0.0f, sines)) < STEEP_COSINE;
+}
+
 /* Whether a patch in sight is a square of a grid or a map, and its samples are so wide that they
  * are drawn as a square. */
 static bool is_wide_square(const look *l, const stp_draw *draw, const stp_resident *r, uint32_t at,
@@ -125,8 +137,9 @@ static bool is_wide_square(const look *l, const stp_draw *draw, const stp_reside
     /* From within its bound as wide as any, but not as infinity, if no square is wide. */
     const stp_mirror_patch *patch = &r->mirror.patches[at];
     const float radius_px = sight->scale < 0.0f ? FLT_MAX : sight->scale * patch->radius[0];
-    if (!(radius_px >
-          (stp_raster_is_map(raster_of(r, at)) ? l->params->maps_px : l->params->grids_px)))
+    const float grids_px = l->params->grids_px;
+    if (!(radius_px > (stp_raster_is_map(raster_of(r, at)) ? l->params->maps_px : grids_px)) ||
+        (grids_px > 0.0f && is_steep(raster_of(r, at), patch)))
         return false;
     return is_finest(l->params, &(seen_patch){.draw = draw, .resident = r, .at = at}, 1.0f);
 }

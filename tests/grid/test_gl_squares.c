@@ -1,7 +1,8 @@
 /* Tests squares of grids drawn as triangles, against rays that the test casts at the heights: every
  * pixel shows the surface of two triangles a cell, by each road; holes stay as wide as they are,
- * cliffs stay open; no seam opens within a grid that is bent. Near views of points and of triangles
- * agree, and picks find the surface. test_gl_maps.c has elevation maps. */
+ * cliffs stay open; no seam opens within a grid that is bent, and no pixel on steep ground. Near
+ * views of points and of triangles agree, and picks find the surface. test_gl_maps.c has elevation
+ * maps. */
 #include "runtime/camera/camera.h"
 #include "runtime/camera/orbit.h"
 #include "tests/fixtures/gl_model.h"
@@ -324,6 +325,37 @@ static void triangles_are_for_near_samples(void **state)
     gl_fixture_close(&f);
 }
 
+/* A slope of 6 to 1, and noise of two cells. */
+static double steep(double x, double y)
+{
+    const uint64_t i = (uint64_t)x + 1000u * (uint64_t)y;
+    return 6.0 * y + 12.0 * (stp_random_unit(3, i) + stp_random_unit(4, i) - 1.0) / sqrt(6.0);
+}
+
+/* Triangles would take steps of steep, rough ground for cliffs. Its points close from near, too. */
+static void steep_ground_is_closed(void **state)
+{
+    (void)state;
+    static uint8_t rgba[4 * PIXELS];
+    gl_fixture f = {0};
+    prep_cloud cloud = make_grid(steep, false);
+    open_grid(&f, &cloud);
+    const stp_view view =
+        look(&f, (stp_dvec3){75.0, -30.0, 436.0}, (stp_dvec3){75.0, 70.0, 420.0}, false);
+    size_t open[2] = {0, 0};
+    for (int k = 0; k < 2; k++) {
+        const stp_draw_params params = {.grid_draw = k ? STP_GRID_TRIANGLES : STP_GRID_AUTO};
+        gl_fixture_draw(&f, &view, &params, NULL, rgba);
+        for (int y = 32; y < SIZE - 32; y++)
+            for (int x = 32; x < SIZE - 32; x++)
+                open[k] += rgba[4 * (y * SIZE + x) + 3] == 0 ? 1u : 0u;
+    }
+    print_message("steep ground: %zu pixels open, %zu as triangles\n", open[0], open[1]);
+    assert_int_equal(open[0], 0);
+    assert_true(open[1] > PIXELS / 100);
+    gl_fixture_close(&f);
+}
+
 /* Near the distance at which points give way to triangles, pictures of both agree. */
 static void points_and_triangles_agree(void **state)
 {
@@ -435,6 +467,7 @@ int main(void)
         cmocka_unit_test(cliffs_stay_open),
         cmocka_unit_test(bent_grids_have_no_seams),
         cmocka_unit_test(triangles_are_for_near_samples),
+        cmocka_unit_test(steep_ground_is_closed),
         cmocka_unit_test(points_and_triangles_agree),
         cmocka_unit_test(crests_are_lit_from_above),
         cmocka_unit_test(picks_find_the_surface),
