@@ -525,9 +525,11 @@ static stp_merge_error item_errors(const builder *b, unsigned begin, unsigned en
     return worst;
 }
 
-static void store_errors(stp_patch *patch, int level, stp_merge_error worst)
+static uint8_t error_code(const builder *b, int level, stp_merge_error worst)
 {
-    patch->error[level] = stp_error_encode(worst.error, patch->exponent);
+    const bool rough = level > 0 && b->ground->grid && b->ground->grid->spreads;
+    const uint8_t code = stp_error_encode(worst.error, b->patch->exponent);
+    return rough ? stp_rough_error(code) : code;
 }
 
 /* Stores how much colour each level averages away; never less than at a finer level. */
@@ -558,13 +560,13 @@ static void merge_levels(builder *b, int vertex_lattice)
             unsigned from = stp_quarter_begin(counts, level, q);
             unsigned to = stp_quarter_begin(counts, level, q + 1);
             e = worse(e, merge_level(b, level, from, to, patch->exponent));
-            patch->quarter_error[level - 1][q] = stp_error_encode(e.error, patch->exponent);
+            patch->quarter_error[level - 1][q] = error_code(b, level, e);
             worst[level] = worse(worst[level], e);
         }
     }
     for (int level = 0; level <= 2; level++)
-        store_errors(patch, level, worst[level]);
-    store_errors(patch, 3, worse(worst[2], merge_level(b, 3, 0, 1, vertex_lattice)));
+        patch->error[level] = error_code(b, level, worst[level]);
+    patch->error[3] = error_code(b, 3, worse(worst[2], merge_level(b, 3, 0, 1, vertex_lattice)));
     store_variations(b);
     if (b->beside_holes)
         stp_left_out_store(patch, (const stp_disc(*)[STP_PATCH_SAMPLES])b->discs, b->spreads);

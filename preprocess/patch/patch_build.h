@@ -28,6 +28,14 @@ static inline unsigned stp_merged_bits(unsigned normal_bits)
     return normal_bits < STP_MERGED_SQUARE_BITS ? normal_bits + 1 : STP_MERGED_SQUARE_BITS;
 }
 
+/* Errors of depth cameras' images are noise: a quarter of an octave, rounded up, tells them as
+ * well.
+ */
+static inline uint8_t stp_rough_error(uint8_t code)
+{
+    return code < UINT8_MAX ? (uint8_t)((code + 1u) & ~1u) : code;
+}
+
 typedef struct stp_patch_samples {
     stp_sample level[STP_LEVEL_COUNT][STP_PATCH_SAMPLES];
 } stp_patch_samples;

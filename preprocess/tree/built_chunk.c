@@ -2,7 +2,9 @@
 #include "preprocess/tree/built_chunk.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/measure/overhang.h"
+#include "preprocess/patch/patch_build.h"
 
 #include <stdlib.h>
 
@@ -24,6 +26,14 @@ static void take_greater(stp_overhang *out, const stp_patch *patch)
                         stp_error_decode(patch->quarter_tangential_error[l][q], patch->exponent));
 }
 
+/* Of depth images' chunks, errors of merged samples are rounded. */
+static uint8_t error_code(const stp_chunk *chunk, const stp_patch *patch, int level, double error)
+{
+    const bool rough = level > 0 && chunk->raster_count > 0 && stp_raster_spreads(chunk->rasters);
+    const uint8_t code = stp_error_encode(error, patch->exponent);
+    return rough ? stp_rough_error(code) : code;
+}
+
 stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,
                                    stp_error *err)
 {
@@ -37,11 +47,11 @@ stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surrounding
         if (built->limited)
             take_greater(&overhang[p], patch);
         for (int l = 0; l < STP_LEVEL_COUNT; l++)
-            patch->tangential_error[l] = stp_error_encode(overhang[p].level[l], patch->exponent);
+            patch->tangential_error[l] = error_code(chunk, patch, l, overhang[p].level[l]);
         for (int l = 0; l < 2; l++)
             for (int q = 0; q < STP_PATCH_QUARTERS; q++)
                 patch->quarter_tangential_error[l][q] =
-                    stp_error_encode(overhang[p].quarter[l][q], patch->exponent);
+                    error_code(chunk, patch, l + 1, overhang[p].quarter[l][q]);
         built->vertices[p].disc.tangential_error =
             stp_error_decode(patch->tangential_error[STP_LEVEL_COUNT - 1], patch->exponent);
     }

@@ -26,7 +26,7 @@ test_answers() {
         cmp "$FOLDER/out" "$name.samples" || fail "read.py finds other samples in ${file##*/}"
         count=$((count + 1))
     done
-    [ $count -ge 124 ] || fail "$count known-answer files, expected 124"
+    [ $count -ge 130 ] || fail "$count known-answer files, expected 130"
     for file in "$known"/files/attributes_2_0_*.stipple; do
         run "$python" "$known/attributes.py" "$file"
         expect_code 0

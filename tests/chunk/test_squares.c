@@ -1,6 +1,7 @@
 /* Tests blocks of squares: samples come back whatever they are, at every level; what is no square
  * of the grid is coded as points; hostile bytes are refused or decoded, never followed; and each
  * allocation of decoding fails once. */
+#include "formats/chunk/codec/square/coarse_patches.h"
 #include "formats/chunk/codec/square/placed.h"
 #include "formats/chunk/codec/square/square_normal.h"
 #include "formats/chunk/layout.h"
@@ -366,6 +367,57 @@ static void test_placed(void **state)
     }
 }
 
+/* Rounded errors, and axes on a grid, come back; cells count their steps. */
+static void test_shifts(void **state)
+{
+    (void)state;
+    for (unsigned i = 0; i < 16; i++) {
+        const unsigned errors = i % 4, axes = i < 12 ? i : STP_NORMAL_SHIFT_MOST;
+        stp_chunk *chunk = make_chunk(&recipes[0]);
+        stp_patch was[SQUARES];
+        stp_table table = {.tight = true};
+        stp_patch_shifts shifts = {0};
+        for (uint32_t p = 0; p < SQUARES; p++) {
+            stp_patch *patch = &chunk->patches[p];
+            const int32_t uv[2] = {stp_normal_grid_code(1 + (int32_t)p % 2, axes),
+                                   stp_normal_grid_code(4095 >> axes, axes)};
+            stp_normal_codes_put(uv, patch->cone_axis);
+            for (int l = 1; l < 4; l++) {
+                patch->error[l] = (uint8_t)((9 + p) << errors);
+                patch->tangential_error[l] = (uint8_t)((11 - p % 2) << errors);
+            }
+            patch->error[0] = 3;
+            memset(patch->quarter_error, patch->error[1], sizeof patch->quarter_error);
+            memset(patch->quarter_tangential_error, patch->tangential_error[1],
+                   sizeof patch->quarter_tangential_error);
+        }
+        memcpy(was, chunk->patches, sizeof was);
+        assert_int_equal(stp_table_create(&table, STP_PATCH_COLUMN_COUNT, SQUARES, NULL), STP_OK);
+        stp_patches_encode(chunk->patches, &table);
+        stp_patch_shifts_encode(chunk, &table);
+        assert_int_equal(stp_table_column(&table, 14)[1], 1);
+        assert_int_equal(stp_table_column(&table, 24)[1], -1);
+        assert_int_equal(abs(stp_table_column(&table, 43)[1]), 1);
+        const uint32_t bits = stp_patch_shifts_bits(chunk);
+        assert_int_equal(bits, errors | axes << 2);
+        assert_int_equal(stp_patch_shifts_take(bits, &shifts, NULL), STP_OK);
+        stp_patch_shifts_decode(&shifts, &table);
+        stp_patches_decode(chunk->patches, &table);
+        for (uint32_t p = 0; p < SQUARES; p++) {
+            const stp_patch *patch = &chunk->patches[p];
+            assert_memory_equal(patch->cone_axis, was[p].cone_axis, sizeof patch->cone_axis);
+            assert_memory_equal(patch->error, was[p].error, sizeof patch->error);
+            assert_memory_equal(patch->quarter_tangential_error, was[p].quarter_tangential_error,
+                                sizeof patch->quarter_tangential_error);
+        }
+        free(table.values);
+        stp_chunk_destroy(&chunk);
+    }
+    stp_patch_shifts none;
+    assert_int_equal(stp_patch_shifts_take((STP_NORMAL_SHIFT_MOST + 1) << 2, &none, NULL),
+                     STP_CORRUPT);
+}
+
 /* Squares that contradict the patches or each other. */
 static void test_squares(void **state)
 {
@@ -429,13 +481,14 @@ static void test_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_round_trip),     cmocka_unit_test(test_size),
-        cmocka_unit_test(test_points),         cmocka_unit_test(test_hostile),
-        cmocka_unit_test(test_numbers),        cmocka_unit_test(test_squares),
-        cmocka_unit_test(test_tilted_numbers), cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_spread_numbers), cmocka_unit_test(test_spread_squares),
-        cmocka_unit_test(test_many_squares),   cmocka_unit_test(test_placed),
-        cmocka_unit_test(test_fold),           cmocka_unit_test(test_fold_directions),
+        cmocka_unit_test(test_round_trip),      cmocka_unit_test(test_size),
+        cmocka_unit_test(test_points),          cmocka_unit_test(test_hostile),
+        cmocka_unit_test(test_numbers),         cmocka_unit_test(test_squares),
+        cmocka_unit_test(test_tilted_numbers),  cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_spread_numbers),  cmocka_unit_test(test_spread_squares),
+        cmocka_unit_test(test_many_squares),    cmocka_unit_test(test_placed),
+        cmocka_unit_test(test_shifts),          cmocka_unit_test(test_fold),
+        cmocka_unit_test(test_fold_directions),
     };
     return cmocka_run_group_tests_name("squares of a grid", tests, NULL, NULL);
 }

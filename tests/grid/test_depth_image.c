@@ -176,6 +176,7 @@ typedef struct found {
     size_t patches, leaves, square_leaves;
     size_t wide_patches;  /* of pixels that lie in no common square */
     size_t told, samples; /* of squares: whose places column, row and depth tell to half a step */
+    size_t skewed;        /* patches whose columns and rows do not go along axes */
     double off_most;
     double width_off; /* octaves: of a radius from what the stored normal and the distance tell */
 } found;
@@ -196,6 +197,10 @@ static void note_square(found *f, const stp_chunk *chunk, uint32_t p, const stp_
     const stp_raster *raster = &chunk->rasters[square->raster];
     const double half = 0.501 * ldexp(1.0, chunk->patches[p].exponent);
     assert_true(stp_raster_spreads(raster));
+    unsigned slopes = 0;
+    for (unsigned n = 0; n < 4; n++)
+        slopes += raster->across[n / 2][4 + n % 2] != 0.0;
+    f->skewed += slopes > 2;
     for (unsigned i = 0, k = 0; i < 64; i++) {
         if (!(square->samples >> i & 1u))
             continue;
@@ -215,6 +220,17 @@ static void note_square(found *f, const stp_chunk *chunk, uint32_t p, const stp_
     }
 }
 
+/* Errors of merged samples are rounded up to a quarter of an octave. */
+static void check_errors(const stp_patch *patch)
+{
+    for (int l = 1; l < STP_LEVEL_COUNT; l++)
+        assert_int_equal((patch->error[l] | patch->tangential_error[l]) & 1, 0);
+    for (int l = 0; l < 2; l++)
+        for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+            assert_int_equal(
+                (patch->quarter_error[l][q] | patch->quarter_tangential_error[l][q]) & 1, 0);
+}
+
 static void note_patch(found *f, const images *m, const stp_chunk *chunk, uint32_t p,
                        const stp_chunk_entry *entry)
 {
@@ -223,8 +239,10 @@ static void note_patch(found *f, const images *m, const stp_chunk *chunk, uint32
     const uint32_t first = prep_number_of(samples);
     bool wide = false;
     f->patches++;
-    if (chunk->squares)
+    if (chunk->squares) {
         note_square(f, chunk, p, samples);
+        check_errors(patch);
+    }
     for (unsigned k = 0; k < patch->counts[0]; k++) {
         const uint32_t i = prep_number_of(&samples[k]), column = i % COUNT % COLUMNS,
                        row = i % COUNT / COLUMNS;
@@ -287,6 +305,8 @@ static size_t check_squares(const recipe *r, size_t count)
     const size_t squares = count * ((COLUMNS + 7) / 8 + 1) * ((ROWS + 7) / 8 + 1);
     assert_int_equal(f->square_leaves, f->leaves);
     assert_int_equal(f->wide_patches, 0);
+    if (r->turned == 0.0 && !r->scanner && r->distorted == 0.0)
+        assert_int_equal(f->skewed, 0);
     print_message("%zu of %zu samples are told\n", f->told, f->samples);
     assert_true(f->told * 10 > f->samples * r->told);
     assert_in_range(f->patches, 1, squares + squares / 2);

@@ -302,6 +302,18 @@ def origin_by_middles(patch, before, cells):
         rise += n[axis] * signed(patch.origin[axis] - o, 32)
 
 
+def unshifted(rows, errors, axes):
+    """Rows of patches whose errors count 2^errors, and whose axes' codes count steps of a grid."""
+    before = [0, 0]
+    for row in map(list, rows):
+        for c in (*range(14, 23), *range(24, 33)):
+            row[c] <<= errors
+        for i in range(2 if axes else 0):
+            code = max(0, min((before[i] + (1 << axes >> 1) >> axes) + row[43 + i] << axes, 4095))
+            row[43 + i], before[i] = code - before[i], code
+        yield row
+
+
 def patches_of(rows, linked, middles=0, tight=0, placed=None):
     """placed: what codec_squares.squares_of returns, if patches are placed by their squares; then origins are missing."""
     patches, before = [], Patch()
@@ -533,10 +545,11 @@ def squares_of(tables, rasters, patch_count, name):
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    rasters, how, rungs, placed = None, None, 0, 0
+    rasters, how, rungs, placed, shifts = None, None, 0, 0, (0, 0)
     if joined and len(cursor.data) >= 4 and cursor.data[3] == 64:
         kind = cursor.number(4)
-        rasters, placed = read_rasters(cursor, patch_count, kind & 1), kind & 2
+        require(kind & 3 << 6 != 3 << 6 and kind < 0x40000100, f"{cursor.name}: squares of kind {kind:x}")
+        rasters, placed, shifts = read_rasters(cursor, patch_count, kind & 1), kind & 2, (kind >> 2 & 3, kind >> 4 & 15)
         tables, how, rungs = squares_begin(cursor, 1)
     else:
         tables = tables_of(cursor, joined)
@@ -545,7 +558,7 @@ def decode(segments, patch_count, linked, name, joined=False):
     table = tables.read(patch_count, patch_columns(linked))
     if placed:
         places = squares_of(tables, rasters, patch_count, cursor.name)
-    patches = patches_of(table.rows, linked, table.middles, table.tight, placed and places)
+    patches = patches_of(unshifted(table.rows, *shifts), linked, table.middles, table.tight, placed and places)
     if table.squares & 1:
         rasters = read_rasters(cursor, patch_count, table.squares >> 1)
     if rasters and not placed:

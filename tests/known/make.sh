@@ -330,4 +330,14 @@ done
 for name in depth turned; do
     python3 "$known/read.py" "camera/${name}_2_0_raw.stipple" >"camera/${name}_2_0.samples"
 done
+# From here on errors of images are rounded, and axes of all squares.
+mkdir -p rounded
+"$program" gen statue -n 600 --seed 17 -o maps.ply --quiet --force
+for codec in raw draco zstd; do
+    "$program" prep depth.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "rounded/depth_2_0_$codec.stipple" --codec $codec --quiet
+    "$program" prep maps.ply --maps -o "rounded/tilted_2_0_$codec.stipple" --codec $codec --quiet
+done
+for name in depth tilted; do
+    python3 "$known/read.py" "rounded/${name}_2_0_raw.stipple" >"rounded/${name}_2_0.samples"
+done
 rm turned.pcd paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

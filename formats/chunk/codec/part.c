@@ -8,6 +8,7 @@
 #include "formats/chunk/codec/raw.h"
 #include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/square/block_squares.h"
+#include "formats/chunk/codec/square/coarse_patches.h"
 #include "formats/chunk/codec/square/placed.h"
 #include "formats/chunk/codec/square/square_colours.h"
 #include "formats/chunk/codec/square/square_level.h"
@@ -25,10 +26,12 @@
 /* ---- tables ---- */
 
 /* A tight part of squares, no other one, begins with this number, plus 1 if they are tilted, plus 2
- * if patches are placed by them. */
+ * if patches are placed by them, plus the shifts of their errors and axes. */
 #define TIGHT_SQUARES (UINT32_C(1) << 30)
 #define TIGHT_TILTED 1u
 #define TIGHT_PLACED 2u
+#define TIGHT_SHIFTS_AT 2u
+#define TIGHT_BITS (TIGHT_SHIFTS_AT + STP_PATCH_SHIFTS_BITS)
 #define TIGHT_SQUARES_BYTES 4u
 
 /* Symbols of a tight part, by sample: they get room at once. Colours by rows reserve 12 last. */
@@ -76,8 +79,10 @@ static stp_status patches_encode(const stp_chunk *chunk, const stp_block_squares
     table.tilted = squares->found && stp_squares_are_tilted(chunk, squares->of);
     set_placed(squares->found && to->is_tight, &table);
     stp_patches_encode(chunk->patches, &table);
-    if (table.placed)
+    if (table.placed) {
         stp_placed_encode(chunk, &squares->map, &table);
+        stp_patch_shifts_encode(chunk, &table);
+    }
     STP_TRY(table_write(to, &table, err));
     if (squares->found) {
         STP_TRY(stp_squares_encode(chunk, squares->of, to->out, &own, err));
@@ -194,6 +199,7 @@ static stp_status squares_begin(const stp_chunk *chunk, const stp_block_squares 
 {
     uint8_t head[TIGHT_SQUARES_BYTES];
     stp_put_u32(head, TIGHT_SQUARES | TIGHT_PLACED |
+                          stp_patch_shifts_bits(chunk) << TIGHT_SHIFTS_AT |
                           (stp_squares_are_tilted(chunk, squares->of) ? TIGHT_TILTED : 0));
     return stp_bytes_append(out, head, sizeof head, err);
 }
@@ -241,6 +247,7 @@ typedef struct table_source {
     stp_square_choice choice; /* of the level, read before a tight part's tables */
     stp_square *first;        /* by raster (square.h) */
     bool placed;              /* patches are placed by their squares */
+    stp_patch_shifts shifts;  /* of errors and axes */
     stp_square_map map;       /* that places them, and is there for level 2 */
 } table_source;
 
@@ -326,6 +333,7 @@ static stp_status patches_decode(table_source *from, uint32_t child_count, stp_c
         STP_TRY(squares_decode(from, !chunk->rasters[0].level, chunk, err));
         stp_placed_count(chunk, &table);
     }
+    stp_patch_shifts_decode(&from->shifts, &table);
     stp_patches_decode(chunk->patches, &table);
     STP_TRY(stp_patches_take(chunk, child_count, err));
     if (table.squares)
@@ -458,13 +466,15 @@ static stp_status tight_squares_begin(table_source *from, int segment, stp_chunk
     if (segment > 0) {
         from->is_tight =
             stp_chunk_is_squares(chunk) && c->left > 0 && stp_square_choice_is_tight(*c->bytes);
-    } else if (c->left >= TIGHT_SQUARES_BYTES && stp_get_u32(c->bytes) >> 2 == TIGHT_SQUARES >> 2) {
-        const bool tilted = stp_get_u32(c->bytes) & TIGHT_TILTED;
-        from->placed = stp_get_u32(c->bytes) & TIGHT_PLACED;
+    } else if (c->left >= TIGHT_SQUARES_BYTES &&
+               stp_get_u32(c->bytes) >> TIGHT_BITS == TIGHT_SQUARES >> TIGHT_BITS) {
+        const uint32_t how = stp_get_u32(c->bytes);
+        from->placed = how & TIGHT_PLACED;
+        STP_TRY(stp_patch_shifts_take(how >> TIGHT_SHIFTS_AT, &from->shifts, err));
         stp_cursor_skip(c, TIGHT_SQUARES_BYTES);
         if (from->shares)
             from->shares->bytes[STP_SHARE_FRAME] += TIGHT_SQUARES_BYTES;
-        STP_TRY(rasters_read(from, tilted, chunk, err));
+        STP_TRY(rasters_read(from, how & TIGHT_TILTED, chunk, err));
         from->is_tight = true;
     }
     if (from->is_tight)
@@ -515,12 +525,9 @@ done:
 
 static stp_status zstd_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
 {
-    stp_status status = STP_OK;
-    if (segment == 0)
-        STP_TRY(stp_zstd_head_encode(chunk, out, err));
-    STP_TRY(stp_zstd_level_encode(chunk, stp_segment_finest(segment), out, err));
-done:
-    return status;
+    const stp_status status = segment == 0 ? stp_zstd_head_encode(chunk, out, err) : STP_OK;
+    return status == STP_OK ? stp_zstd_level_encode(chunk, stp_segment_finest(segment), out, err)
+                            : status;
 }
 
 static stp_status zstd_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
@@ -569,9 +576,8 @@ stp_status stp_part_encode(const stp_chunk *chunk, int segment, stp_codec codec,
     case STP_CODEC_PAPER:
         return paper_encode(chunk, segment, out, err);
     default:
-        break;
+        return stp_error_set(err, STP_INVALID_ARGUMENT, "codec %d does not exist", (int)codec);
     }
-    return stp_error_set(err, STP_INVALID_ARGUMENT, "codec %d does not exist", (int)codec);
 }
 
 stp_status stp_part_decode(const uint8_t *bytes, size_t size, int segment, int codec,

@@ -256,19 +256,6 @@ static stp_status put_level(const stp_raster *r, const stp_square *first, stp_by
     return stp_bytes_append(out, head, sizeof head, err);
 }
 
-double stp_raster_short(double number)
-{
-    const float as_float = (float)number;
-    uint32_t bits;
-    float out;
-    if (!isnormal(as_float))
-        return (double)as_float;
-    memcpy(&bits, &as_float, sizeof bits);
-    bits = (bits + 0x80u) & ~0xffu;
-    memcpy(&out, &bits, sizeof out);
-    return (double)out;
-}
-
 static bool is_short(const stp_raster *r, const stp_square *first)
 {
     for (unsigned k = 0; k < 2; k++) {

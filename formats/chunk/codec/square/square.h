@@ -11,6 +11,9 @@
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/table/table.h"
 
+#include <math.h>
+#include <string.h>
+
 #define STP_SQUARE_SIDE 8u
 #define STP_SQUARE_SAMPLES (STP_SQUARE_SIDE * STP_SQUARE_SIDE)
 /* Greatest reach of a normal's window. */
@@ -77,7 +80,18 @@ static inline bool stp_raster_is_map(const stp_raster *raster)
 
 /* Rounds a number to 16 significant bits. If all slopes of a tilted raster (across[k][1 ... 3]) are
  * such numbers, and its corner (across[k][0]) is of floats, it takes 29 bytes instead of 49. */
-double stp_raster_short(double number);
+static inline double stp_raster_short(double number)
+{
+    const float as_float = (float)number;
+    uint32_t bits;
+    float out;
+    if (!isnormal(as_float))
+        return (double)as_float;
+    memcpy(&bits, &as_float, sizeof bits);
+    bits = (bits + 0x80u) & ~0xffu;
+    memcpy(&out, &bits, sizeof out);
+    return (double)out;
+}
 
 /* Finds the squares of a block with all levels whose rasters are set: all of one level raster, or
  * all of tilted ones. False if some patch is not a square of a grid, or its square cannot be coded.
