@@ -170,7 +170,7 @@ static stp_status measure_one(void *context, size_t index, unsigned worker, stp_
     stp_surroundings around = {0};
     (void)worker;
     STP_TRY(find_around(g, at, &middle, !g->tier.leaves, &around, err));
-    STP_TRY(stp_built_chunk_measure(built, &around, err));
+    STP_TRY(stp_built_chunk_measure(built, &around, NULL, err));
 done:
     stp_surroundings_clear(&around);
     return status;

@@ -35,13 +35,13 @@ static uint8_t error_code(const stp_chunk *chunk, const stp_patch *patch, int le
 }
 
 stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,
-                                   stp_error *err)
+                                   stp_pool *pool, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_chunk *chunk = built->chunk;
     stp_overhang *overhang = NULL;
     STP_TRY(stp_alloc(&overhang, chunk->patch_count, sizeof *overhang, "errors", err));
-    STP_TRY(stp_overhang_measure(overhang, chunk, built->carry, around, err));
+    STP_TRY(stp_overhang_measure(overhang, chunk, built->carry, around, pool, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         stp_patch *patch = &chunk->patches[p];
         if (built->limited)

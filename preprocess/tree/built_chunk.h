@@ -2,6 +2,7 @@
 #ifndef STP_PREPROCESS_TREE_BUILT_CHUNK_H
 #define STP_PREPROCESS_TREE_BUILT_CHUNK_H
 
+#include "base/pool.h"
 #include "base/spill.h"
 #include "formats/chunk/measure/surroundings.h"
 #include "preprocess/patch/displacement.h"
@@ -26,9 +27,10 @@ typedef struct stp_built_chunk {
  * OUT_OF_MEMORY, IO. */
 stp_status stp_built_chunk_stow(stp_built_chunk *built, stp_spill *spill, stp_error *err);
 stp_placed_chunk stp_built_chunk_place(const stp_built_chunk *built);
-/* Sets the tangential errors of patches and vertices. Errors: OUT_OF_MEMORY. */
+/* Sets the tangential errors of patches and vertices. pool: its threads share the work; NULL: this
+ * thread alone. Errors: OUT_OF_MEMORY. */
 stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,
-                                   stp_error *err);
+                                   stp_pool *pool, stp_error *err);
 void stp_built_chunk_clear(stp_built_chunk *built);
 
 #endif

@@ -200,11 +200,12 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
     built *out = &t->tier[self];
     const stp_placed_chunk middle = stp_built_chunk_place(&out->chunk);
     const stp_surrounding_chunks others = {&t->reaches, add_surrounding, t};
+    const bool alone = t->tier_count == 1; /* no task: see finish_tier */
     stp_surroundings around = {0};
     (void)worker;
     stp_spill_relieve(t->cloud->spill);
     STP_TRY(stp_surroundings_find(&around, &middle, self, &others, err));
-    STP_TRY(stp_built_chunk_measure(&out->chunk, &around, err));
+    STP_TRY(stp_built_chunk_measure(&out->chunk, &around, alone ? t->pool : NULL, err));
     const stp_codec codec = codec_of(t, out->chunk.chunk);
     if (stp_codec_has_blocks(codec) && t->tier_count > 1) /* the root has no parent */
         STP_TRY(stp_chunk_cut(out->chunk.chunk, out->chunk.run_ends, out->chunk.run_count,
@@ -397,6 +398,21 @@ static stp_status take_one(void *context, size_t index, unsigned worker, stp_err
                                                   : stow_payload(t, &t->tier[self], err);
 }
 
+/* Measures, encodes and writes chunks; if there is but one, all threads share it. */
+static stp_status finish_tier(tree *t, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const size_t count = t->own.end - t->own.begin;
+    if (t->tier_count > 1)
+        return stp_pool_run_in_order(t->pool, count, CHUNKS_AHEAD, finish_one, take_one, t, err);
+    for (size_t i = 0; i < count; i++) {
+        STP_TRY(finish_one(t, i, 0, err));
+        STP_TRY(take_one(t, i, 0, err));
+    }
+done:
+    return status;
+}
+
 /* Builds and writes `count` chunks. Makes one node each. */
 static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *err)
 {
@@ -406,8 +422,7 @@ static stp_status write_tier(tree *t, uint32_t count, node *nodes, stp_error *er
     t->nodes = nodes;
     STP_TRY(stp_chunk_boxes_create(&t->reaches, count, err));
     STP_TRY(build_tier(t, err));
-    STP_TRY(stp_pool_run_in_order(t->pool, t->own.end - t->own.begin, CHUNKS_AHEAD, finish_one,
-                                  take_one, t, err));
+    STP_TRY(finish_tier(t, err));
     if (stp_ranks_count(t->params->ranks) > 1)
         STP_TRY(write_shared(t, err));
 done:

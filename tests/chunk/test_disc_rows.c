@@ -190,7 +190,7 @@ static void check(surface *height, double noise, double missing, int found_least
     assert_int_equal(stp_disc_rows_create(&rows, &grid, NULL), STP_OK);
     assert_true(rows.columns > 0);
     const int found = count_found(&grid, &rows);
-    assert_int_equal(stp_overhang_measure(own, chunk, NULL, &around, NULL), STP_OK);
+    assert_int_equal(stp_overhang_measure(own, chunk, NULL, &around, NULL, NULL), STP_OK);
     const int tight = check_errors(&grid, own);
     print_message("%d of %d points, %d of %u patches\n", found, POINTS, tight, chunk->patch_count);
     assert_true(found >= found_least);
@@ -241,7 +241,7 @@ static void holes_under_discs_are_measured(void **state)
     stp_overhang *own = calloc(chunk->patch_count, sizeof *own);
     stp_disc_grid grid;
     int far = 0;
-    assert_int_equal(stp_overhang_measure(own, chunk, NULL, NULL, NULL), STP_OK);
+    assert_int_equal(stp_overhang_measure(own, chunk, NULL, NULL, NULL, NULL), STP_OK);
     assert_int_equal(stp_disc_grid_create(&grid, chunk, NULL, NULL, NULL), STP_OK);
     for (uint32_t p = 0; p < chunk->patch_count; p++) {
         const stp_patch *patch = &chunk->patches[p];

@@ -123,7 +123,7 @@ static void agrees_with_a_plain_search(void **state)
     stp_chunk *chunk = build_chunk(&cloud);
     stp_overhang *measured = calloc(chunk->patch_count, sizeof *measured);
     stp_error err;
-    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, NULL, &err), STP_OK);
+    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, NULL, NULL, &err), STP_OK);
     size_t compared = 0, equal = 0;
     for (uint32_t p = 0; p < chunk->patch_count; p += 3) {
         const stp_patch *patch = &chunk->patches[p];
@@ -259,7 +259,7 @@ static void only_a_border_hangs_over(void **state)
     stp_chunk *chunk = build_chunk(&cloud);
     stp_overhang *measured = calloc(chunk->patch_count, sizeof *measured);
     stp_error err;
-    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, NULL, &err), STP_OK);
+    assert_int_equal(stp_overhang_measure(measured, chunk, NULL, NULL, NULL, &err), STP_OK);
     double largest = 0.0;
     stp_dvec3 low = {INFINITY, INFINITY, 0.0}, high = {-INFINITY, -INFINITY, 0.0};
     for (uint32_t p = 0; p < chunk->patch_count; p++)
@@ -347,10 +347,32 @@ static void other_chunks_carry_a_border(void **state)
     free(cloud.points);
 }
 
+static void threads_share_patches(void **state)
+{
+    (void)state;
+    prep_cloud cloud = prep_cloud_wavy(20000, (stp_dvec3){3.0, -2.0, 1.0}, 1.0);
+    stp_chunk *chunk = build_chunk(&cloud);
+    stp_overhang *both[2];
+    stp_pool *pool = NULL;
+    assert_int_equal(stp_pool_create(&pool, 3, NULL), STP_OK);
+    assert_true(chunk->patch_count > 100);
+    for (int i = 0; i < 2; i++) {
+        both[i] = calloc(chunk->patch_count, sizeof *both[i]);
+        assert_int_equal(
+            stp_overhang_measure(both[i], chunk, NULL, NULL, i == 0 ? NULL : pool, NULL), STP_OK);
+    }
+    assert_memory_equal(both[0], both[1], chunk->patch_count * sizeof *both[0]);
+    stp_pool_destroy(&pool);
+    free(both[0]);
+    free(both[1]);
+    stp_chunk_destroy(&chunk);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(agrees_with_a_plain_search),
+        cmocka_unit_test(threads_share_patches),
         cmocka_unit_test(nearest_in_space_is_near_on_the_screen),
         cmocka_unit_test(only_a_border_hangs_over),
         cmocka_unit_test(other_chunks_carry_a_border),

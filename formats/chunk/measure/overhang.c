@@ -32,6 +32,9 @@ typedef struct suspect {
 
 /* The state of measuring or checking one patch. greatest: the greatest error of the quarter or
  * patch so far, grid units; of a check, the stored error. */
+/* Patches that a thread measures at a time. */
+#define SHARE_PATCHES 32u
+
 typedef struct measure {
     const stp_disc_grid *grid;
     const stp_disc_hints *hints;
@@ -456,17 +459,41 @@ static stp_overhang stored_overhang(const stp_patch *patch)
     return out;
 }
 
+typedef struct measuring {
+    stp_overhang *out;
+    const stp_chunk *chunk;
+    const ground *ground;
+} measuring;
+
+/* A stp_pool_task: measures the patches of a share. */
+static stp_status measure_share(void *context, size_t share, unsigned worker, stp_error *err)
+{
+    const measuring *of = context;
+    const ground *g = of->ground;
+    const stp_chunk *chunk = of->chunk;
+    measure m = {.grid = &g->grid, .hints = &g->hints, .rows = &g->rows};
+    const size_t end = (share + 1) * SHARE_PATCHES;
+    (void)worker;
+    (void)err;
+    for (size_t p = share * SHARE_PATCHES; p < end && p < chunk->patch_count; p++)
+        if (chunk->patches[p].flags & STP_PATCH_SHAPES)
+            of->out[p] = stored_overhang(&chunk->patches[p]);
+        else
+            measure_patch(&of->out[p], &m, chunk, (uint32_t)p);
+    return STP_OK;
+}
+
 stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const stp_carry *carry,
-                                const stp_surroundings *around, stp_error *err)
+                                const stp_surroundings *around, stp_pool *pool, stp_error *err)
 {
     ground g;
+    measuring of = {out, chunk, &g};
     stp_status status = ground_create(&g, chunk, carry, around, false, err);
-    measure m = {.grid = &g.grid, .hints = &g.hints, .rows = &g.rows};
-    for (uint32_t p = 0; status == STP_OK && p < chunk->patch_count; p++)
-        if (chunk->patches[p].flags & STP_PATCH_SHAPES)
-            out[p] = stored_overhang(&chunk->patches[p]);
-        else
-            measure_patch(&out[p], &m, chunk, p);
+    const size_t shares = (chunk->patch_count + SHARE_PATCHES - 1) / SHARE_PATCHES;
+    if (status == STP_OK && pool)
+        status = stp_pool_run(pool, shares, measure_share, &of, err);
+    for (size_t i = 0; status == STP_OK && !pool && i < shares; i++)
+        (void)measure_share(&of, i, 0, NULL);
     ground_clear(&g);
     return status;
 }

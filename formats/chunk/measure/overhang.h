@@ -53,6 +53,7 @@
 #ifndef STP_FORMATS_CHUNK_MEASURE_OVERHANG_H
 #define STP_FORMATS_CHUNK_MEASURE_OVERHANG_H
 
+#include "base/pool.h"
 #include "formats/chunk/measure/surroundings.h"
 
 /* The least tangential error of a merged level that is told apart: the patch's greatest level-0
@@ -71,9 +72,10 @@ typedef struct stp_overhang {
  * nearest disc cannot be found in bounded time, the nearest of the discs under its merged disc
  * takes its place. carry: by level-0 sample, or NULL for none. around: what reaches in from other
  * chunks, with carries if the chunk has them; NULL for nothing. The chunk must have all levels, and
- * its patches their cones and perpendicular errors. Errors: OUT_OF_MEMORY. */
+ * its patches their cones and perpendicular errors. pool: its threads share the patches; NULL: this
+ * thread measures alone. Errors: OUT_OF_MEMORY. */
 stp_status stp_overhang_measure(stp_overhang *out, const stp_chunk *chunk, const stp_carry *carry,
-                                const stp_surroundings *around, stp_error *err);
+                                const stp_surroundings *around, stp_pool *pool, stp_error *err);
 
 /* Sets *patch to the first patch that stores too small a tangential error for a merged level: some
  * point's least cost surely exceeds it, even without carries. STP_CHUNK_NONE if there is none.

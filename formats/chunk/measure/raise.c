@@ -44,7 +44,7 @@ stp_status stp_overhang_raise(stp_chunk *chunk, const stp_carry *carry,
     stp_status status = STP_OK;
     stp_overhang *measured = NULL;
     STP_TRY(stp_alloc(&measured, chunk->patch_count, sizeof *measured, "errors", err));
-    STP_TRY(stp_overhang_measure(measured, chunk, carry, around, err));
+    STP_TRY(stp_overhang_measure(measured, chunk, carry, around, NULL, err));
     for (uint32_t p = 0; p < chunk->patch_count; p++)
         raise_patch(&chunk->patches[p], &measured[p]);
 done:
