@@ -107,7 +107,8 @@ stp_camera stp_camera_around(const stp_ball *ball, stp_dvec3 direction, stp_dvec
 
 stp_camera stp_camera_whole(const stp_ball *ball, stp_dvec3 up, int width, int height)
 {
-    return stp_camera_around(ball, stp_whole_direction_over(up), up, STP_CAMERA_FOVY_DEG, width, height);
+    return stp_camera_around(ball, stp_whole_direction_over(up), up, STP_CAMERA_FOVY_DEG, width,
+                             height);
 }
 
 stp_camera stp_camera_default(const stp_dbox *box, const stp_ball *ball, int width, int height)

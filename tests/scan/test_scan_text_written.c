@@ -20,6 +20,10 @@ static void brackets(void **state)
     expect_two("b.txt", "[[1.5,-2.25,3],\n [4,5,6.125]]\n", 0);
     expect_two("c.txt", "[[ 1.5 -2.25 3. ]\n [ 4. 5. 6.125]\n]\n", 0);
     expect_two("d.txt", "[\n{1,5; -2,25; 3}\n{4; 5; 6,125}\n]\n", 0);
+    expect_two("k.txt", "# X Y Z (m)\n1.5 -2.25 3\n4 5 6.125\n", 0);
+    expect_two("l.txt", "X (m) Y [m] Z (m)\n1.5 -2.25 3\n4 5 6.125\n", 0);
+    expect_two("m.txt", "X (m) Y (m) Z (m) rgb\n1.5 -2.25 3 #ff0000\n4 5 6.125 #00ff00\n",
+               STP_POINT_HAS_COLOUR);
     expect_two("e.csv", "X [m],Y (m),Z (in m)\n1.5,-2.25,3\n4,5,6.125\n", 0);
 }
 

@@ -3,9 +3,10 @@
  * TIFF and BigTIFF by libtiff, in a module that is loaded with the first (integers of 1, 8, 16 and
  * 32 bits, floats of 32 and 64; strips or tiles; GeoTIFF's place, GDAL's no-data and scale; a mask
  * of heights inside the file becomes alpha), PNG by libpng, PFM and PGM (raster_pnm.c), ESRI ASCII
- * grids (raster_esri.c), Surfer (raster_surfer.c), HGT (raster_hgt.c), Alicona AL3D (raster_al3d.c), EXR by OpenImageIO, and
- * as colours whatever OpenImageIO reads. Numbers are the file's own: nothing is scaled. Memory: a
- * band of rows; JPEG, interlaced PNG are held whole. Threads: one at a time per raster. */
+ * grids (raster_esri.c), Surfer (raster_surfer.c), HGT (raster_hgt.c), Alicona AL3D
+ * (raster_al3d.c), EXR by OpenImageIO, and as colours whatever OpenImageIO reads. Numbers are the
+ * file's own: nothing is scaled. Memory: a band of rows; JPEG, interlaced PNG are held whole.
+ * Threads: one at a time per raster. */
 #ifndef STP_FORMATS_SCAN_GRID_RASTER_H
 #define STP_FORMATS_SCAN_GRID_RASTER_H
 

@@ -45,6 +45,18 @@ uint32_t stp_columns_attributes(const stp_columns *columns)
     return out;
 }
 
+/* A unit in brackets behind a name and a space: no column of its own. */
+static bool is_unit(stp_separator separator, const char *begin, stp_field field)
+{
+    static const char *const units[] = {"m", "mm", "cm", "km", "ft", "feet", "deg", "s", "ns"};
+    const size_t length = (size_t)(field.end - field.begin);
+    bool known = false;
+    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+        known = known || (strlen(units[i]) == length && memcmp(units[i], field.begin, length) == 0);
+    return known && separator == STP_SEPARATOR_SPACE && field.begin > begin &&
+           stp_is_opening(field.begin[-1]);
+}
+
 /* Finds a colour in one piece among columns without a meaning, if there is no other. */
 static void find_packed(stp_columns *columns, stp_separator separator, const char *begin,
                         const char *end)
@@ -55,6 +67,10 @@ static void find_packed(stp_columns *columns, stp_separator separator, const cha
         return;
     for (const char *at = begin; i < columns->count && stp_field_next(separator, &at, end, &field);
          i++) {
+        if (is_unit(separator, begin, field)) {
+            i--;
+            continue;
+        }
         if (columns->targets[i] != STP_COLUMN_NONE || !stp_column_is_packed(field.begin, field.end))
             continue;
         columns->targets[i] = STP_COLUMN_PACKED;
@@ -85,6 +101,8 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
     for (int i = 0; i < STP_COLUMN_COUNT; i++)
         names[i] = STP_COLUMN_NO_NAME;
     for (const char *at = begin; stp_field_next(separator, &at, end, &field);) {
+        if (is_unit(separator, begin, field))
+            continue;
         if (columns.count == STP_COLUMNS_MAX || is_list(field)) {
             columns.open_end = true;
             break;
