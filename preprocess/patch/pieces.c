@@ -104,7 +104,8 @@ unsigned stp_pieces_count(const stp_place *places, const uint32_t *order, uint32
     uint64_t pieces[STP_PATCH_SAMPLES], open = all;
     unsigned piece_count = count;
     lanes_fill(&l, places, order, count);
-    for (uint32_t i = 0; i < count; i++)
+    pieces[0] = 1;
+    for (uint32_t i = 1; i < count; i++)
         pieces[i] = (uint64_t)1 << i;
     for (uint64_t ask = 1; ask; ask = open & ~pieces[0]) {
         const unsigned at = (unsigned)__builtin_ctzll(ask);

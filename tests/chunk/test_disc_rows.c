@@ -100,7 +100,7 @@ static stp_dvec3 point_near(const stp_disc_grid *g, uint64_t i)
 static float least_of_all(const stp_disc_grid *g, const float x[3], const stp_over *over)
 {
     stp_disc_best best = {FAR, FAR, FAR};
-    stp_disc_columns_least(&g->columns, 0, g->entries, over, x, &best);
+    stp_disc_columns_least(&g->columns, 0, g->entries, over, x, STP_LANE_ANYWHERE, &best);
     return best.value;
 }
 

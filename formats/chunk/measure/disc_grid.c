@@ -312,6 +312,7 @@ typedef struct search {
     float x[3];
     float stop;
     float reach;    /* squared: no disc farther away is better */
+    float far;      /* the same, not squared */
     uint32_t tries; /* left */
     stp_disc_best best;
 } search;
@@ -341,6 +342,7 @@ static void set_reach(search *s)
     if (nearest && (least <= s->stop || best->squared > s->reach))
         s->reach = best->squared;
     s->reach *= REACH_SLACK;
+    s->far = lesser(sqrtf(s->reach) + FLOAT_SLACK, STP_LANE_ANYWHERE);
 }
 
 /* The cells about x along one axis, by their steps from the middle cell. */
@@ -376,7 +378,7 @@ static void try_buckets(search *s, uint32_t first, uint32_t last)
         return;
     count = count < s->tries ? count : s->tries;
     s->tries -= count;
-    if (stp_disc_columns_least(&g->columns, begin, count, &s->over, s->x, &s->best))
+    if (stp_disc_columns_least(&g->columns, begin, count, &s->over, s->x, s->far, &s->best))
         set_reach(s);
 }
 
@@ -496,7 +498,8 @@ bool stp_disc_grid_least(const stp_disc_grid *grid, stp_dvec3 x, const stp_merge
     set_reach(&s);
     bool found = try_cells(&s);
     if (!found && whole && !has_ended(&s)) {
-        stp_disc_columns_least(&grid->columns, 0, grid->entries, &s.over, s.x, &s.best);
+        stp_disc_columns_least(&grid->columns, 0, grid->entries, &s.over, s.x, STP_LANE_ANYWHERE,
+                               &s.best);
         found = true;
     }
     *best = s.best;

@@ -79,16 +79,41 @@ static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_
     return better;
 }
 
+typedef float step_lanes __attribute__((vector_size(4 * STP_LANE_STEP)));
+typedef int32_t step_bits __attribute__((vector_size(4 * STP_LANE_STEP)));
+
+/* Whether some of STEP discs may be nearer to the point than `reach`: by the balls around them. */
+static inline bool may_reach(const stp_disc_columns *columns, uint32_t first, const float point[3],
+                             float reach)
+{
+    step_lanes x, y, z, radius;
+    uint64_t near[STEP / 2], any = 0;
+    memcpy(&x, columns->of[0] + first, sizeof x);
+    memcpy(&y, columns->of[1] + first, sizeof y);
+    memcpy(&z, columns->of[2] + first, sizeof z);
+    memcpy(&radius, columns->of[STP_LANE_RADIUS] + first, sizeof radius);
+    x -= point[0];
+    y -= point[1];
+    z -= point[2];
+    radius += reach;
+    const step_bits nearer = x * x + y * y + z * z < radius * radius;
+    memcpy(near, &nearer, sizeof near);
+    for (unsigned i = 0; i < STEP / 2; i++)
+        any |= near[i];
+    return any;
+}
+
 static inline bool least_of(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
                             bool carried, stp_over_what what, const stp_over *over,
-                            const float point[3], stp_disc_best *best)
+                            const float point[3], float reach, stp_disc_best *best)
 {
     const stp_over o = *over;
     const float p[3] = {point[0], point[1], point[2]};
     bool better = false;
     for (uint32_t at = 0; at < count; at += STEP) {
         told t;
-        if (!step(columns, begin + at, count - at, carried, what, &o, p, best, &t))
+        if (!may_reach(columns, begin + at, p, reach) ||
+            !step(columns, begin + at, count - at, carried, what, &o, p, best, &t))
             continue;
         better = true;
         for (uint32_t i = 0; i < STEP; i++) {
@@ -104,13 +129,14 @@ static inline bool least_of(const stp_disc_columns *columns, uint32_t begin, uin
 
 STP_WIDE
 bool stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
-                            const stp_over *over, const float point[3], stp_disc_best *best)
+                            const stp_over *over, const float point[3], float reach,
+                            stp_disc_best *best)
 {
     if (over->what == STP_OVER_COST)
-        return least_of(columns, begin, count, false, STP_OVER_COST, over, point, best);
+        return least_of(columns, begin, count, false, STP_OVER_COST, over, point, reach, best);
     if (columns->of[STP_LANE_CARRIED])
-        return least_of(columns, begin, count, true, STP_OVER_NEED, over, point, best);
-    return least_of(columns, begin, count, false, STP_OVER_NEED, over, point, best);
+        return least_of(columns, begin, count, true, STP_OVER_NEED, over, point, reach, best);
+    return least_of(columns, begin, count, false, STP_OVER_NEED, over, point, reach, best);
 }
 
 float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float point[3])

@@ -24,6 +24,8 @@ typedef enum stp_over_what { STP_OVER_COST, STP_OVER_NEED } stp_over_what;
 
 /* More than any value of a disc. */
 #define STP_LANE_FAR 1e30f
+/* Farther than any disc is from any point, and a float holds its square. */
+#define STP_LANE_ANYWHERE 1e9f
 
 /* What cost(p, d) needs to know besides p and d. */
 typedef struct stp_over {
@@ -112,10 +114,11 @@ typedef struct stp_disc_best {
     float value, squared, cost;
 } stp_disc_best;
 
-/* Tries the entries [begin, begin + count). Returns whether one is better. A cost leaves
- * out what discs carry. */
+/* Tries the entries [begin, begin + count), but may leave out discs that are `reach` away or
+ * farther. Returns whether one is better. A cost leaves out what discs carry. */
 bool stp_disc_columns_least(const stp_disc_columns *columns, uint32_t begin, uint32_t count,
-                            const stp_over *over, const float point[3], stp_disc_best *best);
+                            const stp_over *over, const float point[3], float reach,
+                            stp_disc_best *best);
 
 /* The cost of a point over a disc that is not under its merged disc. */
 float stp_lane_cost(const stp_lane_disc *disc, const stp_over *over, const float point[3]);

@@ -67,7 +67,7 @@ static void nearest_even_sum(const double place[3], double out[3])
 
 /* By x + 2 y + 4 z modulo N, repeated for sums up to SLANTED_SPAN less or more: the least step of z
  * after which the sum is a multiple of N. */
-static const int8_t slanted_up[SLANTED_COUNT][STP_SLANTED_PARTS_MOST + 2 * SLANTED_SPAN] = {
+static const int16_t slanted_up[SLANTED_COUNT][STP_SLANTED_PARTS_MOST + 2 * SLANTED_SPAN] = {
     {-1, 0, 1, 2, -2, -1, 0, 1, 2, -2, -1, 0, 1, 2, -2, -1, 0},
     {-2, 3, 1, -1, -3, 2, 0, -2, 3, 1, -1, -3, 2, 0, -2, 3, 1, -1, -3},
     {-3, -1, 1, 3, -4, -2, 0, 2, 4, -3, -1, 1, 3, -4, -2, 0, 2, 4, -3, -1, 1},
@@ -77,7 +77,7 @@ static const int8_t slanted_up[SLANTED_COUNT][STP_SLANTED_PARTS_MOST + 2 * SLANT
  * than the sublattice reaches is the nearest. */
 static void nearest_slanted(unsigned sublattice, const double place[3], double out[3])
 {
-    const int8_t *up = slanted_up[sublattice - STP_SLANTED] + SLANTED_SPAN;
+    const int16_t *up = slanted_up[sublattice - STP_SLANTED] + SLANTED_SPAN;
     const double reach = stp_sublattice_reach(sublattice);
     double whole[3], off[3], least = reach * reach + 1e-6;
     for (int i = 0; i < 3; i++) {
