@@ -283,6 +283,8 @@ static void test_version_2_0(void **state)
     check_codecs("placed/level_2_0");
     check_codecs("placed/tilted_2_0");
     check_codecs("placed/depth_2_0");
+    check_codecs("steps/2_0");
+    check_codecs("steps/loose_2_0");
     check_codecs("paper/2_0");
     check_answer("paper/2_0", "paper");
 }
