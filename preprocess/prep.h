@@ -172,6 +172,7 @@ typedef struct stp_prep_stats {
     uint64_t temporary_bytes;   /* greatest size of temporary files at a time */
     stp_surface_counts normals_wide;
     unsigned normal_bits;   /* of the grid of normals that the input did not give; 0: no points */
+    unsigned normal_step;   /* of that grid, in codes of 12 bits (normal_grid.h) */
     uint32_t images;        /* of depth cameras that stay grids of pixels (depth_image.h) */
     uint32_t images_turned; /* those of them whose squares' columns are the image's rows */
     uint64_t pixels_loose;  /* points of no image, or off its rays, beside them */

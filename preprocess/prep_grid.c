@@ -3,6 +3,7 @@
 #include "preprocess/prep_grid.h"
 
 #include "base/memory.h"
+#include "formats/chunk/sample/normal_grid.h"
 #include "preprocess/grid/grid_range.h"
 #include "preprocess/prep_rejects.h"
 #include "preprocess/surface/normal_error.h"
@@ -230,6 +231,12 @@ done:
     return status;
 }
 
+void stp_prep_set_normal_bits(stp_prep_job *job, unsigned bits)
+{
+    job->stats->normal_bits = job->tree.normal_bits = bits;
+    job->stats->normal_step = job->tree.normal_step = stp_normal_bits_step(bits);
+}
+
 unsigned stp_prep_grid_bits(unsigned bits)
 {
     return bits < GRID_NORMAL_BITS ? bits : GRID_NORMAL_BITS;
@@ -265,8 +272,7 @@ stp_status stp_prep_treat_grid(stp_prep_job *job, stp_error *err)
         job->grid.move_most = cell / GRID_PLACE_PARTS;
     stats->normals_wide.normal_error = job->grid.normal_error;
     const unsigned bits = stp_normal_bits_for(job->grid.normal_error, false);
-    job->tree.normal_bits = wanted ? wanted : stp_prep_grid_bits(bits);
-    stats->normal_bits = job->tree.normal_bits;
+    stp_prep_set_normal_bits(job, wanted ? wanted : stp_prep_grid_bits(bits));
     stats->orientation = STP_ORIENTATION_FILE;
     STP_TRY(stp_prep_agree(job, "found another surface than", err));
     STP_TRY(stp_prep_end_stage(job, STP_STAGE_SURFACE, err));

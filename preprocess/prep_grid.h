@@ -33,6 +33,8 @@ stp_status stp_prep_treat_grid(stp_prep_job *job, stp_error *err);
  * little about how fine they are. It is a quarter of their noise or 2^-17 of their range, whichever
  * is coarser, but no finer than `finest`, a part of a cell. */
 void stp_prep_height_precision(stp_prep_job *job, double noise, double finest);
+/* Sets the grid of normals that are computed, for the tree and the statistics. */
+void stp_prep_set_normal_bits(stp_prep_job *job, unsigned bits);
 /* Bits of the normals of leaves that are grids: `bits`, or fewer if they need no more. */
 unsigned stp_prep_grid_bits(unsigned bits);
 

@@ -2,6 +2,7 @@
 #include "preprocess/prep_metadata.h"
 
 #include "base/json.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <cjson/cJSON.h>
 #include <string.h>
@@ -155,6 +156,8 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
     add_grids(root, stats);
     if (stats->normal_bits > 0)
         cJSON_AddNumberToObject(root, "normal_bits", stats->normal_bits);
+    if (stats->normal_bits > 0 && stats->normal_step != stp_normal_bits_step(stats->normal_bits))
+        cJSON_AddNumberToObject(root, "normal_step", stats->normal_step);
     add_joined(root, stats);
     add_resampled(root, f, tree);
     add_displacement(root, &tree->displacement, &stats->resolution);

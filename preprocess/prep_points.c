@@ -74,8 +74,9 @@ static void choose_normal_bits(stp_prep_job *job)
     const bool quiet = !seen && 2 * found->grown < found->computed;
     const double error = seen ? STP_IMAGE_NORMAL_ERROR : found->normal_error;
     job->tree.given_bits = wanted ? wanted : STP_NORMAL_BITS;
-    job->tree.normal_bits = wanted ? wanted : stp_normal_bits_for(error, quiet);
-    job->stats->normal_bits = job->tree.normal_bits;
+    stp_prep_set_normal_bits(job, wanted ? wanted : stp_normal_bits_for(error, quiet));
+    if (!wanted && job->params->codec == STP_CODEC_DRACO) /* which alone codes other steps */
+        job->stats->normal_step = job->tree.normal_step = stp_normal_step_for(error, quiet);
 }
 
 /* The file does not tell the orientation if most of its normals are none: programs write zeros for
@@ -149,9 +150,8 @@ static stp_status find_closed(stp_prep_job *job, stp_error *err)
 /* Lets normals of leaves that are grids have no more bits than these need. */
 static void limit_normal_bits(stp_prep_job *job)
 {
-    if (job->params->normal_bits == 0)
-        job->tree.normal_bits = stp_prep_grid_bits(job->tree.normal_bits);
-    job->stats->normal_bits = job->tree.normal_bits;
+    const unsigned bits = job->tree.normal_bits;
+    stp_prep_set_normal_bits(job, job->params->normal_bits == 0 ? stp_prep_grid_bits(bits) : bits);
 }
 
 /* Makes elevation maps of the surface. A sample's back counts as hidden if that of the nearest

@@ -7,6 +7,7 @@
 #include "formats/chunk/sample/normal_grid.h"
 #include "formats/chunk/verify/verify_tree.h"
 #include "preprocess/cloud/cloud_cells.h"
+#include "preprocess/prep_grid.h"
 #include "preprocess/prep_points.h"
 #include "preprocess/prep_read.h"
 #include "preprocess/prep_shapes.h"
@@ -119,8 +120,10 @@ static void take_normal_bits(stp_append *a)
     const unsigned wanted = job->params->normal_bits;
     const bool told = model >= STP_NORMAL_BITS_LEAST && model <= STP_NORMAL_BITS;
     job->tree.given_bits = wanted ? wanted : STP_NORMAL_BITS;
-    job->tree.normal_bits = wanted ? wanted : told ? (unsigned)model : STP_NORMAL_BITS;
-    job->stats->normal_bits = job->tree.normal_bits;
+    stp_prep_set_normal_bits(job, wanted ? wanted : told ? (unsigned)model : STP_NORMAL_BITS);
+    const double step = stp_append_noted(a, "normal_step"), finer = job->tree.normal_step;
+    if (!wanted && told && step > finer && step < 2.0 * finer)
+        job->stats->normal_step = job->tree.normal_step = (unsigned)step;
 }
 
 /* ---- stages ---- */

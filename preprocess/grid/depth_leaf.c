@@ -218,6 +218,7 @@ static void add_square(making *m, uint32_t index, const pixel_noise *noise)
     const uint32_t first = m->count;
     int finest = INT_MAX;
     params.normal_bits = noise->normal_bits;
+    params.normal_step = stp_normal_bits_step(noise->normal_bits);
     for (unsigned k = 0; k < STP_SQUARE_SAMPLES; k++) {
         if (!(square->samples >> k & 1u))
             continue;

@@ -229,7 +229,7 @@ static stp_item make_item(making *m, const stp_map_square *square, const window 
         .position = w->at[j + STP_MAP_NORMAL_REACH][i + STP_MAP_NORMAL_REACH],
         .spacing = spacing_of(m->map, column, row, normal, m->params->lambda),
         .normal = normal,
-        .normal_bits = m->params->normal_bits,
+        .normal_step = stp_normal_bits_step(m->params->normal_bits),
         .sheet = m->map->sheet,
         .source = STP_SOURCE_NONE,
         .intensity = stp_point_intensity(sample->intensity, m->params->intensity_max),

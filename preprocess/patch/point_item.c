@@ -107,8 +107,8 @@ void stp_point_item_set(stp_item *out, const stp_point_facts *facts, int exponen
     out->intensity = facts->intensity;
     out->class_id = facts->class_id;
     out->flags = facts->flags;
-    if (facts->normal_bits > 0)
-        stp_normal_encode_on(facts->normal, facts->normal_bits, out->normal);
+    if (facts->normal_step > 0)
+        stp_normal_encode_by(facts->normal, facts->normal_step, out->normal);
     else
         memcpy(out->normal, facts->normal_code, sizeof out->normal);
 }
@@ -120,7 +120,8 @@ static void set_item(stp_item *out, const stp_cloud *cloud, uint64_t i, double s
     const stp_point_facts facts = {
         .position = point->position,
         .normal = stp_cloud_normal(cloud, i),
-        .normal_bits = point->given == STP_GIVEN_INPUT ? params->given_bits : params->normal_bits,
+        .normal_step = point->given == STP_GIVEN_INPUT ? stp_normal_bits_step(params->given_bits)
+                                                       : params->normal_step,
         .spacing = spacing,
         .measured = measured,
         .rgb = {point->rgb[0], point->rgb[1], point->rgb[2]},

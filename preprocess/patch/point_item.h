@@ -10,7 +10,8 @@ typedef struct stp_point_item_params {
     stp_resolution resolution;
     uint16_t intensity_max; /* 255 in the file stands for it, and for what is more */
     int vertex_least;       /* exponent of the finest lattice of patch vertices */
-    unsigned normal_bits;   /* of the grid of level-0 normals (normal_grid.h) */
+    unsigned normal_bits;   /* of the grid of level-0 normals (normal_grid.h), rounded up */
+    unsigned normal_step;   /* of that grid */
     unsigned given_bits;    /* the same of normals that the input gave */
 } stp_point_item_params;
 
@@ -32,7 +33,7 @@ typedef struct stp_point_facts {
     bool measured;        /* the spacing is that of the nearest points: noisy. The radius is rounded
                              by STP_RADII_BY_OCTAVE, the position to a patch's sublattice */
     vec3s normal;         /* unit, or zero */
-    unsigned normal_bits; /* of its grid; 0: its code is known */
+    unsigned normal_step; /* of its grid; 0: its code is known */
     uint8_t normal_code[3];
     uint32_t sheet;
     uint64_t source; /* place in the input */

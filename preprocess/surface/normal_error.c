@@ -50,3 +50,17 @@ unsigned stp_normal_bits_for(double error, bool quiet)
         bits--;
     return bits;
 }
+
+unsigned stp_normal_step_for(double error, bool quiet)
+{
+    const unsigned bits = stp_normal_bits_for(error, quiet);
+    const unsigned whole = stp_normal_bits_step(bits);
+    unsigned out = whole;
+    if (bits == (quiet ? QUIET_BITS : STP_NORMAL_BITS_LEAST))
+        return out;
+    for (unsigned odd = 1; odd <= STP_NORMAL_ODD_MOST; odd++)
+        for (unsigned step = 2 * odd + 1; step < 2 * whole; step *= 2)
+            if (step > out && stp_normal_step_angle(step) <= GRID_SHARE * error)
+                out = step;
+    return out;
+}

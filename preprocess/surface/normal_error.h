@@ -25,5 +25,7 @@ double stp_normal_errors_median(const stp_normal_errors *errors);
  * quiet: what the planes leave is curvature rather than noise. Then at least 9 bits, so that
  * shading shows no bands. */
 unsigned stp_normal_bits_for(double error, bool quiet);
+/* Likewise the coarsest step of any grid (normal_grid.h). */
+unsigned stp_normal_step_for(double error, bool quiet);
 
 #endif

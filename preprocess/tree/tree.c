@@ -537,6 +537,7 @@ stp_point_item_params stp_tree_item_params(const stp_tree_params *params, const 
                                    .resolution = params->resolution,
                                    .intensity_max = params->intensity_max,
                                    .normal_bits = params->normal_bits,
+                                   .normal_step = params->normal_step,
                                    .given_bits = params->given_bits,
                                    .vertex_least = side > 0.0 && isfinite(side)
                                                        ? stp_floor_log2(side) - STP_MODEL_OCTAVES

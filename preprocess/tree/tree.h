@@ -26,6 +26,7 @@ typedef struct stp_tree_params {
     uint16_t intensity_max;           /* 255 in the file stands for it, and for what is more */
     stp_resolution resolution;        /* of the inputs */
     unsigned normal_bits, given_bits; /* of the grids of normals, see point_item.h */
+    unsigned normal_step;             /* likewise */
     stp_codec codec;
     stp_leaf_sources sources;  /* borrowed */
     stp_point_numbers numbers; /* borrowed; list NULL: no attributes */

@@ -287,6 +287,8 @@ static void test_version_2_0(void **state)
     check_codecs("camera/turned_2_0");
     check_codecs("rounded/depth_2_0");
     check_codecs("rounded/tilted_2_0");
+    check_codecs("steps/2_0");
+    check_codecs("steps/loose_2_0");
     check_codecs("paper/2_0");
     check_answer("paper/2_0", "paper");
 }

@@ -56,6 +56,35 @@ static void test_angles(void **state)
     }
 }
 
+/* The same of any step, whose codes come back from their places. */
+static void test_steps(void **state)
+{
+    (void)state;
+    for (unsigned shift = 0; shift <= 3; shift++)
+        for (unsigned odd = 1; odd <= STP_NORMAL_ODD_MOST; odd++) {
+            const unsigned step = stp_normal_step(shift, odd);
+            const stp_normal_grid grid = stp_normal_grid_of(step);
+            double greatest = 0.0;
+            for (uint64_t i = 0; i < 100000; i++) {
+                uint8_t code[3];
+                const vec3s n = random_direction(i);
+                stp_normal_encode_by(n, step, code);
+                for (int c = 0; c < 2; c++) {
+                    const int32_t at = coordinate(code, c);
+                    assert_true(at == 0 || at == 4095 || (at - 2048) % (int32_t)step == 0);
+                    assert_int_equal(stp_normal_code_at(&grid, stp_normal_place_of(&grid, at)), at);
+                }
+                greatest = fmax(greatest, angle_between(stp_normal_decode(code), n));
+            }
+            assert_true(greatest <= stp_normal_step_angle(step));
+            assert_true(greatest >= 0.9 * stp_normal_step_angle(step));
+            for (int32_t code = 0; code < 4096; code++) {
+                const int32_t near = stp_normal_place_near(&grid, code);
+                assert_int_equal(near, (code + grid.before + (int32_t)step / 2) / (int32_t)step);
+            }
+        }
+}
+
 /* What is on a grid stays, axes above all, and unknown normals. */
 static void test_fixed_points(void **state)
 {
@@ -84,15 +113,15 @@ static void test_fixed_points(void **state)
         }
 }
 
-static void put_on_grid(stp_chunk *chunk, unsigned shift)
+static void put_on_grid(stp_chunk *chunk, unsigned step)
 {
+    const stp_normal_grid grid = stp_normal_grid_of(step);
     for (int l = 0; l < STP_LEVEL_COUNT; l++)
         for (uint32_t i = 0; i < chunk->level_begin[l][chunk->patch_count]; i++) {
             uint8_t *code = chunk->samples[l][i].normal;
             int32_t on[2];
             for (int c = 0; c < 2; c++)
-                on[c] =
-                    stp_normal_grid_code(stp_normal_grid_place(coordinate(code, c), shift), shift);
+                on[c] = stp_normal_code_at(&grid, stp_normal_place_of(&grid, coordinate(code, c)));
             set_code(code, on[0], on[1]);
         }
 }
@@ -124,7 +153,7 @@ static void test_round_trips(void **state)
             size_t before = SIZE_MAX;
             for (unsigned shift = 0; shift <= STP_NORMAL_SHIFT_MOST; shift++) {
                 stp_chunk *chunk = any_chunk(40, 64, seed, (int)(seed % 3));
-                put_on_grid(chunk, shift);
+                put_on_grid(chunk, stp_normal_step(shift, 0));
                 (void)any_chunk_round_trip(chunk, codecs[c], &scratch);
                 chunk->is_block = true;
                 const size_t bytes = any_chunk_round_trip(chunk, codecs[c], &scratch);
@@ -135,6 +164,51 @@ static void test_round_trips(void **state)
             }
         }
     stp_chunk_scratch_free(&scratch);
+}
+
+/* So do those of any step, in small blocks, which are tight, and in large ones. Each coarser grid
+ * takes less. */
+static void test_steps_round_trip(void **state)
+{
+    (void)state;
+    stp_chunk_scratch scratch = {0};
+    for (uint64_t seed = 0; seed < 6; seed++) {
+        size_t before = SIZE_MAX;
+        for (unsigned step = 1; step <= STP_NORMAL_ODD_MOST << STP_NORMAL_ODD_SHIFT_MOST; step++) {
+            const unsigned shift = (unsigned)__builtin_ctz(step), odd = (step >> shift) / 2;
+            if (odd > STP_NORMAL_ODD_MOST || (odd > 0 && shift > STP_NORMAL_ODD_SHIFT_MOST))
+                continue;
+            stp_chunk *chunk = any_chunk(seed < 3 ? 20 : 40, 64, seed, (int)(seed % 3));
+            chunk->is_block = true;
+            put_on_grid(chunk, step);
+            const size_t bytes = any_chunk_round_trip(chunk, STP_CODEC_DRACO, &scratch);
+            (void)any_chunk_round_trip(chunk, STP_CODEC_ZSTD, &scratch);
+            if (seed % 3 == 0 && step <= 512)
+                assert_true(bytes < before);
+            before = bytes;
+            stp_chunk_destroy(&chunk);
+        }
+    }
+    stp_chunk_scratch_free(&scratch);
+}
+
+static void test_odd_is_found(void **state)
+{
+    (void)state;
+    stp_sample samples[3] = {{.radius = 0}};
+    for (unsigned shift = 0; shift <= STP_NORMAL_SHIFT_MOST; shift++)
+        for (unsigned odd = 0; odd <= STP_NORMAL_ODD_MOST; odd++) {
+            const int32_t step = (int32_t)stp_normal_step(shift, odd);
+            set_code(samples[0].normal, 4095, 0);
+            set_code(samples[1].normal, 2048, step < 2048 ? 2048 - step : 2048);
+            set_code(samples[2].normal, step < 1024 ? 2048 + 2 * step : 0, 4095);
+            const bool there = shift <= STP_NORMAL_ODD_SHIFT_MOST && step < 2048;
+            const unsigned found = stp_normal_grid_odd(samples, 3, shift);
+            if (there)
+                assert_int_equal(found, odd);
+            set_code(samples[0].normal, 2047, 0);
+            assert_int_equal(stp_normal_grid_odd(samples, 3, shift), 0);
+        }
 }
 
 /* Places of the shift in an encoded segment 1: the last byte of the mask of the elder children's
@@ -205,6 +279,8 @@ int main(void)
         cmocka_unit_test(test_angles),         cmocka_unit_test(test_fixed_points),
         cmocka_unit_test(test_shift_is_found), cmocka_unit_test(test_round_trips),
         cmocka_unit_test(test_false_shifts),   cmocka_unit_test(test_none_without_blocks),
+        cmocka_unit_test(test_steps),          cmocka_unit_test(test_steps_round_trip),
+        cmocka_unit_test(test_odd_is_found),
     };
     return cmocka_run_group_tests_name("normal_grid", tests, NULL, NULL);
 }

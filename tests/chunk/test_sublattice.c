@@ -150,7 +150,8 @@ static void coarse_blocks_are_smaller(void **state)
 }
 
 /* What precedes the columns of a coarse table of one patch, with this symbol of its sublattice. */
-static void put_head(stp_tight_writer *w, bool slanted, unsigned symbol)
+static void put_head(stp_tight_writer *w, bool slanted, unsigned symbol, unsigned shift,
+                     unsigned odd)
 {
     stp_odds odds; /* formats/SPEC.md, "Coarse levels" */
     for (int i = 0; i < STP_ODDS_SYMBOLS; i++)
@@ -158,10 +159,14 @@ static void put_head(stp_tight_writer *w, bool slanted, unsigned symbol)
             (int16_t)(i == 0                     ? 0
                       : i <= (slanted ? 18 : 14) ? (1 << 14) + (slanted ? 768 : 1024) * (i - 1)
                                                  : (1 << 15) - 4 * (32 - i));
-    assert_int_equal(stp_symbols_reserve(&w->symbols, 30, NULL), STP_OK);
+    assert_int_equal(stp_symbols_reserve(&w->symbols, 40, NULL), STP_OK);
     for (int marks = 1 + slanted; marks > 0; marks--)
         stp_symbol_put_bits(&w->symbols, 0, 15, 4);
-    stp_symbol_put_bits(&w->symbols, 0, 0, 4); /* normals */
+    if (odd > 0)
+        stp_symbol_put_bits(&w->symbols, 0, 14, 4);
+    stp_symbol_put_bits(&w->symbols, 0, shift, 4); /* normals */
+    if (odd > 0)
+        stp_symbol_put_bits(&w->symbols, 0, odd, 2);
     stp_symbol_put_bits(&w->symbols, 0, 0, 3); /* radii */
     stp_symbol_put_bits(&w->symbols, 0, 0, 1); /* no scale */
     stp_symbol_put_bits(&w->symbols, 0, 1, 1);
@@ -174,7 +179,8 @@ static void put_head(stp_tight_writer *w, bool slanted, unsigned symbol)
 }
 
 /* A table of level 0 of one patch that is coarse, with this sublattice. */
-static stp_status head_status(bool may_coarsen, bool slanted, unsigned sublattice, stp_error *err)
+static stp_status head_status(bool may_coarsen, bool slanted, unsigned sublattice, unsigned shift,
+                              unsigned odd, stp_error *err)
 {
     stp_tight_writer w = {0};
     stp_tight_reader r;
@@ -193,12 +199,15 @@ static stp_status head_status(bool may_coarsen, bool slanted, unsigned sublattic
                        .beside = beside,
                        .tight_first = stp_tight_elder,
                        .known = stp_known_level(false, 0, false)};
-    put_head(&w, slanted, sublattice);
+    put_head(&w, slanted, sublattice, shift, odd);
     assert_int_equal(stp_symbols_write_known(&w.symbols, &bytes, NULL), STP_OK);
     assert_int_equal(stp_tight_read(&r, bytes.data, bytes.size, NULL), STP_OK);
     stp_status status = stp_tight_get(&r, &table, err);
-    if (status == STP_OK)
+    if (status == STP_OK) {
         assert_int_equal(sublattices[0], sublattice);
+        assert_int_equal(table.normal_shift, shift);
+        assert_int_equal(table.normal_odd, odd);
+    }
     free(bytes.data);
     stp_tight_clear(&w);
     return status;
@@ -208,15 +217,23 @@ static void wrong_heads_are_refused(void **state)
 {
     (void)state;
     stp_error err = {0};
-    assert_int_equal(head_status(false, false, 1, &err), STP_CORRUPT);
+    assert_int_equal(head_status(false, false, 1, 0, 0, &err), STP_CORRUPT);
     assert_non_null(strstr(err.message, "shifted by 15 bits"));
     for (int slanted = 0; slanted < 2; slanted++) {
         const unsigned most = slanted ? STP_SLANTED_MOST : STP_SUBLATTICE_MOST;
-        assert_int_equal(head_status(true, slanted, most, &err), STP_OK);
+        assert_int_equal(head_status(true, slanted, most, 0, 0, &err), STP_OK);
         for (unsigned symbol = most + 1; symbol < STP_ODDS_SYMBOLS; symbol++) {
-            assert_int_equal(head_status(true, slanted, symbol, &err), STP_CORRUPT);
+            assert_int_equal(head_status(true, slanted, symbol, 0, 0, &err), STP_CORRUPT);
             assert_non_null(strstr(err.message, "a sublattice that there is not"));
         }
+        for (unsigned odd = 0; odd <= STP_NORMAL_ODD_MOST; odd++)
+            for (unsigned shift = 0; shift < 13; shift++) {
+                const bool exists = shift <= (odd > 0 ? 9u : 11u);
+                assert_int_equal(head_status(true, slanted, 1, shift, odd, &err),
+                                 exists ? STP_OK : STP_CORRUPT);
+                if (!exists)
+                    assert_non_null(strstr(err.message, "a table's normals are shifted by"));
+            }
     }
 }
 

@@ -6,8 +6,8 @@ import struct
 import codec_squares
 from corners import Equal, has_corners, read_corners
 from known_odds import Known
-from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, grid_code,
-                   grid_place, integer_normal, place_before, require, round_div, sign, signed, trunc_div, unit_normal, weights_of)
+from model import (Cursor, Patch, Sample, axes_of, counts_of, direction_code, families, integer_normal, place_before,
+                   require, round_div, sign, signed, step_code, step_place, trunc_div, unit_normal, weights_of)
 from odds import PLACED_PATCHES, TIGHT_LADDER, TIGHT_OWN, TIGHT_PATCHES, TIGHT_SAMPLES, TIGHT_SQUARES, Row, Symbols, is_sized, read_columns, tight_columns
 from symbols import Bits, read_symbols
 
@@ -122,24 +122,26 @@ def add_coordinate(child, axis, done, predicted, cell, scale, sublattice):
 
 
 class Table:
-    """Rows of cells; of a block's table also the shift of normals, the scale, whether level (1) or tilted (3) squares
+    """Rows of cells; of a block's table also the shift and step of normals, the scale, whether level (1) or tilted (3) squares
     follow, and whether patches are predicted by middles, and as in tight tables."""
 
-    def __init__(self, rows=(), shift=0, scale=None, squares=0, middles=0, tight=0, radii=0):
+    def __init__(self, rows=(), shift=0, scale=None, squares=0, middles=0, tight=0, radii=0, odd=0):
         self.rows, self.shift, self.scale, self.squares, self.middles = rows, shift, scale, squares, middles
-        self.tight, self.radii, self.sublattices = tight, radii, []
+        self.tight, self.radii, self.step, self.sublattices = tight, radii, 2 * odd + 1 << shift, []
 
 
 def read_table(cursor, rows, columns, joined=False, level=None):
     if rows == 0:
         return Table()
     block = Cursor(cursor.take(cursor.number(4)), cursor.name)
-    mask, shift, by_odds, scale, squares, middles, tight = block.number(8), 0, False, None, 0, 0, 0
+    mask, shift, odd, by_odds, scale, squares, middles, tight = block.number(8), 0, 0, False, None, 0, 0, 0
     if joined:
         by_odds, mask = mask >> 59 & 1, mask & ~(1 << 59)
         if columns == SAMPLE_COLUMNS:
             mask, shift = mask & (1 << 60) - 1, mask >> 60
-            require(shift <= 11, f"{cursor.name}: normals are shifted by {shift} bits")
+            if level is not None:
+                odd, mask = mask >> 56 & 3, mask & ~(3 << 56)
+            require(shift <= (9 if odd else 11), f"{cursor.name}: normals are shifted by {shift} bits")
         if level == 0 and mask >> 58 & 1:
             mask, scale = mask & ~(1 << 58), Scale(block)
         if columns >= patch_columns(False):
@@ -159,7 +161,7 @@ def read_table(cursor, rows, columns, joined=False, level=None):
             cells = read_column(block, rows * len(varying)) if varying else []
             table.update((c, cells[i * rows:(i + 1) * rows]) for i, c in enumerate(varying))
     block.end()
-    return Table(list(zip(*(table[c] for c in range(columns)))), shift, scale, squares, middles, tight)
+    return Table(list(zip(*(table[c] for c in range(columns)))), shift, scale, squares, middles, tight, 0, odd)
 
 
 class TightTables:
@@ -187,11 +189,11 @@ class TightTables:
 
     def read(self, rows, columns, level=None, last=False, kinds=()):
         """The next table: of patches, of their squares, or of samples; level: None for level 3; kinds: of its rows."""
-        symbols, shift, radii, same, coded, count, signed_level = self.symbols, 0, 0, {}, [], 15, None
+        symbols, shift, odd, radii, same, coded, count, signed_level = self.symbols, 0, 0, 0, {}, [], 15, None
         if rows == 0:
             return Table()
         if columns == SAMPLE_COLUMNS and self.coarse:
-            shift, radii = self.coarse
+            shift, odd, radii = self.coarse
         elif columns == SAMPLE_COLUMNS:
             shift, self.shift = symbols.bits(0, 4) if self.shift is None else self.shift, None
             if shift == 13 and level is not None and not last and symbols.known and not self.squares and not self.corners:
@@ -200,8 +202,10 @@ class TightTables:
                 shift = symbols.bits(0, 4)
                 if shift == 15 and level == 0:
                     shift, count = symbols.bits(0, 4), 19
-                self.coarse = shift, radii = shift, symbols.bits(0, 3)
-            require(shift <= 11, f"{self.name}: normals are shifted by {shift} bits")
+                if shift == 14:
+                    shift, odd = symbols.bits(0, 4), symbols.bits(0, 2)
+                self.coarse = shift, odd, radii = shift, odd, symbols.bits(0, 3)
+            require(shift <= (9 if odd else 11), f"{self.name}: normals are shifted by {shift} bits")
         if level == 0 and self.scale is None:
             self.scale = symbols.bits(0, 1)
             if self.scale:
@@ -226,7 +230,7 @@ class TightTables:
         else:
             firsts = PLACED_PATCHES if patches and self.placed else TIGHT_PATCHES if patches else TIGHT_LADDER if columns == LADDER_COLUMNS else TIGHT_OWN
         table = tight_columns(symbols, rows, columns, coded, firsts, known, kinds, signed_level) | same
-        return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches, radii)
+        return Table(list(zip(*(table[c] for c in range(columns)))), shift, self.scale, 0, patches, patches, radii, odd)
 
     def end(self):
         self.symbols.end()
@@ -360,20 +364,20 @@ def add_colour(sample, predicted, cells, with_green):
                      (predicted[2] + change + cells[2]) & 255, (predicted[3] + cells[3]) & 255]
 
 
-def add_normal(sample, predicted, cells, shift):
+def add_normal(sample, predicted, cells, step):
     """Turns columns 3 and 4 into u and v."""
-    if shift:
-        sample.u, sample.v = (grid_code(grid_place(p, shift) + cell, shift) for p, cell in zip(predicted, cells))
+    if step > 1:
+        sample.u, sample.v = (step_code(step_place(p, step) + cell, step) for p, cell in zip(predicted, cells))
     else:
         sample.u, sample.v = ((p + cell) & 4095 for p, cell in zip(predicted, cells))
 
 
-def coarsest_level(rows, patches, shift=0):
+def coarsest_level(rows, patches, step=1):
     samples, before = [], Sample()
     for patch, cells in zip(patches, rows):
         s = Sample((patch.radius[3] + cells[0]) & 255, (before.flags + cells[1]) & 255,
                    (before.class_id + cells[2]) & 255)
-        add_normal(s, (patch.u, patch.v), cells[3:5], shift)
+        add_normal(s, (patch.u, patch.v), cells[3:5], step)
         add_colour(s, before.colour, cells[5:9], True)
         for axis, cell in zip(axes_of(integer_normal(s.u, s.v)), cells[9:12]):
             s.position[axis] = (patch.bound[axis] + cell) & 65535
@@ -444,13 +448,13 @@ class NormalsOfFamily:
         self.s = [s + self.weights[e] * n for s, n in zip(self.s, unit_normal(child.u, child.v))]
 
 
-def family(parent, children, rows, shifts, scales, sublattice, turnings):
+def family(parent, children, rows, steps, scales, sublattice, turnings):
     """Fills all but the radii of a parent's children."""
     weights = weights_of([s.radius for s in children])
     n = integer_normal(parent.u, parent.v)
     a, b, c = axes_of(n)
     normals = NormalsOfFamily(parent, weights, turnings)
-    for e, (child, cells, shift, scale) in enumerate(zip(children, rows, shifts, scales)):
+    for e, (child, cells, step, scale) in enumerate(zip(children, rows, steps, scales)):
         last, rest = e == len(children) - 1, sum(weights[e:])
         if isinstance(cells, Equal):
             cells.fill(child)
@@ -474,7 +478,7 @@ def family(parent, children, rows, shifts, scales, sublattice, turnings):
             slope = -(n[a] * d_a + n[b] * d_b)
             predicted[c] += round_div(slope * sign(n[c]), abs(n[c]))
         add_coordinate(child, c, (a, b), predicted[c], cells[11], scale, sublattice)
-        add_normal(child, normals.predict(e, child), cells[3:5], shift)
+        add_normal(child, normals.predict(e, child), cells[3:5], step)
         normals.add(e, child)
 
 
@@ -515,9 +519,9 @@ def finer_level(elder, last, patches, level, coarser, sublattices, corners):
             turnings = Turnings([parents[k] for k in group])
             for k in group:
                 children = [samples[i] for i in ranges[k]]
-                shifts = [elder.shift] * (len(children) - 1) + [last.shift]
+                steps = [elder.step] * (len(children) - 1) + [last.step]
                 scales = [elder_scale] * (len(children) - 1) + [last_scale]
-                family(parents[k], children, rows[k], shifts, scales, sublattice, turnings)
+                family(parents[k], children, rows[k], steps, scales, sublattice, turnings)
     return out
 
 
@@ -567,7 +571,7 @@ def decode(segments, patch_count, linked, name, joined=False):
     if placed:
         squares.place([row[1:7] for row in table.rows])
     coarsest = tables.read(patch_count, SAMPLE_COLUMNS)
-    levels = [None, None, None, coarsest_level(coarsest.rows, patches, coarsest.shift)]
+    levels = [None, None, None, coarsest_level(coarsest.rows, patches, coarsest.step)]
     for level in (2, 1, 0):
         if level < 2:
             cursor = Cursor(segments[2 - level], f"{name}, segment {2 - level}")

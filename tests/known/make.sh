@@ -340,4 +340,10 @@ done
 for name in depth tilted; do
     python3 "$known/read.py" "rounded/${name}_2_0_raw.stipple" >"rounded/${name}_2_0.samples"
 done
+# From here on steps of normals are 3, 5 and 7 times a power of two, too, in tight parts and in loose ones.
+mkdir -p steps
+for name in steps/2_0,1500 steps/loose_2_0,2050; do
+    "$program" gen terrain -n "${name#*,}" --noise 0.3 --seed 17 -o middles.ply --quiet --force
+    in_blocks "${name%,*}" middles.ply
+done
 rm turned.pcd paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

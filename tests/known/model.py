@@ -144,6 +144,15 @@ def integer_normal(u, v):
     return x, y, z
 
 
+def step_place(code, step):
+    """The place on the grid of a step that is nearest to a code."""
+    return (code - 2048 + (2047 // step + 1) * step + step // 2) // step
+
+
+def step_code(place, step):
+    return min(max(2048 + (max(place, 0) - 2047 // step - 1) * step, 0), 4095)
+
+
 def grid_place(code, s):
     """The place on the grid of shift s that is nearest to a code."""
     return (code + (1 << s >> 1)) >> s

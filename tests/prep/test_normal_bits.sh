@@ -68,6 +68,28 @@ test_auto() {
     [ "$(stat -c %s noisy.stipple)" -lt "$(stat -c %s whole.stipple)" ] || fail "rounding saves nothing"
 }
 
+step_of() { # model
+    "$STIPPLE" info "$1" --json | sed -n 's/.*"normal_step":[[:space:]]*\([0-9]*\).*/\1/p' | head -1
+}
+
+# Between two numbers of bits there are three steps more. Only Draco has them.
+test_steps() {
+    local step
+    prepare rough.ply rough.stipple
+    step=$(step_of rough.stipple)
+    [ "${step:-0}" -gt 8 ] && [ "$step" -lt 16 ] || fail "rounded by a step of '$step'"
+    [ "$(bits_of rough.stipple)" = 9 ] || fail "step $step: $(bits_of rough.stipple) bits"
+    run "$STIPPLE" info rough.stipple
+    found "of 2 x 8\.[0-9]* bits" out || fail "$command: does not say the bits"
+    prepare rough.ply nine.stipple --normal-bits 9
+    [ "$(stat -c %s rough.stipple)" -lt "$(stat -c %s nine.stipple)" ] || fail "step $step saves nothing"
+    prepare rough.ply zstd.stipple --codec zstd
+    [ -z "$(step_of zstd.stipple)" ] || fail "zstd: a step of $(step_of zstd.stipple)"
+    cp rough.stipple grown.stipple
+    "$STIPPLE" prep noisy.ply --append -o grown.stipple --quiet || fail "append"
+    [ "$(step_of grown.stipple)" = "$step" ] || fail "appended points change the step"
+}
+
 test_given() {
     prepare given.ply given.stipple
     prepare given.ply whole.stipple --normal-bits 12
@@ -88,9 +110,11 @@ test_wrong() {
 
 "$STIPPLE" gen bumpy -n 20000 -o smooth.ply --quiet || fail "gen"
 "$STIPPLE" gen statue -n 20000 --noise 0.2 -o noisy.ply --quiet || fail "gen"
+"$STIPPLE" gen terrain -n 20000 --noise 0.3 -o rough.ply --quiet || fail "gen"
 "$STIPPLE" gen bumpy -n 20000 --noise 0.2 --normals -o given.ply --quiet || fail "gen"
 test_every_grid
 test_auto
+test_steps
 test_given
 test_wrong
 end_test

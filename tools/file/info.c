@@ -10,6 +10,7 @@
 #include "formats/chunk/convert.h"
 #include "formats/chunk/free_ranges.h"
 #include "formats/chunk/repair/repair_note.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -152,8 +153,11 @@ static void print_intensity(const stp_chunk_file_info *info)
 static void print_normal_bits(const cJSON *metadata)
 {
     const cJSON *bits = cJSON_GetObjectItemCaseSensitive(metadata, "normal_bits");
+    const cJSON *step = cJSON_GetObjectItemCaseSensitive(metadata, "normal_step");
+    const bool told = cJSON_IsNumber(step) && step->valuedouble >= 1.0;
     if (cJSON_IsNumber(bits))
-        printf("normals        of 2 x %.0f bits where they are computed\n", bits->valuedouble);
+        printf("normals        of 2 x %.3g bits where they are computed\n",
+               told ? STP_NORMAL_BITS - log2(step->valuedouble) : bits->valuedouble);
 }
 
 /* Prints what becomes of the holes of a grid or image. */

@@ -262,8 +262,9 @@ static void print_normal_bits(const stp_prep_stats *s)
     const double error_deg = s->normals_wide.normal_error * 180.0 / M_PI;
     if (s->normal_bits == 0 || s->normal_bits >= STP_NORMAL_BITS)
         return;
-    fprintf(stderr, "normals are rounded to 2 x %u bits, by at most %.2g degrees", s->normal_bits,
-            stp_normal_grid_angle(s->normal_bits) * 180.0 / M_PI);
+    fprintf(stderr, "normals are rounded to 2 x %.3g bits, by at most %.2g degrees",
+            STP_NORMAL_BITS - log2(s->normal_step),
+            stp_normal_step_angle(s->normal_step) * 180.0 / M_PI);
     if (error_deg > 0.0)
         fprintf(stderr, "; noise makes half of them wrong by %.2g degrees or more", error_deg);
     fprintf(stderr, "\n");

@@ -160,6 +160,8 @@ static stp_status level_encode(const stp_chunk *chunk, int level, stp_block_squa
         STP_TRY(stp_tight_put_corners(&to->tight, chunk, &tables.corners, err));
     STP_TRY(stp_level_tables_create(chunk, level, squares->found, &tables, err));
     tables.elder.normal_shift = tables.last.normal_shift = stp_level_normal_shift(chunk, level);
+    if (tables.elder.may_coarsen)
+        tables.elder.normal_odd = tables.last.normal_odd = stp_level_normal_odd(chunk, level);
     if (tables.elder.may_scale)
         stp_scale_find(chunk, &tables.elder.scale);
     tables.last.scale = tables.elder.scale;

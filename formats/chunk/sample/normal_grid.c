@@ -3,35 +3,35 @@
 
 #include <math.h>
 
-/* stp_normal_grid_angle times 2^bits. Grids are coarsest near (1, 1, 1). There they are triangles
- * with sides of 2 sqrt(6) / 2^bits, whose corners are 2 sqrt(2) / 2^bits from their middle. The
- * rest is for the rim, where 4095 stands for 4096. */
+/* stp_normal_step_angle times 2^12 / step. Grids are coarsest near (1, 1, 1). There they are
+ * triangles with sides of 2 sqrt(6) / 2^bits, whose corners are 2 sqrt(2) / 2^bits from their
+ * middle. The rest is for the rim, where 4095 stands for 4096. */
 #define ANGLE_OF_STEP 2.84
 
-/* The two places on the grid around a code, the nearer one first. */
-static void find_places(int32_t code, unsigned shift, int32_t out[2])
+/* The two codes on the grid around a code, as a rule the nearer one first. */
+static void find_codes(int32_t code, const stp_normal_grid *grid, int32_t out[2])
 {
-    out[0] = stp_normal_grid_place(code, shift);
-    out[1] = out[0] + (stp_normal_grid_code(out[0], shift) > code ? -1 : 1);
+    const int32_t place = stp_normal_place_near(grid, code);
+    out[0] = stp_normal_code_at(grid, place);
+    out[1] = stp_normal_code_at(grid, place + (out[0] > code ? -1 : 1));
 }
 
 /* The nearest direction is not always the one whose coordinates are nearest, because cells are
  * skewed: tries the four codes around, in lanes. */
-void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3])
+void stp_normal_encode_by(vec3s normal, unsigned step, uint8_t out[3])
 {
-    const unsigned shift = STP_NORMAL_BITS - bits;
+    const stp_normal_grid grid = stp_normal_grid_of(step);
     int32_t nearest[2], u[2], v[2];
     uint32_t code[4];
     float at[3][4], squared[4];
     stp_normal_encode(normal, out);
-    if (shift == 0 || glms_vec3_norm2(normal) == 0.0f) /* the code of no normal is on each grid */
+    if (step == 1 || glms_vec3_norm2(normal) == 0.0f) /* the code of no normal is on each grid */
         return;
     stp_normal_codes_get(out, nearest);
-    find_places(nearest[0], shift, u);
-    find_places(nearest[1], shift, v);
+    find_codes(nearest[0], &grid, u);
+    find_codes(nearest[1], &grid, v);
     for (int i = 0; i < 4; i++)
-        code[i] = (uint32_t)stp_normal_grid_code(u[i & 1], shift) |
-                  (uint32_t)stp_normal_grid_code(v[i >> 1], shift) << 12;
+        code[i] = (uint32_t)u[i & 1] | (uint32_t)v[i >> 1] << 12;
     stp_normals_decode(code, at);
     for (int i = 0; i < 4; i++) {
         const float x = at[0][i] - normal.x, y = at[1][i] - normal.y, z = at[2][i] - normal.z;
@@ -44,9 +44,19 @@ void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3])
         out[byte] = (uint8_t)(code[best] >> 8 * byte);
 }
 
+void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3])
+{
+    stp_normal_encode_by(normal, stp_normal_bits_step(bits), out);
+}
+
+double stp_normal_step_angle(unsigned step)
+{
+    return ANGLE_OF_STEP * step / (1u << STP_NORMAL_BITS);
+}
+
 double stp_normal_grid_angle(unsigned bits)
 {
-    return ANGLE_OF_STEP / (double)(1u << bits);
+    return stp_normal_step_angle(stp_normal_bits_step(bits));
 }
 
 unsigned stp_normal_grid_shift(const stp_sample *samples, size_t count)
@@ -63,8 +73,29 @@ unsigned stp_normal_grid_shift(const stp_sample *samples, size_t count)
     return shift;
 }
 
+unsigned stp_normal_grid_odd(const stp_sample *samples, size_t count, unsigned shift)
+{
+    unsigned fits = shift <= STP_NORMAL_ODD_SHIFT_MOST ? (2u << STP_NORMAL_ODD_MOST) - 1 : 1;
+    for (size_t i = 0; fits > 1 && i < count; i++) {
+        int32_t uv[2];
+        stp_normal_codes_get(samples[i].normal, uv);
+        for (int c = 0; c < 2; c++)
+            for (unsigned odd = 1; odd <= STP_NORMAL_ODD_MOST; odd++)
+                if (uv[c] != 0 && uv[c] != 4095 && (uv[c] - 2048) % (int32_t)(2 * odd + 1) != 0)
+                    fits &= ~(1u << odd);
+    }
+    return 31u - (unsigned)__builtin_clz(fits);
+}
+
 unsigned stp_level_normal_shift(const stp_chunk *chunk, int level)
 {
     const uint32_t count = chunk->level_begin[level][chunk->patch_count];
     return chunk->is_block ? stp_normal_grid_shift(chunk->samples[level], count) : 0;
+}
+
+unsigned stp_level_normal_odd(const stp_chunk *chunk, int level)
+{
+    const uint32_t count = chunk->level_begin[level][chunk->patch_count];
+    const unsigned shift = stp_level_normal_shift(chunk, level);
+    return chunk->is_block ? stp_normal_grid_odd(chunk->samples[level], count, shift) : 0;
 }

@@ -1,5 +1,7 @@
-/* Grids of normal codes: a grid of b bits has the codes min(k * 2^(12 - b), 4095), k = 0 to 2^b, of
- * each coordinate. So 0, 2048 and 4095 are on every grid, and with them the directions of the axes.
+/* Grids of normal codes. The grid of a step has the codes 2048 + k * step of each coordinate, k a
+ * whole number, those beyond 0 and 4095 limited to them. So 0, 2048 and 4095 are on every grid, and
+ * with them the directions of the axes. A grid of b bits has the step 2^(12 - b). A place is k,
+ * counted from that of code 0.
  *
  * Noisy normals are rounded to a grid, because bits of noise take space. Threads: any (pure
  * functions). */
@@ -30,7 +32,56 @@ static inline void stp_normal_codes_put(const int32_t uv[2], uint8_t code[3])
     code[2] = (uint8_t)(uv[1] >> 4);
 }
 
-/* The place k of a code on a grid, of any other number the nearest place. */
+/* The steps are (2 * odd + 1) * 2^shift, odd 0 to 3. If odd > 0, the shift is at most 9. */
+#define STP_NORMAL_ODD_MOST 3u
+#define STP_NORMAL_ODD_SHIFT_MOST 9u
+static inline unsigned stp_normal_step(unsigned shift, unsigned odd)
+{
+    return (2 * odd + 1) << shift;
+}
+
+/* The step of a grid of bits. */
+static inline unsigned stp_normal_bits_step(unsigned bits)
+{
+    return 1u << (STP_NORMAL_BITS - bits);
+}
+
+/* A grid of any step. */
+typedef struct stp_normal_grid {
+    int32_t step;
+    int32_t before; /* how far before code 0 the place of code 0 is */
+    uint64_t reciprocal;
+} stp_normal_grid;
+
+/* step: 1 to 2^12 */
+static inline stp_normal_grid stp_normal_grid_of(unsigned step)
+{
+    return (stp_normal_grid){(int32_t)step, (int32_t)((2048 + step - 1) / step * step) - 2048,
+                             (uint64_t)UINT32_MAX / step + 1};
+}
+
+/* The nearest place to a code; of 0 and 4095 it may be a place beside theirs. */
+static inline int32_t stp_normal_place_near(const stp_normal_grid *grid, int32_t code)
+{
+    const int32_t raised = code + grid->before + grid->step / 2;
+    return (int32_t)((uint32_t)raised * grid->reciprocal >> 32);
+}
+
+/* The place of a code on the grid. */
+static inline int32_t stp_normal_place_of(const stp_normal_grid *grid, int32_t code)
+{
+    const int32_t half = (2048 + grid->before) / grid->step;
+    return code == 0 ? 0 : code == 4095 ? 2 * half : stp_normal_place_near(grid, code);
+}
+
+/* The code at a place, of any other number the nearest code. place < 2^17 */
+static inline int32_t stp_normal_code_at(const stp_normal_grid *grid, int32_t place)
+{
+    const int32_t code = (place > 0 ? place : 0) * grid->step - grid->before;
+    return code < 0 ? 0 : code < 4095 ? code : 4095;
+}
+
+/* The place of a code on a grid of 12 - shift bits, of any other number the nearest place. */
 static inline int32_t stp_normal_grid_place(int32_t code, unsigned shift)
 {
     return (code + (1 << shift >> 1)) >> shift;
@@ -66,13 +117,20 @@ static inline void stp_normal_code_side(uint8_t code[3], unsigned bits)
     stp_normal_codes_put(uv, code);
 }
 
-/* Like stp_normal_encode, but takes the nearest code of the grid of `bits`, 6 to 12. */
+/* Like stp_normal_encode, but takes the nearest code of the grid of a step, 1 to 64. */
+void stp_normal_encode_by(vec3s normal, unsigned step, uint8_t out[3]);
+/* The same of the grid of `bits`, 6 to 12. */
 void stp_normal_encode_on(vec3s normal, unsigned bits, uint8_t out[3]);
 /* The greatest angle between a direction and its nearest code on a grid, radians. */
+double stp_normal_step_angle(unsigned step);
 double stp_normal_grid_angle(unsigned bits);
 /* The greatest shift for which all normals are on the grid. */
 unsigned stp_normal_grid_shift(const stp_sample *samples, size_t count);
-/* The same of a level of a block; 0 for a chunk without blocks, which has no grids. */
+/* The greatest `odd` of a step of this shift, above, whose grid has all normals. */
+unsigned stp_normal_grid_odd(const stp_sample *samples, size_t count, unsigned shift);
+/* The shift of a level of a block; 0 for a chunk without blocks, which has no grids. */
 unsigned stp_level_normal_shift(const stp_chunk *chunk, int level);
+/* The same of `odd` for that shift. */
+unsigned stp_level_normal_odd(const stp_chunk *chunk, int level);
 
 #endif

@@ -26,6 +26,9 @@ enum { HOW_VARYING, HOW_ZERO, HOW_CONSTANT, HOW_COUNT };
 #define CORNERS_MARK 14u
 /* Likewise: the odds of the table go by signed cells; all follows that is there without them. */
 #define SIGNED_MARK 13u
+/* Of a coarse level, in place of the shift: that follows, then the odd part of the step. */
+#define STEP_MARK 14u
+#define ODD_BITS 2u
 #define RADIUS_BITS 3u
 /* How many sublattices there are, without slanted ones, which are announced by another mark, and
  * with them; and what the odds of each change to another one are at first. */
@@ -33,7 +36,7 @@ enum { HOW_VARYING, HOW_ZERO, HOW_CONSTANT, HOW_COUNT };
 #define CHANGE_ODDS(slanted) ((slanted) ? 768 : 1024)
 #define SUBLATTICE_SHIFT 4
 /* Symbols and plain bits of a table before its rows, without those of sublattices. */
-#define HEAD_ITEMS (8u + SCALE_WORDS + 2u * STP_TABLE_COLUMNS_LIMIT)
+#define HEAD_ITEMS (10u + SCALE_WORDS + 2u * STP_TABLE_COLUMNS_LIMIT)
 
 const uint8_t stp_tight_patches[STP_LINKED_PATCH_COLUMN_COUNT] = {
     4, 14, 8,  15, 8,  10, 8,  0,  0,  12, 12, 9,  10, 8, 13, 11, 11, 11, 11, 10, 10, 10, 10,
@@ -152,12 +155,16 @@ static stp_status put_grids(stp_tight_writer *w, const stp_table *table, stp_err
         return STP_OK;
     if (table->is_signed)
         stp_symbol_put_bits(&w->symbols, LANE, SIGNED_MARK, SHIFT_BITS);
-    w->coarse = table->radius_shift > 0 || placed;
+    w->coarse = table->radius_shift > 0 || table->normal_odd > 0 || placed;
     if (w->coarse)
         stp_symbol_put_bits(&w->symbols, LANE, COARSE_MARK, SHIFT_BITS);
     if (slanted)
         stp_symbol_put_bits(&w->symbols, LANE, COARSE_MARK, SHIFT_BITS);
+    if (table->normal_odd > 0)
+        stp_symbol_put_bits(&w->symbols, LANE, STEP_MARK, SHIFT_BITS);
     stp_symbol_put_bits(&w->symbols, LANE, table->normal_shift, SHIFT_BITS);
+    if (table->normal_odd > 0)
+        stp_symbol_put_bits(&w->symbols, LANE, table->normal_odd, ODD_BITS);
     if (w->coarse)
         stp_symbol_put_bits(&w->symbols, LANE, table->radius_shift, RADIUS_BITS);
     if (first)
@@ -279,6 +286,7 @@ static stp_status get_grids(stp_tight_reader *r, stp_table *table, stp_error *er
     stp_status status = STP_OK;
     const bool first = table->may_scale && !r->scaled, known = r->coarse;
     bool slanted = false;
+    r->normal_odd = known ? r->normal_odd : 0;
     if (!known && !r->shift_read)
         r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
     r->shift_read = false;
@@ -291,9 +299,14 @@ static stp_status get_grids(stp_tight_reader *r, stp_table *table, stp_error *er
         slanted = first && r->normal_shift == COARSE_MARK;
         if (slanted)
             r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
+        if (r->normal_shift == STEP_MARK) {
+            r->normal_shift = stp_symbol_get_bits(&r->symbols, LANE, SHIFT_BITS);
+            r->normal_odd = stp_symbol_get_bits(&r->symbols, LANE, ODD_BITS);
+        }
         r->radius_shift = stp_symbol_get_bits(&r->symbols, LANE, RADIUS_BITS);
     }
     table->normal_shift = r->normal_shift;
+    table->normal_odd = r->normal_odd;
     table->radius_shift = r->radius_shift;
     STP_TRY(stp_table_check_shift(table, err));
     if (first)

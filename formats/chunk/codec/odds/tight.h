@@ -39,7 +39,7 @@ typedef struct stp_tight_reader {
     bool scaled, coarse;  /* as above */
     bool known;
     bool shift_read; /* the shift of the next table has been read: normal_shift */
-    unsigned normal_shift, radius_shift;
+    unsigned normal_shift, normal_odd, radius_shift;
     stp_scale scale; /* of all tables, once it has been told */
 } stp_tight_reader;
 

@@ -49,7 +49,7 @@ INLINE void sample_pack(const parts *p, stp_sample *out)
 typedef struct coder {
     int16_t *cells; /* column c is cells[c * stride] */
     size_t stride;
-    unsigned normal_shift;  /* of the grid that all normals are on */
+    stp_normal_grid grid;   /* that all normals are on */
     unsigned radius_shift;  /* likewise of radii */
     unsigned sublattice;    /* of the patch's positions */
     const int32_t *origin;  /* of the patch */
@@ -64,7 +64,8 @@ INLINE coder table_coder(const stp_table *table, bool decode)
 {
     return (coder){.cells = table->values,
                    .stride = table->stride,
-                   .normal_shift = table->normal_shift,
+                   .grid =
+                       stp_normal_grid_of(stp_normal_step(table->normal_shift, table->normal_odd)),
                    .radius_shift = table->radius_shift,
                    .scale = table->scale,
                    .decode = decode};
@@ -101,16 +102,16 @@ INLINE void code_colours(const coder *c, const parts *predicted, bool free, part
 INLINE void code_place(const coder *c, int column, int component, int32_t predicted, parts *p)
 {
     int16_t *residual = c->cells + (size_t)column * c->stride;
-    int32_t place = stp_normal_grid_place(predicted, c->normal_shift);
+    int32_t place = stp_normal_place_near(&c->grid, predicted);
     if (c->decode)
-        p->v[component] = stp_normal_grid_code(place + *residual, c->normal_shift);
+        p->v[component] = stp_normal_code_at(&c->grid, place + *residual);
     else
-        *residual = (int16_t)(stp_normal_grid_place(p->v[component], c->normal_shift) - place);
+        *residual = (int16_t)(stp_normal_place_of(&c->grid, p->v[component]) - place);
 }
 
 INLINE void code_normal(const coder *c, const parts *predicted, parts *p)
 {
-    if (c->normal_shift > 0) {
+    if (c->grid.step > 1) {
         code_place(c, STP_COLUMN_NORMAL_U, NU, predicted->v[NU], p);
         code_place(c, STP_COLUMN_NORMAL_V, NV, predicted->v[NV], p);
         return;

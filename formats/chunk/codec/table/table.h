@@ -30,6 +30,7 @@ typedef struct stp_table {
      * one; else the file must say 0. */
     unsigned normal_shift;
     bool may_shift;
+    unsigned normal_odd; /* likewise, of its step; not 0 only if the table may be coarse, below */
     /* The scale of positions. Decoding sets it if the table may have one. */
     stp_scale scale;
     bool may_scale;

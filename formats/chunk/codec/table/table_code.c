@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "formats/chunk/codec/odds/cells.h"
 #include "formats/chunk/layout.h"
+#include "formats/chunk/sample/normal_grid.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -13,6 +14,8 @@
 #define MASK_BYTES 8u
 /* The bits of the mask from here on are the shift of normals. */
 #define SHIFT_BIT 60
+/* Of samples, two bits from this one on: the odd part of the step of normals. */
+#define ODD_BIT 56
 /* This bit of the mask: the columns are coded by odds. */
 #define ODDS_BIT 59
 /* This bit: a scale follows the mask. */
@@ -49,7 +52,8 @@ stp_status stp_table_encode(const stp_table *table, stp_bytes *out, stp_error *e
         mask | (uint64_t)table->tight << TIGHT_BIT | (uint64_t)table->middles << MIDDLES_BIT |
             (uint64_t)table->squares << SQUARES_BIT | (uint64_t)table->tilted << TILTED_BIT |
             (uint64_t)(table->scale.step > 0.0) << SCALE_BIT |
-            (uint64_t)table->by_odds << ODDS_BIT | (uint64_t)table->normal_shift << SHIFT_BIT);
+            (uint64_t)table->normal_odd << ODD_BIT | (uint64_t)table->by_odds << ODDS_BIT |
+            (uint64_t)table->normal_shift << SHIFT_BIT);
     STP_TRY(stp_bytes_append(out, head, sizeof head, err));
     if (table->scale.step > 0.0)
         STP_TRY(append_scale(&table->scale, out, err));
@@ -142,6 +146,9 @@ done:
 static stp_status take_flags(uint64_t *mask, stp_table *table, stp_error *err)
 {
     table->normal_shift = table->may_shift ? (unsigned)(*mask >> SHIFT_BIT) : 0;
+    table->normal_odd =
+        table->may_shift && table->may_coarsen ? *mask >> ODD_BIT & STP_NORMAL_ODD_MOST : 0;
+    *mask &= ~((uint64_t)table->normal_odd << ODD_BIT);
     table->by_odds = table->beside && (*mask >> ODDS_BIT & 1u);
     *mask &= ~((uint64_t)table->normal_shift << SHIFT_BIT | (uint64_t)table->by_odds << ODDS_BIT);
     table->middles = table->is_patches && (*mask >> MIDDLES_BIT & 1u);
