@@ -401,16 +401,11 @@ static stp_status take_one(void *context, size_t index, unsigned worker, stp_err
 /* Measures, encodes and writes chunks; if there is but one, all threads share it. */
 static stp_status finish_tier(tree *t, stp_error *err)
 {
-    stp_status status = STP_OK;
     const size_t count = t->own.end - t->own.begin;
     if (t->tier_count > 1)
         return stp_pool_run_in_order(t->pool, count, CHUNKS_AHEAD, finish_one, take_one, t, err);
-    for (size_t i = 0; i < count; i++) {
-        STP_TRY(finish_one(t, i, 0, err));
-        STP_TRY(take_one(t, i, 0, err));
-    }
-done:
-    return status;
+    const stp_status status = count > 0 ? finish_one(t, 0, 0, err) : STP_OK;
+    return status == STP_OK && count > 0 ? take_one(t, 0, 0, err) : status;
 }
 
 /* Builds and writes `count` chunks. Makes one node each. */
