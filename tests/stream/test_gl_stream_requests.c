@@ -281,7 +281,7 @@ int main(void)
 {
     size_t size = 0;
     stp_gl_context *context = gl_fixture_context();
-    model_fixture_build(path, &(model_recipe){.shape = GEN_BUMPY, .point_count = 400000});
+    model_fixture_build(path, &(model_recipe){.shape = GEN_BUMPY, .point_count = 500000});
     uint8_t *bytes = fixture_read_file(path, &size);
     if (!fault_server_create(&server, bytes, size))
         return 1;
