@@ -329,6 +329,10 @@ static stp_status check_text(const prefix *p, stp_scan_format format, bool marke
         [STP_SCAN_OFF] = true,
         [STP_SCAN_STL_ASCII] = true,
     };
+    if (p->wide > 0 && !is_numbers[format])
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s is %s as text in UTF-16, which is not read here: save it as UTF-8",
+                             p->path, stp_scan_format_name(format));
     if (marked && !is_numbers[format])
         return stp_error_set(err, STP_UNSUPPORTED,
                              "%s begins with a byte order mark (the bytes EF BB BF), which is no "

@@ -27,6 +27,32 @@ static void brackets(void **state)
     expect_two("e.csv", "X [m],Y (m),Z (in m)\n1.5,-2.25,3\n4,5,6.125\n", 0);
 }
 
+/* Words in brackets, as years and units, are words; points in a row and words between are told. */
+static void brackets_of_others(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    expect_two("a.txt", "Survey (2019)\nX Y Z\n1.5 -2.25 3\n4 5 6.125\n", 0);
+    expect_two("b.txt",
+               "x y z nx ny nz\n[m] [m] [m] [1] [1] [1]\n"
+               "1.5 -2.25 3 0 0 1\n4 5 6.125 0 1 0\n",
+               STP_POINT_HAS_NORMAL);
+    expect_two("c.txt", "(1.5, -2.25, 3) (0, 0, 1)\n(4, 5, 6.125) (0, 1, 0)\n",
+               STP_POINT_HAS_NORMAL);
+    scan_fixture_text("d.txt", "X (m) Y (m) Z (m) mark\n1.5 -2.25 3 8\n4 5 6.125 9\n");
+    free(scan_fixture_read("d.txt", NULL, &info));
+    assert_int_equal(info.note_count, 2);
+    assert_string_equal(info.notes[1].text, "mark");
+    const scan_malformed cases[] = {
+        {"e.json", "[[1,2,3],[4,5,6],[7,8,9]]", STP_UNSUPPORTED, "line 1 has several points"},
+        {"f.txt", "(1,2,3),(4,5,6)\n", STP_UNSUPPORTED, "line 1 has several points"},
+        {"g.txt", "v=(1, 2, 3) n=(0, 0, 1)\nv=(4, 5, 6) n=(0, 0, 1)\n", STP_UNSUPPORTED,
+         "line 1 has a word before"},
+        {"h.txt", "P(1, 2, 3, 4)\nP(5, 6, 7, 8)\n", STP_UNSUPPORTED, "line 1 has a word before"},
+    };
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
+}
+
 static void decimal_commas(void **state)
 {
     (void)state;
@@ -46,8 +72,11 @@ static void times(void **state)
     assert_int_equal(info.attributes, STP_POINT_HAS_INTENSITY);
     free(scan_fixture_points("v.xyz", "1 2 3 9 0\n4 5 6 7 1\n7 8 9 8 2\n", &info));
     assert_int_equal(info.attributes, 0); /* numbers of scan lines, perhaps */
-    free(scan_fixture_points("w.xyz", "1 2 3 0.5\n4 5 6 0.75\n7 8 9 1\n", &info));
-    assert_int_equal(info.attributes, STP_POINT_HAS_INTENSITY);
+    stp_point *points = scan_fixture_points("w.xyz", "1 2 3 0.5\n4 5 6 0.75\n7 8 9 1\n", &info);
+    assert_int_equal(info.attributes, STP_POINT_HAS_INTENSITY); /* alone, it may rise */
+    assert_int_equal(points[2].intensity, 65535);
+    scan_fixture_position(&points[2], 7, 8, 9);
+    free(points);
 }
 
 /* Long enough that the reader's block ends within. */
@@ -75,6 +104,8 @@ static void utf_16(void **state)
             scan_fixture_position(&points[i], i, 1.5, -i);
         free(points);
     }
+    scan_fixture_bytes("mesh.txt", "\xff\xfev\0 \0001\0 \0002\0 \0003\0\n", 18);
+    scan_fixture_fails("mesh.txt", NULL, STP_UNSUPPORTED, "OBJ as text in UTF-16");
     free(text);
     free(wide);
 }
@@ -82,9 +113,8 @@ static void utf_16(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(brackets),
-        cmocka_unit_test(decimal_commas),
-        cmocka_unit_test(times),
+        cmocka_unit_test(brackets),       cmocka_unit_test(brackets_of_others),
+        cmocka_unit_test(decimal_commas), cmocka_unit_test(times),
         cmocka_unit_test(utf_16),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -45,16 +45,26 @@ uint32_t stp_columns_attributes(const stp_columns *columns)
     return out;
 }
 
-/* A unit in brackets behind a name and a space: no column of its own. */
-static bool is_unit(stp_separator separator, const char *begin, stp_field field)
+/* A unit in brackets among names between spaces: no column of its own. */
+static bool is_unit(stp_separator separator, stp_field field)
 {
     static const char *const units[] = {"m", "mm", "cm", "km", "ft", "feet", "deg", "s", "ns"};
     const size_t length = (size_t)(field.end - field.begin);
     bool known = false;
     for (size_t i = 0; i < sizeof units / sizeof *units; i++)
-        known = known || (strlen(units[i]) == length && memcmp(units[i], field.begin, length) == 0);
-    return known && separator == STP_SEPARATOR_SPACE && field.begin > begin &&
-           stp_is_opening(field.begin[-1]);
+        known = known || (strlen(units[i]) + 2 == length &&
+                          memcmp(units[i], field.begin + 1, length - 2) == 0);
+    return known && separator == STP_SEPARATOR_SPACE && stp_is_opening(*field.begin);
+}
+
+bool stp_columns_next_name(stp_separator separator, const char **at, const char *end,
+                           stp_field *field)
+{
+    do {
+        if (!stp_field_next(separator, at, end, field))
+            return false;
+    } while (is_unit(separator, *field));
+    return true;
 }
 
 /* Finds a colour in one piece among columns without a meaning, if there is no other. */
@@ -65,12 +75,8 @@ static void find_packed(stp_columns *columns, stp_separator separator, const cha
     uint32_t i = 0;
     if (has(columns, STP_COLUMN_RED))
         return;
-    for (const char *at = begin; i < columns->count && stp_field_next(separator, &at, end, &field);
-         i++) {
-        if (is_unit(separator, begin, field)) {
-            i--;
-            continue;
-        }
+    for (const char *at = begin;
+         i < columns->count && stp_columns_next_name(separator, &at, end, &field); i++) {
         if (columns->targets[i] != STP_COLUMN_NONE || !stp_column_is_packed(field.begin, field.end))
             continue;
         columns->targets[i] = STP_COLUMN_PACKED;
@@ -100,9 +106,7 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
     memset(columns.targets, STP_COLUMN_NONE, sizeof columns.targets);
     for (int i = 0; i < STP_COLUMN_COUNT; i++)
         names[i] = STP_COLUMN_NO_NAME;
-    for (const char *at = begin; stp_field_next(separator, &at, end, &field);) {
-        if (is_unit(separator, begin, field))
-            continue;
+    for (const char *at = begin; stp_columns_next_name(separator, &at, end, &field);) {
         if (columns.count == STP_COLUMNS_MAX || is_list(field)) {
             columns.open_end = true;
             break;

@@ -88,6 +88,9 @@ uint32_t stp_columns_attributes(const stp_columns *columns);
 /* The index of the column; STP_COLUMNS_MAX if there is none. */
 uint32_t stp_columns_find(const stp_columns *columns, stp_column column);
 
+/* Gets the next name of a header, as stp_field_next does; units are none. */
+bool stp_columns_next_name(stp_separator separator, const char **at, const char *end,
+                           stp_field *field);
 /* Takes the columns from a header line. False if its fields do not name x, y and z. Colours and
  * normals need all three columns. */
 bool stp_columns_from_header(stp_columns *out, stp_separator separator, const char *begin,

@@ -240,10 +240,10 @@ static void guess_intensity(guess *g)
         count += g->is_free[i];
         times += g->is_free[i] && is_time(g, i);
     }
-    count -= count == 2 && times == 1; /* the time is passed over */
+    const bool timed = count == 2 && times == 1; /* the time is passed over */
     for (uint32_t i = 0; i < g->sample->count; i++)
-        place = g->is_free[i] && !(times == 1 && is_time(g, i)) ? i : place;
-    if (count != 1)
+        place = g->is_free[i] && !(timed && is_time(g, i)) ? i : place;
+    if (count != 1 && !timed)
         return;
     const stp_column_range *range = &g->sample->ranges[place];
     const bool opaque = (range->min >= -16777216.0 && range->min < -65536.0 && range->max < 0.0) ||

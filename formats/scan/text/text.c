@@ -352,7 +352,8 @@ void stp_text_note_columns(stp_text *text, const char *from, const char *header,
     text->left_out = (stp_name_list){{0}};
     for (uint32_t i = 0; i < field_count || i < c->count; i++) {
         const char *meaning = i < c->count ? meaning_of(text, i) : NULL;
-        const bool named = header && stp_field_next(header_separator, &at, header_end, &field);
+        const bool named =
+            header && stp_columns_next_name(header_separator, &at, header_end, &field);
         if (i < c->count)
             used += (size_t)snprintf(text->order + used, sizeof text->order - used, "%s%s",
                                      i > 0 ? "," : "", meaning ? meaning : "_");

@@ -22,8 +22,33 @@ static bool is_padding(stp_separator separator, char c)
     return (stp_is_blank(c) && (separator != STP_SEPARATOR_TAB || c != '\t')) || stp_is_opening(c);
 }
 
-/* Leaves out blanks at a field's end, and brackets that do not open within it as those of units do.
- */
+/* Whether brackets close here, and others open next: `(1, 2, 3) (4, 5, 6)` has six fields. */
+static bool reopens(const char *at, const char *end)
+{
+    if (!stp_is_closing(*at++))
+        return false;
+    while (at < end && stp_is_blank(*at))
+        at++;
+    return at < end && stp_is_opening(*at);
+}
+
+static const char *find_stop(stp_separator separator, const char *begin, const char *end)
+{
+    const char *stop = begin;
+    bool opens = false; /* within the field, as brackets of units do */
+    if (begin < end && *begin == '"') {
+        const char *close = memchr(begin + 1, '"', (size_t)(end - begin - 1));
+        stop = close ? close : begin;
+    }
+    for (; stop < end && !separates(separator, *stop); stop++) {
+        opens = opens || stp_is_opening(*stop);
+        if (!opens && reopens(stop, end))
+            break;
+    }
+    return stop;
+}
+
+/* Leaves out blanks at a field's end, and brackets that do not open within it. */
 static const char *trim_end(const char *begin, const char *stop)
 {
     bool opens = false;
@@ -34,34 +59,52 @@ static const char *trim_end(const char *begin, const char *stop)
     return stop;
 }
 
+/* Brackets around a field alone are part of it: words say so of years, and headers of units. */
+static void keep_pair(const char *first, const char *last, stp_field *field)
+{
+    if (field->begin > first && field->end < last && stp_is_opening(field->begin[-1]) &&
+        stp_is_closing(*field->end)) {
+        field->begin--;
+        field->end++;
+    }
+}
+
 bool stp_field_next(stp_separator separator, const char **at, const char *end, stp_field *field)
 {
-    const char *begin = *at;
-    if (begin == end)
-        return false;
-    while (begin < end && is_padding(separator, *begin))
-        begin++;
-    if (begin == end && separator == STP_SEPARATOR_SPACE) {
-        *at = end;
-        return false;
+    const bool spaced = separator == STP_SEPARATOR_SPACE;
+    const char *first, *stop;
+    do {
+        first = field->begin = *at;
+        if (first == end)
+            return false;
+        while (field->begin < end && is_padding(separator, *field->begin))
+            field->begin++;
+        if (field->begin == end && spaced) {
+            *at = end;
+            return false;
+        }
+        stop = find_stop(separator, field->begin, end);
+        *at = stop < end ? stop + 1 : end;
+        stop = stop < end && stp_is_closing(*stop) ? stop + 1 : stop;
+        field->end = trim_end(field->begin, stop);
+        keep_pair(first, stop, field);
+    } while (field->begin == field->end && spaced); /* brackets alone */
+    if (field->end - field->begin >= 2 && *field->begin == '"' && field->end[-1] == '"') {
+        field->begin++;
+        field->end--;
     }
-    const char *stop = begin;
-    if (begin < end && *begin == '"') {
-        const char *close = memchr(begin + 1, '"', (size_t)(end - begin - 1));
-        stop = close ? close : begin;
-    }
-    while (stop < end && !separates(separator, *stop))
-        stop++;
-    *at = stop < end ? stop + 1 : end;
-    stop = trim_end(begin, stop);
-    if (begin == stop && separator == STP_SEPARATOR_SPACE) /* brackets alone */
-        return stp_field_next(separator, at, end, field);
-    if (stop - begin >= 2 && *begin == '"' && stop[-1] == '"') {
-        begin++;
-        stop--;
-    }
-    *field = (stp_field){begin, stop};
     return true;
+}
+
+uint32_t stp_bracket_groups(const char *begin, const char *end)
+{
+    uint32_t count = 0;
+    bool closed = true;
+    for (const char *at = begin; at < end; at++) {
+        count += closed && stp_is_opening(*at);
+        closed = stp_is_closing(*at) || (closed && !stp_is_opening(*at));
+    }
+    return count;
 }
 
 static bool is_digit(char c)

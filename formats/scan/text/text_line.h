@@ -1,10 +1,11 @@
 /* Splits a line of numbers into fields and finds their separator.
  *
  * Fields are separated by bars, semicolons, single tabs, commas, or runs of spaces and tabs.
- * Spaces, quotation marks and brackets around a field are not part of it: `(1, 2, 3)` has three
- * fields. A separator at the line's end begins no further field. If commas do not separate, a
- * number may have a decimal comma. Numbers may have Fortran's exponents (1.5D+03) and marks of
- * thousands (600'000.25). A line that is blank or begins with # or // does not count. Threads: any.
+ * Spaces, quotation marks and brackets around fields are not part of them: `(1, 2, 3)` has three
+ * fields. Brackets around one field alone, as `(m)`, are. A separator at the line's end begins no
+ * further field. If commas do not separate, a number may have a decimal comma. Numbers may have
+ * Fortran's exponents (1.5D+03) and marks of thousands (600'000.25). A line that is blank or begins
+ * with # or // does not count. Threads: any.
  */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
@@ -80,6 +81,9 @@ static inline bool stp_line_is_comment(const char *begin, const char *end)
         begin++;
     return begin < end && (*begin == '#' || (*begin == '/' && end - begin > 1 && begin[1] == '/'));
 }
+
+/* How many groups of fields in brackets follow one another. */
+uint32_t stp_bracket_groups(const char *begin, const char *end);
 
 /* True if the line counts: it is neither blank, nor brackets alone, nor a comment. */
 static inline bool stp_line_counts(const char *begin, const char *end)

@@ -153,6 +153,38 @@ static uint32_t row_fields(const stp_text *text, const line_copy *row)
     return count < STP_COLUMNS_MAX ? count : STP_COLUMNS_MAX;
 }
 
+/* Whether a number follows a word and a bracket: in `v=(1, 2, 3)` it would be lost. */
+static bool hides_number(stp_separator separator, const line_copy *row)
+{
+    stp_field field;
+    double value;
+    for (const char *at = row->text; stp_field_next(separator, &at, row->end, &field);)
+        for (const char *open = field.begin + 1; open < field.end; open++)
+            if (stp_is_opening(*open) &&
+                stp_field_number(separator, (stp_field){open + 1, field.end}, &value))
+                return true;
+    return false;
+}
+
+/* Points one after another in brackets, as in JSON, are not the columns of one. A point may have
+ * its place, its normal and its colour in three of them. */
+static stp_status check_brackets(const stp_text *text, const line_copy *row,
+                                 const stp_columns_sample *sample, stp_error *err)
+{
+    const unsigned long long line = row->line;
+    if (stp_bracket_groups(row->text, row->end) > (sample->rows > 1 ? 3 : 1))
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: line %llu has several points in brackets: give each a line of "
+                             "its own, or name the columns with --columns",
+                             text->source.path, line);
+    if (hides_number(text->columns.separator, row))
+        return stp_error_set(err, STP_UNSUPPORTED,
+                             "%s: line %llu has a word before a bracket and a number: leave out "
+                             "such words, or name the columns with --columns",
+                             text->source.path, line);
+    return STP_OK;
+}
+
 static stp_status find_columns(stp_text *text, const beginning *b, const char *list,
                                stp_columns_sample *sample, stp_error *err)
 {
@@ -176,6 +208,8 @@ static stp_status find_columns(stp_text *text, const beginning *b, const char *l
         sample->count = sample->open_end && named < fields ? named : fields;
         STP_TRY(stp_text_sample(text, text->columns.separator, sample, err));
     }
+    if (row->end && from[0] == 'b')
+        STP_TRY(check_brackets(text, row, sample, err));
     stp_text_decide(text, sample);
     const bool named = from[0] == 't';
     if (row->end || named)
