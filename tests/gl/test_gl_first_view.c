@@ -199,15 +199,16 @@ static void wrong_first_views(void **state)
     free(p.at);
 }
 
-/* A tall wall from a scanner: z is up because the file says so. An invalid axis says nothing. */
+/* A tall wall from a scanner: z is up because the file says so. 0 0 0 says nothing. */
 static void file_says_what_is_up(void **state)
 {
     static const struct {
         const char *text;
         bool z_up;
-    } cases[] = {{"\"up\":[0, 0, 1]", true},    {"\"up\":[0, 1, 0]", false},
-                 {"\"up\":[1, 0, 0]", false},   {"\"up\":[0, 0, 2]", false},
-                 {"\"up\":[0, 0,\"\"]", false}, {"\"uP\":[0, 0, 1]", false}};
+    } cases[] = {{"\"up\":[0, 0, 1]", true},  {"\"up\":[0, 1, 0]", false},
+                 {"\"up\":[1, 0, 0]", false}, {"\"up\":[0, 0, 2]", true},
+                 {"\"up\":[0, 0, 0]", false}, {"\"up\":[0, 0,\"\"]", false},
+                 {"\"uP\":[0, 0, 1]", false}};
     (void)state;
     FILE *file = fopen("wall.ptx", "w");
     assert_non_null(file);
