@@ -72,7 +72,7 @@ step_of() { # model
     "$STIPPLE" info "$1" --json | sed -n 's/.*"normal_step":[[:space:]]*\([0-9]*\).*/\1/p' | head -1
 }
 
-# Between two numbers of bits there are three steps more. Only Draco has them.
+# Between two numbers of bits there are three steps more. Only Draco in blocks has them.
 test_steps() {
     local step
     prepare rough.ply rough.stipple
@@ -85,6 +85,8 @@ test_steps() {
     [ "$(stat -c %s rough.stipple)" -lt "$(stat -c %s nine.stipple)" ] || fail "step $step saves nothing"
     prepare rough.ply zstd.stipple --codec zstd
     [ -z "$(step_of zstd.stipple)" ] || fail "zstd: a step of $(step_of zstd.stipple)"
+    prepare rough.ply first.stipple --format 1
+    [ -z "$(step_of first.stipple)" ] || fail "format 1: a step of $(step_of first.stipple)"
     cp rough.stipple grown.stipple
     "$STIPPLE" prep noisy.ply --append -o grown.stipple --quiet || fail "append"
     [ "$(step_of grown.stipple)" = "$step" ] || fail "appended points change the step"

@@ -24,11 +24,11 @@ static size_t write_6(unsigned char *out)
     return n + put(out + n, heights, sizeof heights);
 }
 
-static size_t write_7(unsigned char *out)
+static size_t write_7(unsigned char *out, double none)
 {
     const uint32_t head[] = {4, 2}, sizes[] = {72, 2, 3};
     const uint32_t bytes = 48;
-    const double place[] = {10, 20, 2, 1, 1, 5, 0, 1.70141e38};
+    const double place[] = {10, 20, 2, 1, 1, 5, 0, none};
     size_t n = put(out, "DSRB", 4);
     n += put(out + n, head, sizeof head);
     n += put(out + n, "GRID", 4);
@@ -37,7 +37,7 @@ static size_t write_7(unsigned char *out)
     n += put(out + n, "DATA", 4);
     n += put(out + n, &bytes, sizeof bytes);
     for (int i = 0; i < 6; i++)
-        n += put_double(out + n, i < 5 ? i + 1.0 : 1.70141e38);
+        n += put_double(out + n, i < 5 ? i + 1.0 : none);
     return n;
 }
 
@@ -69,8 +69,10 @@ static void all_kinds(void **state)
     expect_heights("a.grd");
     scan_fixture_bytes("b.grd", bytes, write_6(bytes));
     expect_heights("b.grd");
-    scan_fixture_bytes("c.grd", bytes, write_7(bytes));
+    scan_fixture_bytes("c.grd", bytes, write_7(bytes, 1.70141e38));
     expect_heights("c.grd");
+    scan_fixture_bytes("d.grd", bytes, write_7(bytes, -3000.0));
+    expect_heights("d.grd");
 }
 
 /* Cut anywhere; and headers that no grid has. */
@@ -79,7 +81,7 @@ static void malformed(void **state)
     (void)state;
     unsigned char bytes[256];
     for (int version = 6; version < 8; version++) {
-        const size_t size = version == 6 ? write_6(bytes) : write_7(bytes);
+        const size_t size = version == 6 ? write_6(bytes) : write_7(bytes, 1.70141e38);
         for (size_t cut = 4; cut < size; cut++) {
             stp_error err = {0};
             stp_scan *scan = NULL;

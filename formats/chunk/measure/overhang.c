@@ -30,11 +30,11 @@ typedef struct suspect {
 /* Most suspects: the points of a quarter's level-1 discs, and one in a hole under each. */
 #define SUSPECTS (4 * (STP_DISC_POINTS + 1))
 
-/* The state of measuring or checking one patch. greatest: the greatest error of the quarter or
- * patch so far, grid units; of a check, the stored error. */
 /* Patches that a thread measures at a time. */
 #define SHARE_PATCHES 32u
 
+/* The state of measuring or checking one patch. greatest: the greatest error of the quarter or
+ * patch so far, grid units; of a check, the stored error. */
 typedef struct measure {
     const stp_disc_grid *grid;
     const stp_disc_hints *hints;
