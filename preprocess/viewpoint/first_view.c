@@ -224,6 +224,8 @@ static stp_status view_from_station(stp_first_camera *out, const stp_cloud *clou
         .why = STP_FIRST_SCANNER, .eye = eye, .aspect = 1.0, .fovy_deg = AROUND_FOVY_DEG};
     stp_dvec3 forward = narrow ? mean : largest_surface(&space, eye, up);
     camera.up = up_across(forward, up);
+    if (word == STP_STATION_GUESSED)
+        camera.model_up = up;
     if (narrow)
         STP_TRY(take_in(&camera, &forward, rays, count, err));
     camera.look =

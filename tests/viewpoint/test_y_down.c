@@ -76,26 +76,29 @@ static void walls_stand(void **state)
     free(p.at);
 }
 
-/* A wall thin along z: a camera that looks along z faces it if normals point there; else it may be
- * ground. */
+/* A wall thin along z: a camera at the origin that looks along z faces it if normals point there;
+ * else it may be ground, and about the origin it is ground whose normals are wrong. */
 static void cameras_face_walls(void **state)
 {
     (void)state;
+    enum { WALL, GROUND_BELOW, THICK, ABOUT, KINDS };
     stp_dvec3 normals[POINTS];
-    for (int kind = 0; kind < 3; kind++) {
-        const bool ground = kind == 1, thick = kind == 2;
+    for (int kind = 0; kind < KINDS; kind++) {
+        const bool wall = kind == WALL || kind == THICK;
+        const double near = kind == THICK ? 1.0 : 1.44;
         positions p = {0};
         for (uint64_t i = 0; i < POINTS; i++) {
             const double x = 2.0 * stp_random_unit(6, 2 * i);
             const double y = 1.5 * stp_random_unit(6, 2 * i + 1);
-            positions_add(&p, 1.0 + x, 0.8 + y, fmod(x, 0.5) < 0.2 ? (thick ? 1.0 : 1.44) : 1.5);
-            normals[i] = (stp_dvec3){0.0, 0.0, ground ? 1.0 : -1.0};
+            positions_add(&p, 1.0 + x, 0.8 + y,
+                          (fmod(x, 0.5) < 0.2 ? near : 1.5) - (kind == ABOUT ? 1.2 : 0.0));
+            normals[i] = (stp_dvec3){0.0, 0.0, kind == GROUND_BELOW ? 1.0 : -1.0};
         }
         write_points("front.ply", &p, normals);
         const stp_first_camera first = first_prep("front.ply", 2).first;
-        assert_true(first.why == (kind > 0 ? STP_FIRST_WHOLE : STP_FIRST_SIDE));
-        assert_true(first.model_up.y == (ground ? 0.0 : -1.0));
-        assert_true(kind > 0 || (first.eye.z < 0.0 && first.up.y < 0.0));
+        assert_true(first.why == (kind == WALL ? STP_FIRST_SIDE : STP_FIRST_WHOLE));
+        assert_true(first.model_up.y == (wall ? -1.0 : 0.0));
+        assert_true(kind != WALL || (first.eye.z < 0.0 && first.up.y < 0.0));
         free(p.at);
     }
 }
