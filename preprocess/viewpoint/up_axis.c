@@ -25,6 +25,7 @@
 /* Mean of the given normals against z, and where such points lie: see stp_faces_along_z. */
 #define FACING_LEAST 0.5
 #define WIDEST_TANGENT 3.0
+#define FARTHEST 20.0     /* m, for depth cameras; ground above the origin may be higher */
 #define BEFORE_LEAST 0.99 /* of all points */
 
 /* The share of columns that are level at the low end, less that at the high end. */
@@ -89,7 +90,7 @@ stp_status stp_faces_along_z(bool *out, const stp_cloud *cloud, stp_error *err)
     STP_TRY(stp_cloud_every(cloud, cloud->count / POINTS + 1, &points, &count, err));
     for (uint32_t i = 0; i < count; i++) {
         const stp_dvec3 p = points[i].position;
-        before += fmax(fabs(p.x), fabs(p.y)) <= WIDEST_TANGENT * p.z;
+        before += p.z <= FARTHEST && fmax(fabs(p.x), fabs(p.y)) <= WIDEST_TANGENT * p.z;
         sum += points[i].given == STP_GIVEN_INPUT ? (double)points[i].normal.z : 0.0;
     }
     *out = before >= BEFORE_LEAST * count && sum < -FACING_LEAST * count;
