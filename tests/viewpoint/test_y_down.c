@@ -142,6 +142,9 @@ static void earth_is_below(void **state)
         const stp_dvec3 up = stp_dbox_earth_up(&box), away = stp_whole_direction_over(up);
         assert_true(stp_dvec3_length(stp_dvec3_sub(up, cases[i].up)) < 5e-3);
         assert_true(i > 1 || (stp_dvec3_dot(away, up) > 0.5 && away.z < 0.3));
+        const stp_dvec3 front = stp_front(up); /* the south */
+        assert_true(i > 1 || (fabs(stp_dvec3_dot(front, up)) < 1e-9 && front.z < -0.5 &&
+                              fabs(stp_dvec3_length(front) - 1.0) < 1e-9));
     }
     level_field("earth.xyz", cases[0].at, cases[0].up, false);
     const stp_first_camera first = first_prep("earth.xyz", 2).first;
