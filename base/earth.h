@@ -17,15 +17,31 @@ static inline stp_dvec3 stp_dbox_earth_up(const stp_dbox *box)
                 : (stp_dvec3){0.0, 0.0, 0.0};
 }
 
+/* Whether what is up is an axis, as nearly all models have it. */
+static inline bool stp_up_is_axis(stp_dvec3 up)
+{
+    return stp_dvec3_reach(up) >= 0.9999 * stp_dvec3_length(up);
+}
+
+/* The side of a thing that is its front: z, or if z is up -y, or if y is down -z; if what is up is
+ * no axis, the south. up: a unit vector. */
+static inline stp_dvec3 stp_front(stp_dvec3 up)
+{
+    if (!stp_up_is_axis(up))
+        return stp_dvec3_cross(stp_dvec3_normalize((stp_dvec3){-up.y, up.x, 0.0}), up);
+    return up.z > 0.5 ? (stp_dvec3){0.0, -1.0, 0.0}
+                      : (stp_dvec3){0.0, 0.0, up.y < -0.5 ? -1.0 : 1.0};
+}
+
 /* stp_whole_direction; if what is up is no axis, from the south, a little from the east and above.
  */
 static inline stp_dvec3 stp_whole_direction_over(stp_dvec3 up)
 {
-    if (stp_dvec3_reach(up) >= 0.9999 * stp_dvec3_length(up))
+    if (stp_up_is_axis(up))
         return stp_whole_direction(up);
     const stp_dvec3 east = stp_dvec3_normalize((stp_dvec3){-up.y, up.x, 0.0});
     return stp_dvec3_add(stp_dvec3_add(stp_dvec3_scale(east, 0.3), stp_dvec3_scale(up, 0.7)),
-                         stp_dvec3_cross(east, up));
+                         stp_front(up));
 }
 
 #endif

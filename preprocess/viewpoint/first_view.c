@@ -205,6 +205,7 @@ static stp_status view_from_station(stp_first_camera *out, const stp_cloud *clou
     uint32_t count = 0;
     stp_station_word word = STP_STATION_TOLD;
     const stp_dvec3 eye = source->stations[station - 1];
+    const stp_dvec3 earth = stp_dbox_earth_up(&cloud->box);
     stp_dvec3 up =
         source->station_ups ? source->station_ups[station - 1] : (stp_dvec3){0.0, 0.0, 0.0};
     for (size_t f = 0; f < source->file_count; f++)
@@ -216,6 +217,8 @@ static stp_status view_from_station(stp_first_camera *out, const stp_cloud *clou
         goto done;
     const stp_dvec3 mean = mean_of(rays, count);
     const bool narrow = is_narrow(rays, count, mean);
+    if (stp_dvec3_length(up) == 0.0)
+        up = earth;
     if (stp_dvec3_length(up) > 0.0)
         up = stp_dvec3_normalize(up);
     else
@@ -224,6 +227,7 @@ static stp_status view_from_station(stp_first_camera *out, const stp_cloud *clou
         .why = STP_FIRST_SCANNER, .eye = eye, .aspect = 1.0, .fovy_deg = AROUND_FOVY_DEG};
     stp_dvec3 forward = narrow ? mean : largest_surface(&space, eye, up);
     camera.up = up_across(forward, up);
+    camera.model_up = word == STP_STATION_GUESSED ? up : earth;
     if (narrow)
         STP_TRY(take_in(&camera, &forward, rays, count, err));
     camera.look =

@@ -22,8 +22,11 @@
 #define ALONG_COSINE 0.9f  /* of a normal along y, or against it */
 #define NORMALS_LEAST 50u  /* such normals; fewer say nothing */
 #define AGAINST_LEAST 0.95 /* of them */
-/* Mean of the given normals against z: see stp_faces_along_z. */
+/* Mean of the given normals against z, and where such points lie: see stp_faces_along_z. */
 #define FACING_LEAST 0.5
+#define WIDEST_TANGENT 3.0
+#define FARTHEST 20.0     /* m, for depth cameras; ground above the origin may be higher */
+#define BEFORE_LEAST 0.99 /* of all points */
 
 /* The share of columns that are level at the low end, less that at the high end. */
 static double share_of(const stp_space *s, int axis)
@@ -82,12 +85,15 @@ stp_status stp_faces_along_z(bool *out, const stp_cloud *cloud, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_cloud_point *points = NULL;
-    uint32_t count = 0;
+    uint32_t count = 0, before = 0;
     double sum = 0.0;
     STP_TRY(stp_cloud_every(cloud, cloud->count / POINTS + 1, &points, &count, err));
-    for (uint32_t i = 0; i < count; i++)
+    for (uint32_t i = 0; i < count; i++) {
+        const stp_dvec3 p = points[i].position;
+        before += p.z <= FARTHEST && fmax(fabs(p.x), fabs(p.y)) <= WIDEST_TANGENT * p.z;
         sum += points[i].given == STP_GIVEN_INPUT ? (double)points[i].normal.z : 0.0;
-    *out = sum < -FACING_LEAST * count;
+    }
+    *out = before >= BEFORE_LEAST * count && sum < -FACING_LEAST * count;
 done:
     free(points);
     return status;

@@ -23,8 +23,10 @@ bool stp_up_is_z(const stp_space *space);
  * cloud IO, CANCELLED. */
 stp_status stp_up_is_against_y(bool *out, const stp_cloud *cloud, const stp_space *space,
                                stp_error *err);
-/* Whether the file's own normals point against z, on average by half: so no ground does, but what a
- * camera sees that looks along z. Its y points down. Errors: likewise. */
+/* Whether a camera at the origin that looks along z may have seen the points: they lie before it,
+ * within 20 m, and the file's own normals point against z, on average by half. Its y points down.
+ * If ground lies about the origin, such normals are wrong: many programs turn all of them the same
+ * way by chance. Errors: likewise. */
 stp_status stp_faces_along_z(bool *out, const stp_cloud *cloud, stp_error *err);
 
 #endif

@@ -22,6 +22,9 @@ expect_code 0
 expect_text err "orientation from the scanner's position"
 run "$STIPPLE" info "$FOLDER/own.stipple"
 expect_text out "from 0 0 0: where the scanner was"
+run "$STIPPLE" info --json "$FOLDER/own.stipple"
+tr -d ' \t\n' <"$FOLDER/out" | grep -q '"up":\[0,-1,0\],"first_view"' ||
+    fail "y points down there, also where the whole is seen"
 run "$STIPPLE" prep "$FOLDER/other.xyz" -o "$FOLDER/other.stipple"
 expect_code 0
 grep -q scanner "$FOLDER/err" && fail "a scanner was found where there was none"

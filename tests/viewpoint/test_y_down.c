@@ -76,28 +76,51 @@ static void walls_stand(void **state)
     free(p.at);
 }
 
-/* A wall thin along z: a camera that looks along z faces it if normals point there; else it may be
- * ground. */
+/* A wall thin along z: a camera at the origin that looks along z faces it if normals point there;
+ * else it may be ground, and about the origin or far above it is ground whose normals are wrong. */
 static void cameras_face_walls(void **state)
 {
     (void)state;
+    enum { WALL, GROUND_BELOW, THICK, ABOUT, HIGH, KINDS };
     stp_dvec3 normals[POINTS];
-    for (int kind = 0; kind < 3; kind++) {
-        const bool ground = kind == 1, thick = kind == 2;
+    for (int kind = 0; kind < KINDS; kind++) {
+        const bool wall = kind == WALL || kind == THICK;
+        const double near = kind == THICK ? 1.0 : 1.44;
+        const double shift = kind == ABOUT ? -1.2 : kind == HIGH ? 300.0 : 0.0;
         positions p = {0};
         for (uint64_t i = 0; i < POINTS; i++) {
             const double x = 2.0 * stp_random_unit(6, 2 * i);
             const double y = 1.5 * stp_random_unit(6, 2 * i + 1);
-            positions_add(&p, 1.0 + x, 0.8 + y, fmod(x, 0.5) < 0.2 ? (thick ? 1.0 : 1.44) : 1.5);
-            normals[i] = (stp_dvec3){0.0, 0.0, ground ? 1.0 : -1.0};
+            positions_add(&p, 1.0 + x, 0.8 + y, (fmod(x, 0.5) < 0.2 ? near : 1.5) + shift);
+            normals[i] = (stp_dvec3){0.0, 0.0, kind == GROUND_BELOW ? 1.0 : -1.0};
         }
         write_points("front.ply", &p, normals);
         const stp_first_camera first = first_prep("front.ply", 2).first;
-        assert_true(first.why == (kind > 0 ? STP_FIRST_WHOLE : STP_FIRST_SIDE));
-        assert_true(first.model_up.y == (ground ? 0.0 : -1.0));
-        assert_true(kind > 0 || (first.eye.z < 0.0 && first.up.y < 0.0));
+        assert_true(first.why == (kind == WALL ? STP_FIRST_SIDE : STP_FIRST_WHOLE));
+        assert_true(first.model_up.y == (wall ? -1.0 : 0.0));
+        assert_true(kind != WALL || (first.eye.z < 0.0 && first.up.y < 0.0));
         free(p.at);
     }
+}
+
+/* Writes a level field, as text or as PCD that a scanner has seen from 30 m above a corner. */
+static void level_field(const char *path, stp_dvec3 at, stp_dvec3 up, bool seen)
+{
+    const stp_dvec3 east = {-up.y, up.x, 0.0}, north = stp_dvec3_cross(up, east);
+    const stp_dvec3 eye = stp_dvec3_add(at, stp_dvec3_scale(up, 30.0));
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    if (seen)
+        fprintf(file,
+                "VERSION .7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 4000\n"
+                "HEIGHT 1\nVIEWPOINT %.3f %.3f %.3f 1 0 0 0\nPOINTS 4000\nDATA ascii\n",
+                eye.x, eye.y, eye.z);
+    for (int i = 0; i < 4000; i++) {
+        const stp_dvec3 p = stp_dvec3_add(
+            at, stp_dvec3_add(stp_dvec3_scale(east, i % 80), stp_dvec3_scale(north, i / 80)));
+        fprintf(file, "%.3f %.3f %.3f\n", p.x, p.y, p.z);
+    }
+    assert_int_equal(fclose(file), 0);
 }
 
 /* Coordinates about the earth's centre: up is away from it. Those of a map, as far away, are not.
@@ -119,22 +142,17 @@ static void earth_is_below(void **state)
         const stp_dvec3 up = stp_dbox_earth_up(&box), away = stp_whole_direction_over(up);
         assert_true(stp_dvec3_length(stp_dvec3_sub(up, cases[i].up)) < 5e-3);
         assert_true(i > 1 || (stp_dvec3_dot(away, up) > 0.5 && away.z < 0.3));
+        const stp_dvec3 front = stp_front(up); /* the south */
+        assert_true(i > 1 || (fabs(stp_dvec3_dot(front, up)) < 1e-9 && front.z < -0.5 &&
+                              fabs(stp_dvec3_length(front) - 1.0) < 1e-9));
     }
-    char text[64];
-    FILE *file = fopen("earth.xyz", "w");
-    assert_non_null(file);
-    for (int i = 0; i < 4000; i++) { /* a level field */
-        const stp_dvec3 up = cases[0].up, east = {-up.y, up.x, 0.0},
-                        north = stp_dvec3_cross(up, east);
-        const stp_dvec3 p =
-            stp_dvec3_add(cases[0].at, stp_dvec3_add(stp_dvec3_scale(east, i % 80),
-                                                     stp_dvec3_scale(north, i / 80)));
-        snprintf(text, sizeof text, "%.3f %.3f %.3f\n", p.x, p.y, p.z);
-        fputs(text, file);
-    }
-    assert_int_equal(fclose(file), 0);
+    level_field("earth.xyz", cases[0].at, cases[0].up, false);
     const stp_first_camera first = first_prep("earth.xyz", 2).first;
     assert_true(first.why == STP_FIRST_WHOLE && stp_dvec3_dot(first.model_up, cases[0].up) > 0.99);
+    level_field("earth.pcd", cases[0].at, cases[0].up, true);
+    const stp_first_camera seen = first_prep("earth.pcd", 2).first;
+    assert_true(seen.why == STP_FIRST_SCANNER && stp_dvec3_dot(seen.up, cases[0].up) > 0.99 &&
+                stp_dvec3_dot(seen.model_up, cases[0].up) > 0.99);
 }
 
 /* The whole model is seen from its front, from above, upright. */

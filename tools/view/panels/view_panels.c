@@ -1,6 +1,7 @@
 /* Draws the panel at the right: its sections; models, camera, and frames and memory. */
 #include "tools/view/panels/view_panels.h"
 
+#include "base/earth.h"
 #include "tools/view/view_move.h"
 #include "tools/view/view_say.h"
 #include "tools/view/view_wishes.h"
@@ -117,8 +118,10 @@ static void facing_rows(viewer *v)
     static const char *const names[] = {"front", "back", "left", "right", "top", "bottom"};
     const bool z_up = v->control.camera.up.z > 0.5;
     const double y = v->control.camera.up.y < -0.5 ? -1.0 : 1.0;
-    const stp_dvec3 up = z_up ? (stp_dvec3){0.0, 0.0, 1.0} : (stp_dvec3){0.0, y, 0.0};
-    const stp_dvec3 front = z_up ? (stp_dvec3){0.0, -1.0, 0.0} : (stp_dvec3){0.0, 0.0, y};
+    const stp_dvec3 whole = stp_model_camera(v->scene.models[0].model, STP_HOME_WHOLE, 1, 1).up;
+    const stp_dvec3 axis = z_up ? (stp_dvec3){0.0, 0.0, 1.0} : (stp_dvec3){0.0, y, 0.0};
+    const stp_dvec3 up = stp_up_is_axis(whole) ? axis : whole;
+    const stp_dvec3 front = stp_front(up);
     const stp_dvec3 right = stp_dvec3_cross(up, front);
     /* the view from above is tilted a little to the front, so that up stays up */
     const stp_dvec3 tilt = stp_dvec3_scale(front, 1e-3);
