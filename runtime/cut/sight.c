@@ -117,14 +117,34 @@ static const stp_raster *raster_of(const stp_resident *r, uint32_t patch)
 
 /* Cosine of a slope of 4 to 1, the steepest that square_list.glsl believes a tangent plane. */
 #define STEEP_COSINE 0.2425f
+/* Steps steeper than 8 to 1 are cliffs. Beside points, squares steeper than this leave gaps. */
+#define STEEPEST_SLOPE 7.0f
+/* Noise makes steps steeper, by some 2.5 times what heights are off level 1. */
+#define STEP_ERRORS 2.5f
+
+/* How far heights lie off level 1 of a patch, in sides of a cell, if its normal has this z. */
+static float roughness(const stp_raster *raster, const stp_mirror_patch *patch, float up)
+{
+    const double *a = raster->across[0], *b = raster->across[1];
+    const double column = a[1] * a[1] + b[1] * b[1], row = a[2] * a[2] + b[2] * b[2];
+    float error = 0.0f;
+    for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+        error = fmaxf(error, patch->quarter_error[1][0][q]);
+    return error / (up * sqrtf((float)fmin(column, row)));
+}
 
 /* Whether a square of heights may fall so steeply that its triangles would leave pixels open: they
- * take a step beyond twice what tangent planes tell for a cliff. Its discs close there. */
+ * take a step beyond twice what tangent planes tell for a cliff. Discs close there. */
 static bool is_steep(const stp_raster *raster, const stp_mirror_patch *patch)
 {
     const float up = fabsf(patch->cone_axis[2]), spread = patch->cone_cos;
     const float sines = (1.0f - up * up) * (1.0f - spread * spread);
-    return stp_raster_is_upright(raster) && up * spread - sqrtf(fmaxf(0.0f, sines)) < STEEP_COSINE;
+    const float cosine = up * spread - sqrtf(fmaxf(0.0f, sines)); /* of the steepest slope */
+    if (!stp_raster_is_upright(raster) || cosine >= STEEP_COSINE)
+        return false;
+    return !(cosine > 0.0f) ||
+           sqrtf(1.0f - cosine * cosine) / cosine + STEP_ERRORS * roughness(raster, patch, up) >
+               STEEPEST_SLOPE;
 }
 
 /* Whether a patch in sight is a square of a grid or a map, and its samples are so wide that they

@@ -356,6 +356,28 @@ static void steep_ground_is_closed(void **state)
     gl_fixture_close(&f);
 }
 
+static double smooth(double x, double y)
+{
+    return 5.0 * y + sin(x / 7.0);
+}
+
+/* Smooth ground that steep has no step that looks like a cliff: it is drawn as triangles. */
+static void smooth_steep_ground_is_triangles(void **state)
+{
+    (void)state;
+    gl_fixture f = {0};
+    size_t pixels[2];
+    prep_cloud cloud = make_grid(smooth, false);
+    open_grid(&f, &cloud);
+    const stp_view view =
+        look(&f, (stp_dvec3){75.0, -30.0, 436.0}, (stp_dvec3){75.0, 70.0, 420.0}, false);
+    count_primitives(&f, &view, STP_GRID_AUTO, pixels);
+    print_message("smooth steep ground: %zu pixels of triangles, %zu of points\n", pixels[0],
+                  pixels[1]);
+    assert_true(pixels[0] > PIXELS - PIXELS / 20 && pixels[1] < PIXELS / 1000);
+    gl_fixture_close(&f);
+}
+
 /* Near the distance at which points give way to triangles, pictures of both agree. */
 static void points_and_triangles_agree(void **state)
 {
@@ -468,6 +490,7 @@ int main(void)
         cmocka_unit_test(bent_grids_have_no_seams),
         cmocka_unit_test(triangles_are_for_near_samples),
         cmocka_unit_test(steep_ground_is_closed),
+        cmocka_unit_test(smooth_steep_ground_is_triangles),
         cmocka_unit_test(points_and_triangles_agree),
         cmocka_unit_test(crests_are_lit_from_above),
         cmocka_unit_test(picks_find_the_surface),
