@@ -1,7 +1,8 @@
 /* Reads grids of Golden Software's Surfer: ASCII (DSAA), binary of Surfer 6 (DSBB) and 7 (DSRB).
  *
  * Nodes lie on the grid's edges; the lowest row comes first. Heights of 1.70141e38 and more are
- * none, as everywhere (STP_SCAN_NONE_FROM). The format names no coordinate system. */
+ * none, as everywhere (STP_SCAN_NONE_FROM), and in version 7 those of its own blank value, which
+ * some writers leave 0. The format names no coordinate system. */
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
 #include "formats/scan/grid/raster_numbers.h"
@@ -13,6 +14,7 @@ typedef struct surfer_raster {
     stp_raster_text text;
     uint32_t width;
     size_t bytes; /* of a height, 4 or 8; 0: as text */
+    double blank; /* 0: none */
 } surfer_raster;
 
 /* Columns, rows, and the ends of x, y and z. */
@@ -68,6 +70,7 @@ static stp_status read_header_7(surfer_raster *g, double n[NUMBERS], stp_error *
             memcpy(&rows, b, sizeof rows);
             memcpy(&columns, b + 4, sizeof columns);
             take_doubles(b + 8, place, 4);
+            take_doubles(b + 64, &g->blank, 1);
             n[COLUMNS] = columns;
             n[ROWS] = rows;
             for (int k = 0; k < 2; k++) {
@@ -127,6 +130,8 @@ static stp_status open_surfer(void *state, stp_raster_info *info, const char *pa
                               .width = g->width,
                               .height = (uint32_t)n[ROWS],
                               .channels = 1,
+                              .has_none = g->blank != 0.0,
+                              .none = g->blank,
                               .floats = true,
                               .full = 1.0,
                               .spaced = true,
