@@ -1,6 +1,6 @@
-/* Fuzz target for lines of numbers (XYZ, PTS, PTX): reads any bytes as a file, by content, under
- * the formats' names, and with given columns. Needs no corpus: an empty input becomes one of the
- * small files below. */
+/* Fuzz target for lines of numbers (XYZ, PTS, PTX) and KITTI: reads any bytes as a file, by
+ * content, under the formats' names, and with given columns. Needs no corpus: an empty input
+ * becomes one of the small files below. */
 #include "tests/fuzz/fuzz_scan.h"
 
 #include "formats/scan/number.h"
@@ -15,6 +15,10 @@ static const char *const seeds[] = {
     "//X Y Z R G B Nx Ny Nz\n# comment\n\n1 2 3 256 0 0 0 0 1\nnan 0 inf 1 2 65535 0 0 0\n",
     "3\n1 2 3 -2048 10 20 30\n4 5 6 2047 40 50 60\n7 8 9 0 1 2 3\n1\n1 1 1 1 1 1 1\n",
     "2\n1 2 3\n4 5 6\n",
+    "[[1.5, -2,5, 3],\n [4, 5, 6]]\n",
+    "Survey (2019)\nX (m) Y [m] Z (m) rgb\n1,5 -2,25 3 #ff0000\n4 5 6 #00ff00\n",
+    "v(1, 2, 3) (0, 0, 1)\n{4; 5; 6} {0; 1; 0}\n",
+    "1 2 3 9 0.5\n4 5 6 7 0.5\n7 8 9 8 0.75\n",
     "2\n1\n5 6 7\n1 0 0\n0 1 0\n0 0 1\n0 1 0 0\n-1 0 0 0\n0 0 1 0\n5 6 7 1\n"
     "1 2 3 0.5 10 20 30\n0 0 0 0.5 0 0 0\n"
     "1\n2\n5 6 7\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
@@ -23,21 +27,24 @@ static const char *const seeds[] = {
 };
 
 static const char *const words[] = {
-    "nan",     "inf",
-    "-1",      "0",
-    "255",     "65535",
-    "-2048",   "18446744073709551615",
-    "1e999",   "1e-320",
-    ";",       "\t",
-    ",",       "\n",
-    "\r\n",    "\"",
-    "#",       "//",
-    "0.5",     "1,5",
-    "x",       "y",
-    "z",       " ",
-    "e",       ".",
-    "0 0 0\n", "\n\n",
-    "i",       "9007199254740993",
+    "nan",      "inf",
+    "-1",       "0",
+    "255",      "65535",
+    "-2048",    "18446744073709551615",
+    "1e999",    "1e-320",
+    ";",        "\t",
+    ",",        "\n",
+    "\r\n",     "\"",
+    "#",        "//",
+    "0.5",      "1,5",
+    "x",        "y",
+    "z",        " ",
+    "e",        ".",
+    "0 0 0\n",  "\n\n",
+    "i",        "9007199254740993",
+    "(",        ")",
+    "[",        "]] ",
+    "\xff\xfe", "\xfe\xff",
 };
 
 static const char *const lists[] = {NULL, NULL, NULL, "x,y,z", "_,x,y,z,r,g,b", "z,y,x,i,class,-"};
@@ -50,7 +57,7 @@ size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t capacity, unsi
 }
 
 static char folder[] = "fuzz-text-XXXXXX";
-static const char *const names[] = {"scan", "scan.xyz", "scan.pts", "scan.ptx"};
+static const char *const names[] = {"scan", "scan.xyz", "scan.pts", "scan.ptx", "scan.bin"};
 
 static const char *name_of(size_t i)
 {
@@ -109,6 +116,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     check_number(data, size);
     fuzz_read_scan(name_of(0), NULL);
     fuzz_find_step(name_of(0));
-    fuzz_read_scan(name_of(1 + choice / 8 % 3), &params);
+    fuzz_read_scan(name_of(1 + choice / 8 % 4), &params);
     return 0;
 }

@@ -56,6 +56,10 @@ static void nothing_else(void **state)
         scan_fixture_bytes("wrong.bin", numbers, size);
         scan_fixture_fails("wrong.bin", NULL, STP_FORMAT, "no known format");
     }
+    for (int i = 0; i < 5 * COUNT; i++)
+        numbers[i] = 1.0f + 0.5f * (float)(i % 7); /* a mesh's corners, or heights */
+    scan_fixture_bytes("positive.bin", numbers, size);
+    scan_fixture_fails("positive.bin", NULL, STP_FORMAT, "no known format");
     memset(numbers, 0, sizeof numbers);
     scan_fixture_bytes("zeros.bin", numbers, size);
     scan_fixture_fails("zeros.bin", NULL, STP_FORMAT, "no known format");

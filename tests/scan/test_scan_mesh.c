@@ -227,12 +227,16 @@ static void stl_colours(void **state)
         {"COLOR=\x0a\x14\x1e\xff", {0x001f, 0x8000}, true, {{255, 0, 0}, {10, 20, 30}}},
     };
     const float corners[3][9] = {
-        {0, 0, 0, 1, 0, 0, 0, 1, 0}, {5, 5, 5, 5, 5, 5, 0, 1, 0}, {0, 0, 1, 1, 0, 1, 0, 1, 1}};
+        {0, 0, 0, 1, 0, 0, 0, 1, 0},
+        {0, 0, 5, 1e-40f, 0, 5, 0, 1, 5}, /* to OpenMesh, the first two are one */
+        {0, 0, 1, 1, 0, 1, 0, 1, 1}};
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
-        unsigned char bytes[84 + 150] = {0};
+        unsigned char bytes[84 + 150 + 60] = {0}; /* some writers let bytes follow */
         stp_scan_info info;
         memcpy(bytes, cases[c].header, strlen(cases[c].header));
         bytes[80] = 3;
+        for (size_t i = 84 + 150; i < sizeof bytes; i++)
+            bytes[i] = (unsigned char)(i / 2);
         for (size_t i = 0; i < 3; i++) {
             const uint16_t word = i == 1 ? 0x83e0 : cases[c].words[i / 2];
             memcpy(bytes + 84 + 50 * i + 12, corners[i], sizeof corners[i]);

@@ -75,6 +75,25 @@ static void all_kinds(void **state)
     expect_heights("d.grd");
 }
 
+/* Version 7 names its own blank value; a 0 there is none. */
+static void blank_values(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 2; k++) {
+        unsigned char bytes[256];
+        const size_t size = write_7(bytes, 1.70141e38);
+        stp_scan_info info;
+        unsigned valid = 0;
+        put_double(bytes + 12 + 8 + 64, k == 0 ? 4.0 : 0.0);
+        scan_fixture_bytes("blank.grd", bytes, size);
+        stp_point *points = scan_fixture_read("blank.grd", &(stp_scan_params){0}, &info);
+        for (int i = 0; i < 6; i++)
+            valid += points[i].reject == STP_REJECT_NONE;
+        assert_int_equal(valid, k == 0 ? 4 : 5);
+        free(points);
+    }
+}
+
 /* Cut anywhere; and headers that no grid has. */
 static void malformed(void **state)
 {
@@ -110,6 +129,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_kinds),
+        cmocka_unit_test(blank_values),
         cmocka_unit_test(malformed),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);

@@ -1,13 +1,12 @@
 /* Reads grids of Golden Software's Surfer: ASCII (DSAA), binary of Surfer 6 (DSBB) and 7 (DSRB).
  *
  * Nodes lie on the grid's edges; the lowest row comes first. Heights of 1.70141e38 and more are
- * none, as everywhere (STP_SCAN_NONE_FROM); version 7 may tell another number. The format names no
- * coordinate system. */
+ * none, as everywhere (STP_SCAN_NONE_FROM), and in version 7 those of its own blank value, which
+ * some writers leave 0. The format names no coordinate system. */
 #include "base/memory.h"
 #include "formats/scan/grid/raster.h"
 #include "formats/scan/grid/raster_numbers.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,7 +14,7 @@ typedef struct surfer_raster {
     stp_raster_text text;
     uint32_t width;
     size_t bytes; /* of a height, 4 or 8; 0: as text */
-    double none;  /* the file's own number for no height; NaN: not told */
+    double blank; /* 0: none */
 } surfer_raster;
 
 /* Columns, rows, and the ends of x, y and z. */
@@ -66,19 +65,18 @@ static stp_status read_header_7(surfer_raster *g, double n[NUMBERS], stp_error *
         if (memcmp(b, "DATA", 4) == 0 && has_grid)
             return STP_OK;
         if (memcmp(b, "GRID", 4) == 0 && size >= 72 && size < STP_SOURCE_REQUEST_MAX) {
-            double place[8]; /* left, low, steps, least and greatest height, -, none */
+            double place[4]; /* left, low, steps */
             STP_TRY(need(g, size, &b, err));
             memcpy(&rows, b, sizeof rows);
             memcpy(&columns, b + 4, sizeof columns);
-            take_doubles(b + 8, place, 8);
+            take_doubles(b + 8, place, 4);
+            take_doubles(b + 64, &g->blank, 1);
             n[COLUMNS] = columns;
             n[ROWS] = rows;
             for (int k = 0; k < 2; k++) {
                 n[X + 2 * k] = place[k];
                 n[X + 2 * k + 1] = place[k] + (n[k] - 1.0) * place[2 + k];
             }
-            if (!(place[7] >= place[4] && place[7] <= place[5])) /* else it is a height */
-                g->none = place[7];
             has_grid = true;
             continue;
         }
@@ -117,7 +115,6 @@ static stp_status open_surfer(void *state, stp_raster_info *info, const char *pa
     (void)use;
     (void)step;
     g->text.source.descriptor = -1;
-    g->none = NAN;
     STP_TRY(stp_source_open(&g->text.source, path, err));
     STP_TRY(read_header(g, n, err));
     const double wide = n[X + 1] - n[X], high = n[Y + 1] - n[Y], most = 1e30;
@@ -133,10 +130,10 @@ static stp_status open_surfer(void *state, stp_raster_info *info, const char *pa
                               .width = g->width,
                               .height = (uint32_t)n[ROWS],
                               .channels = 1,
+                              .has_none = g->blank != 0.0,
+                              .none = g->blank,
                               .floats = true,
                               .full = 1.0,
-                              .has_none = !isnan(g->none),
-                              .none = g->none,
                               .spaced = true,
                               .dx = wide / (n[COLUMNS] - 1.0),
                               .dy = -high / (n[ROWS] - 1.0),

@@ -28,12 +28,13 @@ static void take(float out[5], const char *bytes, uint32_t floats)
     memcpy(out, bytes, floats * sizeof *out);
 }
 
-/* Whether all records may be those of a lidar; most: their greatest intensity. */
+/* Whether all records may be those of a lidar; most: their greatest intensity. It stands at the
+ * origin, so that some coordinate is negative: heights and corners of meshes often have none. */
 static bool are_records(const char *bytes, size_t length, uint32_t floats, float *most)
 {
     const size_t count = length / (floats * sizeof(float));
-    bool differ = false;
-    float v[5], first[5];
+    bool differ = false, negative = false;
+    float v[5] = {0.0f}, first[5] = {0.0f};
     *most = 0.0f;
     for (size_t i = 0; i < count; i++) {
         take(v, bytes + i * floats * sizeof(float), floats);
@@ -43,13 +44,14 @@ static bool are_records(const char *bytes, size_t length, uint32_t floats, float
             if (!(fabsf(v[k]) < FARTHEST) || (v[k] != 0.0f && fabsf(v[k]) < FLT_MIN))
                 return false;
             differ = differ || v[k] != first[k];
+            negative = negative || v[k] < 0.0f;
         }
         if (!(v[3] >= 0.0f && v[3] <= 255.0f) ||
             (floats == 5 && !(v[4] >= 0.0f && v[4] < 256.0f && v[4] == floorf(v[4]))))
             return false;
         *most = fmaxf(*most, v[3]);
     }
-    return count >= RECORDS_LEAST && differ;
+    return count >= RECORDS_LEAST && differ && negative;
 }
 
 /* The floats of a record; 0: it is none of these. */

@@ -3,9 +3,11 @@
 
 #include "base/memory.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
 
-#define HEADER_BYTES 80u
+#define HEADER_BYTES 80u /* a count follows */
 #define FIRST_FACET 84u
 #define FACET_BYTES 50u
 #define WORD_AT 48u
@@ -31,13 +33,15 @@ static bool colour_of(uint16_t rgb[3], unsigned word, const unsigned char *whole
     return whole || word & OWN;
 }
 
+/* As OpenMesh, which leaves out such facets. */
 static bool corners_coincide(const char *facet)
 {
     float v[9];
     memcpy(v, facet + 12, sizeof v);
     for (int a = 0; a < 3; a++) {
         const float *p = v + 3 * a, *q = v + 3 * ((a + 1) % 3);
-        if (p[0] == q[0] && p[1] == q[1] && p[2] == q[2])
+        if (fabsf(p[0] - q[0]) <= FLT_MIN && fabsf(p[1] - q[1]) <= FLT_MIN &&
+            fabsf(p[2] - q[2]) <= FLT_MIN)
             return true;
     }
     return false;
@@ -53,10 +57,11 @@ stp_status stp_stl_colours_add(const stp_mesh_text *text, stp_materials *materia
 {
     stp_status status = STP_OK;
     const unsigned char *whole = whole_colour(text);
-    const size_t count = (text->size - FIRST_FACET) / FACET_BYTES;
     const char *facets = text->data + FIRST_FACET;
+    uint32_t count; /* other bytes may follow the facets */
     uint16_t rgb[3];
     bool any = false;
+    memcpy(&count, text->data + HEADER_BYTES, sizeof count);
     for (size_t i = 0; i < count && !any; i++)
         any = colour_of(rgb, word_of(facets + i * FACET_BYTES), whole);
     for (size_t i = 0; i < count && any; i++) {
