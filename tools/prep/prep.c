@@ -400,7 +400,7 @@ static int parse(prep_options *o, int argc, char **argv, const char **paths, siz
         {"--shade", 0, CLI_CHOICE, &o->shade, "phong|unlit",
          "default shading; unlit: for scans that carry their own light (phong)", NULL},
         {"--codec", 0, CLI_CHOICE, &o->codec, CODEC_CHOICES,
-         "codec of the payloads (draco); zstd decodes faster, takes 1.2 times the space", NULL},
+         "codec of the payloads (draco); zstd decodes faster, takes 1.3 to 1.5 times the space", NULL},
         {"--format", 0, CLI_CHOICE, &o->format, FORMAT_CHOICES,
          "version of the file (2): 2 is in blocks, so that views read less", NULL},
         {"--memory", 0, CLI_BYTES, &o->memory, "SIZE",
