@@ -75,9 +75,7 @@ static void choose_normal_bits(stp_prep_job *job)
     const double error = seen ? STP_IMAGE_NORMAL_ERROR : found->normal_error;
     job->tree.given_bits = wanted ? wanted : STP_NORMAL_BITS;
     stp_prep_set_normal_bits(job, wanted ? wanted : stp_normal_bits_for(error, quiet));
-    /* No other codec codes other steps. */
-    const bool any_step = job->params->codec == STP_CODEC_DRACO && job->params->format != 1;
-    if (!wanted && any_step)
+    if (!wanted && job->params->format != 1) /* which codes whole bits in fewer bytes */
         job->stats->normal_step = job->tree.normal_step = stp_normal_step_for(error, quiet);
 }
 

@@ -78,11 +78,23 @@ static void test_steps(void **state)
             }
             assert_true(greatest <= stp_normal_step_angle(step));
             assert_true(greatest >= 0.9 * stp_normal_step_angle(step));
-            for (int32_t code = 0; code < 4096; code++) {
-                const int32_t near = stp_normal_place_near(&grid, code);
-                assert_int_equal(near, (code + grid.before + (int32_t)step / 2) / (int32_t)step);
-            }
         }
+}
+
+/* Places are quotients, of all steps and of all numbers up to 64. */
+static void test_places(void **state)
+{
+    (void)state;
+    for (int32_t step = 1; step <= 3584; step++) {
+        const int32_t odd = step >> __builtin_ctz((unsigned)step);
+        if (step > 64 && odd > 7)
+            continue;
+        const stp_normal_grid grid = stp_normal_grid_of((unsigned)step);
+        assert_true(grid.before >= 0 && (grid.before + 2048) % step == 0);
+        for (int32_t code = 0; code < 4096; code++)
+            assert_int_equal(stp_normal_place_near(&grid, code),
+                             (code + grid.before + step / 2) / step);
+    }
 }
 
 /* What is on a grid stays, axes above all, and unknown normals. */
@@ -167,13 +179,13 @@ static void test_round_trips(void **state)
 }
 
 /* So do those of any step, in small blocks, which are tight, and in large ones. Each coarser grid
- * takes less. */
+ * takes less; Zstandard gains nothing by the finest and the coarsest ones. */
 static void test_steps_round_trip(void **state)
 {
     (void)state;
     stp_chunk_scratch scratch = {0};
     for (uint64_t seed = 0; seed < 6; seed++) {
-        size_t before = SIZE_MAX;
+        size_t before[2] = {SIZE_MAX, SIZE_MAX};
         for (unsigned step = 1; step <= STP_NORMAL_ODD_MOST << STP_NORMAL_ODD_SHIFT_MOST; step++) {
             const unsigned shift = (unsigned)__builtin_ctz(step), odd = (step >> shift) / 2;
             if (odd > STP_NORMAL_ODD_MOST || (odd > 0 && shift > STP_NORMAL_ODD_SHIFT_MOST))
@@ -181,11 +193,13 @@ static void test_steps_round_trip(void **state)
             stp_chunk *chunk = any_chunk(seed < 3 ? 20 : 40, 64, seed, (int)(seed % 3));
             chunk->is_block = true;
             put_on_grid(chunk, step);
-            const size_t bytes = any_chunk_round_trip(chunk, STP_CODEC_DRACO, &scratch);
-            (void)any_chunk_round_trip(chunk, STP_CODEC_ZSTD, &scratch);
-            if (seed % 3 == 0 && step <= 512)
-                assert_true(bytes < before);
-            before = bytes;
+            for (int c = 0; c < 2; c++) {
+                const stp_codec codec = c == 0 ? STP_CODEC_DRACO : STP_CODEC_ZSTD;
+                const size_t bytes = any_chunk_round_trip(chunk, codec, &scratch);
+                if (seed % 3 == 0 && (c == 0 ? step <= 512 : step > 4 && step <= 40))
+                    assert_true(bytes < before[c]);
+                before[c] = bytes;
+            }
             stp_chunk_destroy(&chunk);
         }
     }
@@ -232,10 +246,10 @@ static void test_false_shifts(void **state)
         for (int s = 0; s < 2; s++) {
             stp_bytes bytes = {0};
             assert_int_equal(stp_segment_encode(chunk, s, codecs[c], &bytes, NULL), STP_OK);
-            for (unsigned shift = 0; s == 1 && shift < 16; shift++) {
+            for (unsigned kind = 0; s == 1 && kind < (c == 0 ? 16 : 256); kind++) {
                 uint8_t *at = bytes.data + shift_place(codecs[c]);
-                const bool exists = shift <= STP_NORMAL_SHIFT_MOST;
-                *at = (uint8_t)(codecs[c] == STP_CODEC_DRACO ? shift << 4 | (*at & 15u) : shift);
+                const bool exists = (kind & 15u) <= (kind < 16 ? 11 : 9) && kind < 64;
+                *at = (uint8_t)(codecs[c] == STP_CODEC_DRACO ? kind << 4 | (*at & 15u) : kind);
                 assert_int_equal(stp_segment_decode(bytes.data, bytes.size, s, codecs[c], 0, back,
                                                     &scratch, NULL),
                                  exists ? STP_OK : STP_CORRUPT);
@@ -280,7 +294,7 @@ int main(void)
         cmocka_unit_test(test_shift_is_found), cmocka_unit_test(test_round_trips),
         cmocka_unit_test(test_false_shifts),   cmocka_unit_test(test_none_without_blocks),
         cmocka_unit_test(test_steps),          cmocka_unit_test(test_steps_round_trip),
-        cmocka_unit_test(test_odd_is_found),
+        cmocka_unit_test(test_odd_is_found),   cmocka_unit_test(test_places),
     };
     return cmocka_run_group_tests_name("normal_grid", tests, NULL, NULL);
 }

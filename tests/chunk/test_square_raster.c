@@ -135,7 +135,7 @@ static void short_numbers(void **state)
     assert_true(stp_raster_short(0x1.00011p0) == 0x1.0002p0);
     assert_true(stp_raster_short(-0x1.0000fp-9) == -0x1p-9);
     assert_true(stp_raster_short(0x1.ffffp0) == 2.0);
-    assert_true(stp_raster_short(0x1.abp-140) == 0x1.abp-140); /* fewer bits than a float has */
+    assert_true(stp_raster_short(0x1.abp-140) == 0x1.8p-140); /* fewer bits than a float has */
     assert_true(isnan(stp_raster_short(NAN)));
 }
 
@@ -191,7 +191,7 @@ static void cameras(void **state)
     const float turned[4] = {0.0f, -0.0019f, 0.00191f, 0.0f},
                 tilted[4] = {0.002f, 1e-5f, -1e-5f, 0.1f};
     uint8_t bytes[COUNT_BYTES + TILTED_BYTES + SPREAD_BYTES];
-    for (unsigned i = 0; i < 7; i++) {
+    for (unsigned i = 0; i < 8; i++) {
         stp_raster back = {0}, raster = i < 2
                                             ? seen_from(0.0, 0.0, 0.0, turned)
                                             : seen_from(1.5, -3.25, -8.0, i == 2 ? tilted : turned);
@@ -200,6 +200,8 @@ static void cameras(void **state)
             raster.across[0][1] += 0x1p-20;
         if (i == 5)
             raster.across[1][0] += 0x1p-40;
+        if (i == 7) /* too small for three bytes */
+            raster = seen_from(0x1.abp-140, 0.0, 0.0, turned);
         const uint32_t column = i == 6 ? 65536 : 65535, row = 65534;
         const size_t size = put(&raster, column, row, bytes);
         assert_int_equal(size, i > 3    ? TILTED_BYTES + SPREAD_BYTES

@@ -6,8 +6,8 @@ import struct
 import subprocess
 
 from codec_draco import SAMPLE_COLUMNS, coarsest_level, patch_columns, patches_of
-from model import (Cursor, Fault, Sample, axes_of, families, grid_code, grid_place, integer_normal,
-                   require, signed, unfold, weights_of)
+from model import (Cursor, Fault, Sample, axes_of, families, integer_normal,
+                   require, signed, step_code, step_place, unfold, weights_of)
 
 PARTS = 32
 PLANES = 16
@@ -57,8 +57,10 @@ class Planes:
     def __init__(self, cursor, families_count, block):
         sizes = [3 * families_count] * PLANES + [families_count] * PLANES
         mask = cursor.number(4)
-        self.shift = cursor.number(1) if block else 0
-        require(self.shift <= 11, f"{cursor.name}: normals are shifted by {self.shift} bits")
+        kind = cursor.number(1) if block else 0
+        odd, shift = kind >> 4, kind & 15
+        require(odd <= 3 and shift <= (9 if odd else 11), f"{cursor.name}: normals have steps of kind {kind}")
+        self.step = 2 * odd + 1 << shift
         parts = [cursor.take(size) if mask >> i & 1 else None for i, size in enumerate(sizes)]
         rest = sum(size for part, size in zip(parts, sizes) if part is None)
         content = b""
@@ -86,11 +88,11 @@ class Planes:
         return unfold(self.byte(10 + 2 * axis, family, slot) | self.byte(11 + 2 * axis, family, slot) << 8)
 
 
-def normal_code(predicted, residual, shift):
-    if shift == 0:
+def normal_code(predicted, residual, step):
+    if step == 1:
         return (predicted + residual) & 4095
-    place = grid_place(min(max(predicted, 0), 4095), shift)
-    return grid_code((place + residual) & 4095, shift)
+    place = step_place(min(max(predicted, 0), 4095), step)
+    return step_code((place + residual) & 4095, step)
 
 
 def read_family(planes, f, parent, count, order):
@@ -112,7 +114,7 @@ def read_family(planes, f, parent, count, order):
         change = green - predicted[0] if slot < 3 else 0
         others = [predicted[1] + change, predicted[2] + change, predicted[3]]
         s.colour = [green] + [(o + planes.byte(4 + i, f, slot)) & 255 for i, o in enumerate(others)]
-        s.u, s.v = (normal_code(p, r, planes.shift) for p, r in zip(predicted[4:6], planes.normals(f, slot)))
+        s.u, s.v = (normal_code(p, r, planes.step) for p, r in zip(predicted[4:6], planes.normals(f, slot)))
         along = [planes.position(axis, f, slot) for axis in range(3)]
         if slot < 3:
             products = [single(a * b) for a, b in zip(slopes, along)]

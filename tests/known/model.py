@@ -153,15 +153,6 @@ def step_code(place, step):
     return min(max(2048 + (max(place, 0) - 2047 // step - 1) * step, 0), 4095)
 
 
-def grid_place(code, s):
-    """The place on the grid of shift s that is nearest to a code."""
-    return (code + (1 << s >> 1)) >> s
-
-
-def grid_code(place, s):
-    return min(max(place, 0) << s, 4095)
-
-
 def unit_normal(u, v):
     """A vector of length 2^14."""
     n = integer_normal(u, v)

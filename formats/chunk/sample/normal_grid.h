@@ -35,6 +35,11 @@ static inline void stp_normal_codes_put(const int32_t uv[2], uint8_t code[3])
 /* The steps are (2 * odd + 1) * 2^shift, odd 0 to 3. If odd > 0, the shift is at most 9. */
 #define STP_NORMAL_ODD_MOST 3u
 #define STP_NORMAL_ODD_SHIFT_MOST 9u
+static inline unsigned stp_normal_shift_most(unsigned odd)
+{
+    return odd > 0 ? STP_NORMAL_ODD_SHIFT_MOST : STP_NORMAL_SHIFT_MOST;
+}
+
 static inline unsigned stp_normal_step(unsigned shift, unsigned odd)
 {
     return (2 * odd + 1) << shift;
@@ -49,22 +54,29 @@ static inline unsigned stp_normal_bits_step(unsigned bits)
 /* A grid of any step. */
 typedef struct stp_normal_grid {
     int32_t step;
-    int32_t before; /* how far before code 0 the place of code 0 is */
-    uint64_t reciprocal;
+    int32_t before;     /* how far before code 0 the place of code 0 is */
+    int32_t shift;      /* of the step */
+    int32_t reciprocal; /* of its odd part, times 2^STP_NORMAL_RECIPROCAL_BITS, rounded up */
 } stp_normal_grid;
 
-/* step: 1 to 2^12 */
+#define STP_NORMAL_RECIPROCAL_BITS 18
+
+/* step: a step as above, or any up to 64: the odd part is less than 64, and numbers that are
+ * divided by it are less than 2^12 + 2 * 64, so that quotients are exact in 31 bits. */
 static inline stp_normal_grid stp_normal_grid_of(unsigned step)
 {
-    return (stp_normal_grid){(int32_t)step, (int32_t)((2048 + step - 1) / step * step) - 2048,
-                             (uint64_t)UINT32_MAX / step + 1};
+    const int32_t shift = __builtin_ctz(step), odd = (int32_t)(step >> shift);
+    return (stp_normal_grid){.step = (int32_t)step,
+                             .before = (int32_t)((2048 + step - 1) / step * step) - 2048,
+                             .shift = shift,
+                             .reciprocal = ((1 << STP_NORMAL_RECIPROCAL_BITS) + odd - 1) / odd};
 }
 
-/* The nearest place to a code; of 0 and 4095 it may be a place beside theirs. */
+/* The nearest place to a code, 0 to 4095; of 0 and 4095 it may be a place beside theirs. */
 static inline int32_t stp_normal_place_near(const stp_normal_grid *grid, int32_t code)
 {
-    const int32_t raised = code + grid->before + grid->step / 2;
-    return (int32_t)((uint32_t)raised * grid->reciprocal >> 32);
+    const int32_t raised = code + grid->before + (grid->step >> 1);
+    return (raised >> grid->shift) * grid->reciprocal >> STP_NORMAL_RECIPROCAL_BITS;
 }
 
 /* The place of a code on the grid. */

@@ -43,10 +43,10 @@ typedef struct families {
 /* The planes of a level at the first family of a run. */
 typedef struct plane_cursor {
     uint8_t *const *parts;
-    size_t stride; /* families of the level */
-    size_t first;  /* of the run */
-    unsigned normal_shift;
-    bool decode; /* a constant in each caller, so the compiler makes two straight loops */
+    size_t stride;        /* families of the level */
+    size_t first;         /* of the run */
+    stp_normal_grid grid; /* that all normals are on */
+    bool decode;          /* a constant in each caller, so the compiler makes two straight loops */
 } plane_cursor;
 
 size_t stp_families_scratch_bytes(void)
@@ -308,31 +308,31 @@ INLINE void code_normals(const plane_cursor *c, unsigned slot, uint32_t count,
 }
 
 /* The nearest place on the grid to a prediction. */
-INLINE int32_t place_of(int32_t predicted, unsigned shift)
+INLINE int32_t place_of(int32_t predicted, const stp_normal_grid *grid)
 {
     predicted = predicted > 0 ? predicted : 0;
-    return stp_normal_grid_place(predicted < 4095 ? predicted : 4095, shift);
+    return stp_normal_place_near(grid, predicted < 4095 ? predicted : 4095);
 }
 
 /* The same by places on a grid. */
 INLINE void code_places(const plane_cursor *c, unsigned slot, uint32_t count,
                         const lane *restrict predicted, lane *restrict value)
 {
-    const unsigned shift = c->normal_shift;
+    const stp_normal_grid grid = c->grid;
     uint8_t *restrict u = plane_of(c, STP_PLANE_NORMAL_U, slot);
     uint8_t *restrict v = plane_of(c, STP_PLANE_NORMAL_V, slot);
     uint8_t *restrict high = plane_of(c, STP_PLANE_NORMAL_HIGH, slot);
     for (uint32_t i = 0; i < count; i++) {
-        int32_t pu = place_of(predicted[NU][i], shift), pv = place_of(predicted[NV][i], shift);
+        int32_t pu = place_of(predicted[NU][i], &grid), pv = place_of(predicted[NV][i], &grid);
         if (c->decode) {
             uint32_t top = high[i];
             int32_t nu = (pu + unfold(u[i] | (top & 15u) << 8)) & 4095;
             int32_t nv = (pv + unfold(v[i] | (top >> 4) << 8)) & 4095;
-            value[NU][i] = stp_normal_grid_code(nu, shift);
-            value[NV][i] = stp_normal_grid_code(nv, shift);
+            value[NU][i] = stp_normal_code_at(&grid, nu);
+            value[NV][i] = stp_normal_code_at(&grid, nv);
         } else {
-            int32_t nu = stp_normal_grid_place(value[NU][i], shift);
-            int32_t nv = stp_normal_grid_place(value[NV][i], shift);
+            int32_t nu = stp_normal_place_of(&grid, value[NU][i]);
+            int32_t nv = stp_normal_place_of(&grid, value[NV][i]);
             uint32_t fu = fold(wrap_normal(nu - pu)), fv = fold(wrap_normal(nv - pv));
             u[i] = (uint8_t)fu;
             v[i] = (uint8_t)fv;
@@ -451,7 +451,7 @@ INLINE void code_slot(const plane_cursor *c, families *f, unsigned slot, bool la
         f->predicted[PC][i] += nearest(f->slope_a[i] * (float)f->residual[PA][i] +
                                        f->slope_b[i] * (float)f->residual[PB][i]);
     code_shorts(c, STP_PLANE_C_LOW, slot, n, f->predicted[PC], child[PC], f->residual[PC]);
-    if (c->normal_shift > 0)
+    if (c->grid.step > 1)
         code_places(c, slot, n, f->predicted, child);
     else
         code_normals(c, slot, n, f->predicted, child);
@@ -521,12 +521,12 @@ INLINE uint32_t run_end(const stp_chunk *chunk, int level, uint32_t begin)
     return end;
 }
 
-INLINE void decode_level(stp_chunk *chunk, int level, unsigned shift, const uint8_t *const *parts,
+INLINE void decode_level(stp_chunk *chunk, int level, unsigned step, const uint8_t *const *parts,
                          families *f)
 {
     /* Decoding only reads the parts. */
     plane_cursor c = {(uint8_t *const *)(uintptr_t)parts, stp_families_count(chunk, level), 0,
-                      shift, true};
+                      stp_normal_grid_of(step), true};
     for (uint32_t begin = 0, end; begin < chunk->patch_count; begin = end) {
         end = run_end(chunk, level, begin);
         take_parents(chunk, level, begin, end, true, f);
@@ -539,11 +539,11 @@ INLINE void decode_level(stp_chunk *chunk, int level, unsigned shift, const uint
 #ifdef __x86_64__
 /* The same for processors with wider registers, with the same results. */
 __attribute__((target("avx2"))) static void decode_level_wide(stp_chunk *chunk, int level,
-                                                              unsigned shift,
+                                                              unsigned step,
                                                               const uint8_t *const *parts,
                                                               families *f)
 {
-    decode_level(chunk, level, shift, parts, f);
+    decode_level(chunk, level, step, parts, f);
 }
 
 #define AVX512 "avx512f,avx512bw,avx512dq,avx512vl"
@@ -552,10 +552,10 @@ __attribute__((target(AVX512))) static void
 #else
 __attribute__((target(AVX512 ",prefer-vector-width=512"))) static void
 #endif
-decode_level_widest(stp_chunk *chunk, int level, unsigned shift, const uint8_t *const *parts,
+decode_level_widest(stp_chunk *chunk, int level, unsigned step, const uint8_t *const *parts,
                     families *f)
 {
-    decode_level(chunk, level, shift, parts, f);
+    decode_level(chunk, level, step, parts, f);
 }
 
 static bool has_avx512(void)
@@ -565,27 +565,28 @@ static bool has_avx512(void)
 }
 #endif
 
-void stp_families_decode(stp_chunk *chunk, int level, unsigned normal_shift,
+void stp_families_decode(stp_chunk *chunk, int level, unsigned normal_step,
                          const uint8_t *const *parts, void *scratch)
 {
 #ifdef __x86_64__
     if (has_avx512()) {
-        decode_level_widest(chunk, level, normal_shift, parts, scratch);
+        decode_level_widest(chunk, level, normal_step, parts, scratch);
         return;
     }
     if (__builtin_cpu_supports("avx2")) {
-        decode_level_wide(chunk, level, normal_shift, parts, scratch);
+        decode_level_wide(chunk, level, normal_step, parts, scratch);
         return;
     }
 #endif
-    decode_level(chunk, level, normal_shift, parts, scratch);
+    decode_level(chunk, level, normal_step, parts, scratch);
 }
 
-void stp_families_encode(const stp_chunk *chunk, int level, unsigned normal_shift,
+void stp_families_encode(const stp_chunk *chunk, int level, unsigned normal_step,
                          uint8_t *const *parts, void *scratch)
 {
     families *f = scratch;
-    plane_cursor c = {parts, stp_families_count(chunk, level), 0, normal_shift, false};
+    plane_cursor c = {parts, stp_families_count(chunk, level), 0, stp_normal_grid_of(normal_step),
+                      false};
     for (uint32_t begin = 0, end; begin < chunk->patch_count; begin = end) {
         end = run_end(chunk, level, begin);
         take_parents(chunk, level, begin, end, false, f);

@@ -50,12 +50,12 @@ size_t stp_families_plane_bytes(const stp_chunk *chunk, int level);
 /* Makes the planes of a level from its samples. A plane has two parts. parts[plane] holds the elder
  * slots: slot k of family f at k * families + f. parts[STP_FAMILY_PLANES + plane] holds the last
  * slot. All parts must be zero at the start. Needs patches, level_begin and the samples of both
- * levels. normal_shift: of the grid that the level's normals are on (normal_grid.h); 0 for none. */
-void stp_families_encode(const stp_chunk *chunk, int level, unsigned normal_shift,
+ * levels. normal_step: of the grid that the level's normals are on (normal_grid.h); 1 for none. */
+void stp_families_encode(const stp_chunk *chunk, int level, unsigned normal_step,
                          uint8_t *const *parts, void *scratch);
 /* Makes a level's samples from its planes, whatever bytes they hold. The next coarser level must be
  * there. */
-void stp_families_decode(stp_chunk *chunk, int level, unsigned normal_shift,
+void stp_families_decode(stp_chunk *chunk, int level, unsigned normal_step,
                          const uint8_t *const *parts, void *scratch);
 
 #endif

@@ -78,14 +78,15 @@ static inline bool stp_raster_is_map(const stp_raster *raster)
     return !stp_raster_is_upright(raster) && !stp_raster_spreads(raster);
 }
 
-/* Rounds a number to 16 significant bits. If all slopes of a tilted raster (across[k][1 ... 3]) are
- * such numbers, and its corner (across[k][0]) is of floats, it takes 29 bytes instead of 49. */
+/* Rounds a number to a float whose lowest byte is 0: to 16 significant bits, or fewer if it is no
+ * normal number. If all slopes of a tilted raster (across[k][1 ... 3]) are such numbers, and its
+ * corner (across[k][0]) is of floats, it takes 29 bytes instead of 49. */
 static inline double stp_raster_short(double number)
 {
     const float as_float = (float)number;
     uint32_t bits;
     float out;
-    if (!isnormal(as_float))
+    if (!isfinite(as_float))
         return (double)as_float;
     memcpy(&bits, &as_float, sizeof bits);
     bits = (bits + 0x80u) & ~0xffu;

@@ -30,7 +30,7 @@ uint64_t stp_table_constants(const stp_table *table)
 
 stp_status stp_table_check_shift(const stp_table *table, stp_error *err)
 {
-    const unsigned most = table->normal_odd > 0 ? STP_NORMAL_ODD_SHIFT_MOST : STP_NORMAL_SHIFT_MOST;
+    const unsigned most = stp_normal_shift_most(table->normal_odd);
     return table->normal_shift <= most
                ? STP_OK
                : stp_error_set(err, STP_CORRUPT,

@@ -15,7 +15,9 @@
 
 #define SIZE_BYTES 4u
 #define MASK_BYTES 4u
-#define SHIFT_BYTES 1u /* in blocks: the shift of the level's normals, behind the mask */
+#define STEP_BYTES 1u /* in blocks: the step of the level's normals, behind the mask: */
+/* the shift, and from this bit on the odd part */
+#define ODD_BIT 4u
 /* The least size of a block with tables of its own. The tables take as long to read as this many
  * bytes. */
 #define BLOCK_BYTES_LEAST 8192u
@@ -31,7 +33,7 @@
 /* Bytes of a level before its raw parts. */
 static size_t level_head_bytes(const stp_chunk *chunk)
 {
-    return MASK_BYTES + (chunk->is_block ? SHIFT_BYTES : 0);
+    return MASK_BYTES + (chunk->is_block ? STEP_BYTES : 0);
 }
 
 static size_t part_bytes(unsigned part, uint32_t families)
@@ -256,6 +258,16 @@ static void count_level(stp_shares *shares, const uint8_t *const parts[PARTS], u
     stp_shares_add_packed(shares, &costs, frame);
 }
 
+/* False: there is no such step. */
+static bool take_step(unsigned byte, unsigned *step)
+{
+    const unsigned shift = byte & ((1u << ODD_BIT) - 1), odd = byte >> ODD_BIT;
+    if (odd > STP_NORMAL_ODD_MOST || shift > stp_normal_shift_most(odd))
+        return false;
+    *step = stp_normal_step(shift, odd);
+    return true;
+}
+
 stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, stp_chunk *chunk,
                                  stp_chunk_scratch *scratch, stp_error *err)
 {
@@ -269,11 +281,10 @@ stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, s
     if (size < head || raw > size - head)
         return stp_error_set(err, STP_CORRUPT, "level %d does not fit into its %zu bytes", level,
                              size);
-    const unsigned shift = chunk->is_block ? bytes[MASK_BYTES] : 0;
-    if (shift > STP_NORMAL_SHIFT_MOST)
-        return stp_error_set(err, STP_CORRUPT,
-                             "normals of level %d are shifted by %u bits, at most %u", level, shift,
-                             STP_NORMAL_SHIFT_MOST);
+    unsigned step = 1;
+    if (chunk->is_block && !take_step(bytes[MASK_BYTES], &step))
+        return stp_error_set(err, STP_CORRUPT, "normals of level %d have steps of kind %u", level,
+                             bytes[MASK_BYTES]);
     const uint8_t *frame = bytes + head + raw;
     size_t frame_bytes = size - head - raw;
     if (packed == 0 && frame_bytes != 0)
@@ -297,7 +308,7 @@ stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, s
         scratch->shares->bytes[STP_SHARE_FRAME] += head;
         count_level(scratch->shares, parts, mask, families, frame_bytes);
     }
-    stp_families_decode(chunk, level, shift, parts, lanes_of(scratch));
+    stp_families_decode(chunk, level, step, parts, lanes_of(scratch));
     return STP_OK;
 }
 
@@ -313,7 +324,7 @@ static stp_status tell_raw(const uint8_t *part, size_t size, bool *raw, stp_erro
     return status;
 }
 
-static stp_status append_parts(uint8_t *const parts[PARTS], uint32_t families, unsigned shift,
+static stp_status append_parts(uint8_t *const parts[PARTS], uint32_t families, unsigned step,
                                const stp_chunk *chunk, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -323,7 +334,7 @@ static stp_status append_parts(uint8_t *const parts[PARTS], uint32_t families, u
     uint8_t *rest = NULL;
     STP_TRY(stp_bytes_append(out, NULL, level_head_bytes(chunk), err));
     if (chunk->is_block)
-        out->data[begin + MASK_BYTES] = (uint8_t)shift;
+        out->data[begin + MASK_BYTES] = (uint8_t)step;
     STP_TRY(stp_alloc(&rest, STP_FAMILY_PLANES * STP_FAMILY_SLOTS, families, "planes", err));
     for (unsigned i = 0; i < PARTS; i++) {
         size_t size = part_bytes(i, families);
@@ -354,6 +365,7 @@ stp_status stp_zstd_level_encode(const stp_chunk *chunk, int level, stp_bytes *o
     stp_status status = STP_OK;
     uint32_t families = stp_families_count(chunk, level);
     const unsigned shift = stp_level_normal_shift(chunk, level);
+    const unsigned odd = stp_level_normal_odd(chunk, level);
     uint8_t *planes = NULL;
     void *lanes = NULL;
     uint8_t *parts[PARTS];
@@ -364,8 +376,8 @@ stp_status stp_zstd_level_encode(const stp_chunk *chunk, int level, stp_bytes *o
         parts[i] = planes + at;
         at += part_bytes(i, families);
     }
-    stp_families_encode(chunk, level, shift, parts, lanes);
-    STP_TRY(append_parts(parts, families, shift, chunk, out, err));
+    stp_families_encode(chunk, level, stp_normal_step(shift, odd), parts, lanes);
+    STP_TRY(append_parts(parts, families, shift | odd << ODD_BIT, chunk, out, err));
 done:
     free(planes);
     free(lanes);
