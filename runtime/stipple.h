@@ -425,7 +425,7 @@ typedef struct stp_target {
  * Colour goes to the first draw buffer, alpha is 1, nothing is blended. In a multisampled
  * framebuffer all samples of a pixel get the same colour and depth.
  * The call does not wait for the GPU. With params->stream it does not wait for chunks either, and
- * draws what is resident; if stats->cut_complete is false, draw again.
+ * draws what is resident; if stats->cut_complete is false or stats->more is true, draw again.
  * Errors: those of stp_renderer_draw; INVALID_ARGUMENT (view or viewport), UNSUPPORTED (framebuffer
  * incomplete, or of integers). On error the host's framebuffer is untouched. */
 stp_status stp_renderer_draw_into(stp_renderer *renderer, const stp_view *view,

@@ -199,14 +199,15 @@ static void fly(flight *f)
     stp_path_destroy(&path);
 }
 
-/* Rests until the picture is complete. It must then equal the judge's picture, and stay so. */
+/* Rests until the picture is complete, and the next frame shows no more: a first frame at rest may
+ * leave out what only the frame before hid. It must then equal the judge's picture, and stay so. */
 static void stop(flight *f)
 {
     static uint8_t found[4 * SIZE * SIZE], expected[4 * SIZE * SIZE];
     stp_view view = view_of(f, &f->camera);
-    stp_draw_stats stats = {0};
+    stp_draw_stats stats = {.more = true};
     double begun = stp_clock_seconds();
-    while (!stats.cut_complete) {
+    while (!stats.cut_complete || stats.more) {
         draw(f, &view, &stats);
         assert_true(stp_clock_seconds() - begun < STOP_S);
         if (stats.chunks_loading > 0)
