@@ -41,16 +41,24 @@ static stp_dvec3 turned(stp_dvec3 p, bool along_x)
     return along_x ? (stp_dvec3){p.y, p.z, p.x} : p;
 }
 
-/* Whether x/z and y/z are lattices, and x and y are not both. */
-static bool is_camera(const stp_dvec3 *positions, uint32_t count, bool along_x, double *room)
+/* Whether all points lie before a camera. */
+static bool is_before(const stp_dvec3 *positions, uint32_t count, bool along_x)
 {
-    int lattices[2] = {0, 0}; /* of x and y; divided by z */
     for (uint32_t i = 0; i < count; i++) {
         const stp_dvec3 p = turned(positions[i], along_x);
         if (!(p.z * turned(positions[0], along_x).z > 0.0) ||
             fmax(fabs(p.x), fabs(p.y)) > WIDEST_TANGENT * fabs(p.z))
             return false;
     }
+    return true;
+}
+
+/* Whether x/z and y/z are lattices, and x and y are not both. */
+static bool is_camera(const stp_dvec3 *positions, uint32_t count, bool along_x, double *room)
+{
+    int lattices[2] = {0, 0}; /* of x and y; divided by z */
+    if (!is_before(positions, count, along_x))
+        return false;
     for (int axis = 0; axis < 2; axis++)
         for (int divided = 0; divided < 2; divided++) {
             for (uint32_t i = 0; i < count; i++) {
@@ -62,24 +70,37 @@ static bool is_camera(const stp_dvec3 *positions, uint32_t count, bool along_x, 
     return lattices[1] == 2 && lattices[0] < 2;
 }
 
+/* How many points are too steep for a turning scanner. */
+static uint32_t count_steep(const stp_dvec3 *positions, uint32_t count)
+{
+    uint32_t steep = 0;
+    for (uint32_t i = 0; i < count; i++)
+        steep += fabs(positions[i].z) > STEEPEST_SINE * stp_dvec3_length(positions[i]);
+    return steep;
+}
+
 static bool is_turning(const stp_dvec3 *positions, uint32_t count, double *room)
 {
     bool any[SECTORS] = {false};
-    uint32_t steep = 0;
     int sectors = 0;
     for (uint32_t i = 0; i < count; i++) {
         const stp_dvec3 p = positions[i];
         room[i] = stp_dvec3_length(p);
-        steep += fabs(p.z) > STEEPEST_SINE * room[i];
         any[(int)floor((atan2(p.y, p.x) / (2.0 * PI) + 1.0) * SECTORS) % SECTORS] = true;
     }
     for (int i = 0; i < SECTORS; i++)
         sectors += any[i];
-    if (steep > STEEPER_MOST * count || sectors < SECTORS_LEAST)
+    if (count_steep(positions, count) > STEEPER_MOST * count || sectors < SECTORS_LEAST)
         return false;
     stp_sort_doubles(room, count);
     const uint32_t near = (uint32_t)(NEAR_PART * count);
     return room[count - 1 - near] >= FARTHER * room[near];
+}
+
+bool stp_own_frame_may_be(const stp_dvec3 *few, uint32_t count)
+{
+    return is_before(few, count, false) || is_before(few, count, true) ||
+           count_steep(few, count) <= 10.0 * STEEPER_MOST * count;
 }
 
 stp_status stp_own_frame_find(stp_own_frame *out, const stp_dvec3 *positions, uint32_t count,

@@ -24,6 +24,8 @@ typedef enum stp_own_frame {
     STP_OWN_FRAME_TURNING
 } stp_own_frame;
 
+/* Whether it is worth looking at more than these few points. */
+bool stp_own_frame_may_be(const stp_dvec3 *few, uint32_t count);
 /* positions: a sample of the points. Errors: OUT_OF_MEMORY. */
 stp_status stp_own_frame_find(stp_own_frame *out, const stp_dvec3 *positions, uint32_t count,
                               stp_error *err);

@@ -319,7 +319,8 @@ stp_status stp_seen_from(bool *out, const stp_file_points *p, const stp_file_ima
     *out = false;
     STP_TRY(sample(&few, &count, &all, p, MEDIAN_POINTS, err));
     const double distance = all < POINTS_LEAST ? INFINITY : median_distance(few, count, position);
-    if (!(distance < DISTANCE_MOST))
+    if (!(distance < DISTANCE_MOST) ||
+        (word == STP_STATION_GUESSED && !stp_own_frame_may_be(few, count)))
         goto done;
     if (image)
         *out = pixels_allow(p, image, position, distance, word);
