@@ -70,28 +70,28 @@ static bool is_camera(const stp_dvec3 *positions, uint32_t count, bool along_x, 
     return lattices[1] == 2 && lattices[0] < 2;
 }
 
-/* How many points are too steep for a turning scanner. */
-static uint32_t count_steep(const stp_dvec3 *positions, uint32_t count)
-{
-    uint32_t steep = 0;
-    for (uint32_t i = 0; i < count; i++)
-        steep += fabs(positions[i].z) > STEEPEST_SINE * stp_dvec3_length(positions[i]);
-    return steep;
-}
-
-static bool is_turning(const stp_dvec3 *positions, uint32_t count, double *room)
+/* Whether rays go all around, at most this part of them steeply. */
+static bool is_around(const stp_dvec3 *positions, uint32_t count, double steeper)
 {
     bool any[SECTORS] = {false};
+    uint32_t steep = 0;
     int sectors = 0;
     for (uint32_t i = 0; i < count; i++) {
         const stp_dvec3 p = positions[i];
-        room[i] = stp_dvec3_length(p);
+        steep += fabs(p.z) > STEEPEST_SINE * stp_dvec3_length(p);
         any[(int)floor((atan2(p.y, p.x) / (2.0 * PI) + 1.0) * SECTORS) % SECTORS] = true;
     }
     for (int i = 0; i < SECTORS; i++)
         sectors += any[i];
-    if (count_steep(positions, count) > STEEPER_MOST * count || sectors < SECTORS_LEAST)
+    return steep <= steeper * count && sectors >= SECTORS_LEAST;
+}
+
+static bool is_turning(const stp_dvec3 *positions, uint32_t count, double *room)
+{
+    if (!is_around(positions, count, STEEPER_MOST))
         return false;
+    for (uint32_t i = 0; i < count; i++)
+        room[i] = stp_dvec3_length(positions[i]);
     stp_sort_doubles(room, count);
     const uint32_t near = (uint32_t)(NEAR_PART * count);
     return room[count - 1 - near] >= FARTHER * room[near];
@@ -100,7 +100,7 @@ static bool is_turning(const stp_dvec3 *positions, uint32_t count, double *room)
 bool stp_own_frame_may_be(const stp_dvec3 *few, uint32_t count)
 {
     return is_before(few, count, false) || is_before(few, count, true) ||
-           count_steep(few, count) <= 10.0 * STEEPER_MOST * count;
+           is_around(few, count, 10.0 * STEEPER_MOST);
 }
 
 stp_status stp_own_frame_find(stp_own_frame *out, const stp_dvec3 *positions, uint32_t count,
