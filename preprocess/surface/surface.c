@@ -11,6 +11,9 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
+/* Each thread finds at least this many units left as large as the one it takes. */
+#define LEFT_BY_THREAD 3u
+
 typedef struct finding {
     stp_cloud *cloud;
     const stp_surface_params *params;
@@ -26,9 +29,8 @@ typedef struct finding {
                           still read the given ones */
 } finding;
 
-/* Groups consecutive cells of this rank into units. Each is at most a thread's share of the points
- * left, so threads end at about the same time, and few points lie in the rings of several units.
- */
+/* Groups consecutive cells of this rank into units, smaller ones towards the end, so that threads
+ * end at about the same time. */
 static stp_status make_units(finding *f, unsigned threads, stp_error *err)
 {
     const stp_cloud *cloud = f->cloud;
@@ -44,7 +46,7 @@ static stp_status make_units(finding *f, unsigned threads, stp_error *err)
         const bool last = c + 1 == f->own.end;
         const uint64_t first = cloud->cells[begin].begin;
         const uint64_t left = cloud->cells[f->own.end - 1].end - first;
-        const uint64_t share = left / threads;
+        const uint64_t share = left / (LEFT_BY_THREAD * threads);
         const uint64_t most = f->params->unit_points;
         if (last || cloud->cells[c + 1].end - first > (share < most ? share : most)) {
             f->unit_ends[f->unit_count++] = (uint32_t)(c + 1);
