@@ -119,6 +119,15 @@ static void add_resolution(cJSON *root, const stp_resolution *resolution)
         cJSON_AddBoolToObject(root, "exact", true);
 }
 
+static void add_normal_grid(cJSON *root, const stp_prep_stats *stats)
+{
+    if (stats->normal_bits == 0)
+        return;
+    cJSON_AddNumberToObject(root, "normal_bits", stats->normal_bits);
+    if (stats->normal_step != stp_normal_bits_step(stats->normal_bits))
+        cJSON_AddNumberToObject(root, "normal_step", stats->normal_step);
+}
+
 char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
 {
     const stp_prep_facts *f = context;
@@ -154,10 +163,7 @@ char *stp_prep_metadata(void *context, const stp_tree_stats *tree)
     cJSON_AddNumberToObject(root, "lambda", f->lambda);
     add_resolution(root, &stats->resolution);
     add_grids(root, stats);
-    if (stats->normal_bits > 0)
-        cJSON_AddNumberToObject(root, "normal_bits", stats->normal_bits);
-    if (stats->normal_bits > 0 && stats->normal_step != stp_normal_bits_step(stats->normal_bits))
-        cJSON_AddNumberToObject(root, "normal_step", stats->normal_step);
+    add_normal_grid(root, stats);
     add_joined(root, stats);
     add_resampled(root, f, tree);
     add_displacement(root, &tree->displacement, &stats->resolution);
