@@ -2,9 +2,9 @@
  *
  * The format is recognised by content first, by name second. Our streaming readers read PLY, LAS,
  * EPT and COPC (octree/), PCD, E57, PTS, PTX, XYZ and other lines of numbers (xyz.h), KITTI, and
- * grids of heights or depths (grid/grid.h: TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, HGT, AL3D).
- * OpenMesh reads OBJ, OFF and STL. The points of a mesh are its vertices, or sample_count points
- * spread over its faces (area-uniform, seeded). Normals are the file's, else the faces'
+ * grids of heights or depths (grid/grid.h: TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, Surfer, HGT,
+ * AL3D). OpenMesh reads OBJ, OFF and STL. The points of a mesh are its vertices, or sample_count
+ * points spread over its faces (area-uniform, seeded). Normals are the file's, else the faces'
  * (area-weighted), else none. Edges of PLY and OBJ are lines (line_chain.h); a vertex of a line is
  * no point. Points come as the file has them. The caller counts and drops points that are nowhere
  * (stp_scan_is_nowhere), and records that the file itself marks as none (stp_reject). Coordinates

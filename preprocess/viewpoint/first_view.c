@@ -277,8 +277,7 @@ static stp_status up_of(stp_dvec3 *out, const stp_cloud *cloud, const stp_space 
     stp_status status = STP_OK;
     bool down = false;
     *out = stp_dbox_earth_up(&cloud->box);
-    if (stp_dvec3_length(*out) > 0.0 || stp_dvec3_length(told_up(cloud, source)) > 0.0 ||
-        stp_dbox_is_map(&s->box))
+    if (stp_dvec3_length(told_up(cloud, source)) > 0.0 || stp_dbox_is_map(&s->box))
         return STP_OK;
     if (!interior->found && stp_dbox_up(&s->box).z > 0.0)
         STP_TRY(stp_faces_along_z(&down, cloud, err));

@@ -96,6 +96,20 @@ static stp_status get(const uint8_t *bytes, size_t size, stp_raster *raster, stp
     return status;
 }
 
+/* The bytes give the raster and its first square back, and none of them may lack. */
+static void check_back(const uint8_t *bytes, size_t size, const stp_raster *raster, uint32_t column,
+                       uint32_t row)
+{
+    stp_raster back = {0};
+    stp_square first = {0};
+    assert_int_equal(get(bytes, size, &back, &first), STP_OK);
+    assert_memory_equal(&back, raster, sizeof back);
+    assert_int_equal(first.column, column);
+    assert_int_equal(first.row, row);
+    for (size_t cut = 0; cut < size; cut++)
+        assert_int_equal(get(bytes, cut, &back, &first), STP_CORRUPT);
+}
+
 /* A raster of numbers with few bits. */
 static stp_raster short_grid(void)
 {
@@ -110,19 +124,13 @@ static void bytes_of_rasters(void **state)
     (void)state;
     uint8_t bytes[COUNT_BYTES + TILTED_BYTES];
     for (unsigned i = 0; i < 11; i++) { /* one number at a time has a bit too many */
-        stp_raster raster = short_grid(), back = {0};
-        stp_square first = {0};
+        stp_raster raster = short_grid();
         if (i > 0 && i < 9)
             raster.across[(i - 1) / 4][(i - 1) % 4] += i % 4 == 1 ? 0x1p-30 : 0x1p-20;
         const uint32_t column = i == 9 ? 256 : 255, row = i == 10 ? 256 : 254;
         const size_t size = put(&raster, column, row, bytes);
         assert_int_equal(size, i == 0 || i == 8 ? SHORT_BYTES : TILTED_BYTES); /* 8: 0 + 2^-20 */
-        assert_int_equal(get(bytes, size, &back, &first), STP_OK);
-        assert_memory_equal(&back, &raster, sizeof back);
-        assert_int_equal(first.column, column);
-        assert_int_equal(first.row, row);
-        for (size_t cut = 0; cut < size; cut++)
-            assert_int_equal(get(bytes, cut, &back, &first), STP_CORRUPT);
+        check_back(bytes, size, &raster, column, row);
     }
 }
 
@@ -192,10 +200,8 @@ static void cameras(void **state)
                 tilted[4] = {0.002f, 1e-5f, -1e-5f, 0.1f};
     uint8_t bytes[COUNT_BYTES + TILTED_BYTES + SPREAD_BYTES];
     for (unsigned i = 0; i < 8; i++) {
-        stp_raster back = {0}, raster = i < 2
-                                            ? seen_from(0.0, 0.0, 0.0, turned)
-                                            : seen_from(1.5, -3.25, -8.0, i == 2 ? tilted : turned);
-        stp_square first = {0};
+        stp_raster raster = i < 2 ? seen_from(0.0, 0.0, 0.0, turned)
+                                  : seen_from(1.5, -3.25, -8.0, i == 2 ? tilted : turned);
         if (i == 4)
             raster.across[0][1] += 0x1p-20;
         if (i == 5)
@@ -207,12 +213,7 @@ static void cameras(void **state)
         assert_int_equal(size, i > 3    ? TILTED_BYTES + SPREAD_BYTES
                                : i == 2 ? STP_CAMERA_RASTER_BYTES
                                         : STP_CAMERA_RASTER_BYTES - 8);
-        assert_int_equal(get(bytes, size, &back, &first), STP_OK);
-        assert_memory_equal(&back, &raster, sizeof back);
-        assert_int_equal(first.column, column);
-        assert_int_equal(first.row, row);
-        for (size_t cut = 0; cut < size; cut++)
-            assert_int_equal(get(bytes, cut, &back, &first), STP_CORRUPT);
+        check_back(bytes, size, &raster, column, row);
     }
 }
 

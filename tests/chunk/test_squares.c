@@ -394,11 +394,12 @@ static void test_shifts(void **state)
         memcpy(was, chunk->patches, sizeof was);
         assert_int_equal(stp_table_create(&table, STP_PATCH_COLUMN_COUNT, SQUARES, NULL), STP_OK);
         stp_patches_encode(chunk->patches, &table);
-        stp_patch_shifts_encode(chunk, &table);
+        const stp_patch_shifts found = stp_patch_shifts_find(chunk);
+        stp_patch_shifts_encode(&found, chunk, &table);
         assert_int_equal(stp_table_column(&table, 14)[1], 1);
         assert_int_equal(stp_table_column(&table, 24)[1], -1);
         assert_int_equal(abs(stp_table_column(&table, 43)[1]), 1);
-        const uint32_t bits = stp_patch_shifts_bits(chunk);
+        const uint32_t bits = stp_patch_shifts_bits(&found);
         assert_int_equal(bits, errors | axes << 2);
         assert_int_equal(stp_patch_shifts_take(bits, &shifts, NULL), STP_OK);
         stp_patch_shifts_decode(&shifts, &table);

@@ -35,6 +35,7 @@ typedef struct table_sink {
     stp_bytes *out;
     stp_tight_writer tight;
     bool is_tight;
+    stp_patch_shifts shifts; /* of errors and axes of tight squares */
 } table_sink;
 
 static stp_status table_write(table_sink *to, const stp_table *table, stp_error *err)
@@ -57,7 +58,7 @@ static stp_status patches_encode(const stp_chunk *chunk, const stp_block_squares
     stp_patches_encode(chunk->patches, &table);
     if (table.placed) {
         stp_placed_encode(chunk, &squares->map, &table);
-        stp_patch_shifts_encode(chunk, &table);
+        stp_patch_shifts_encode(&to->shifts, chunk, &table);
     }
     STP_TRY(table_write(to, &table, err));
     if (squares->found) {
@@ -173,13 +174,14 @@ static bool may_be_tight(const stp_chunk *chunk, int segment, const stp_block_sq
 
 /* Begins a tight part of squares: says so, and of which kind they are. */
 static stp_status squares_begin(const stp_chunk *chunk, const stp_block_squares *squares,
-                                stp_bytes *out, stp_error *err)
+                                table_sink *to, stp_error *err)
 {
     uint8_t head[STP_TIGHT_SQUARES_BYTES];
+    to->shifts = stp_patch_shifts_find(chunk);
     stp_put_u32(head, STP_TIGHT_SQUARES | STP_TIGHT_PLACED |
-                          stp_patch_shifts_bits(chunk) << STP_TIGHT_SHIFTS_AT |
+                          stp_patch_shifts_bits(&to->shifts) << STP_TIGHT_SHIFTS_AT |
                           (stp_squares_are_tilted(chunk, squares->of) ? STP_TIGHT_TILTED : 0));
-    return stp_bytes_append(out, head, sizeof head, err);
+    return stp_bytes_append(to->out, head, sizeof head, err);
 }
 
 static stp_status tables_encode(const stp_chunk *chunk, int segment, stp_block_squares *squares,
@@ -193,7 +195,7 @@ static stp_status tables_encode(const stp_chunk *chunk, int segment, stp_block_s
         STP_TRY(stp_symbols_reserve(&to.tight.symbols, items * samples, err));
     if (segment == 0) {
         if (to.is_tight && squares->found)
-            STP_TRY(squares_begin(chunk, squares, out, err));
+            STP_TRY(squares_begin(chunk, squares, &to, err));
         STP_TRY(patches_encode(chunk, squares, &to, err));
         STP_TRY(vertices_encode(chunk, squares->found, &to, err));
     }

@@ -34,8 +34,7 @@ static unsigned axis_shift(const stp_chunk *block)
     return shift;
 }
 
-/* The greatest ones. */
-static stp_patch_shifts shifts_of(const stp_chunk *block)
+stp_patch_shifts stp_patch_shifts_find(const stp_chunk *block)
 {
     stp_patch_shifts out = {.axes = axis_shift(block)};
     unsigned bits = 1u << ERROR_SHIFT_MOST;
@@ -45,10 +44,9 @@ static stp_patch_shifts shifts_of(const stp_chunk *block)
     return out;
 }
 
-uint32_t stp_patch_shifts_bits(const stp_chunk *block)
+uint32_t stp_patch_shifts_bits(const stp_patch_shifts *shifts)
 {
-    const stp_patch_shifts shifts = shifts_of(block);
-    return shifts.errors | shifts.axes << ERROR_SHIFT_BITS;
+    return shifts->errors | shifts->axes << ERROR_SHIFT_BITS;
 }
 
 stp_status stp_patch_shifts_take(uint32_t bits, stp_patch_shifts *out, stp_error *err)
@@ -60,9 +58,9 @@ stp_status stp_patch_shifts_take(uint32_t bits, stp_patch_shifts *out, stp_error
     return STP_OK;
 }
 
-void stp_patch_shifts_encode(const stp_chunk *block, const stp_table *table)
+void stp_patch_shifts_encode(const stp_patch_shifts *shifts, const stp_chunk *block,
+                             const stp_table *table)
 {
-    const stp_patch_shifts all = shifts_of(block), *shifts = &all;
     for (unsigned k = 0; k < 2 * ERRORS && shifts->errors > 0; k++) {
         int16_t *cells = stp_table_column(table, error_begin[k / ERRORS] + k % ERRORS);
         for (uint32_t p = 0; p < table->row_count; p++)

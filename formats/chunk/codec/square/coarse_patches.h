@@ -14,12 +14,15 @@ typedef struct stp_patch_shifts {
     unsigned errors, axes;
 } stp_patch_shifts;
 
-/* The bits that say the greatest ones of a block. */
-uint32_t stp_patch_shifts_bits(const stp_chunk *block);
+/* The greatest ones of a block. */
+stp_patch_shifts stp_patch_shifts_find(const stp_chunk *block);
+/* The bits that say them. */
+uint32_t stp_patch_shifts_bits(const stp_patch_shifts *shifts);
 /* Takes the lowest bits. Errors: CORRUPT (there is no such grid). */
 stp_status stp_patch_shifts_take(uint32_t bits, stp_patch_shifts *out, stp_error *err);
 /* Changes cells that stp_patches_encode made; changes them back. */
-void stp_patch_shifts_encode(const stp_chunk *block, const stp_table *table);
+void stp_patch_shifts_encode(const stp_patch_shifts *shifts, const stp_chunk *block,
+                             const stp_table *table);
 void stp_patch_shifts_decode(const stp_patch_shifts *shifts, const stp_table *table);
 
 #endif
