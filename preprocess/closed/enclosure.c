@@ -15,6 +15,11 @@
 #define VOXEL_SPACINGS_MOST 2.5
 /* Growth of the side from one try to the next. */
 #define VOXEL_GROWTH 1.2
+/* Larger models are seen as scans of a quarter of the points, whose discs and voxels are twice as
+ * large: a random scan of so many more points has more gaps than can be listed, though all are
+ * small. Those of RETRY_SHARE times as many points, too, if their openings are too many. */
+#define FINE_POINTS (UINT64_C(1) << 25)
+#define RETRY_SHARE 0.5
 /* Empty voxels around the box: discs reach beyond their centres. */
 #define MARGIN 8
 /* The blocks of voxels that a model may have: the least number, and one more for so many points. So
@@ -53,7 +58,9 @@ typedef struct enclosing {
     const stp_enclosure_params *params;
     stp_voxel_grid grid;
     stp_dvec3 origin;
+    double scale;        /* of discs; a power of two */
     double voxel;        /* side, world units */
+    bool too_many;       /* openings */
     double closed_share; /* of the points judged; 0 if openings are too many */
     bool known_closed;   /* most points are closed */
     atomic_uint_fast64_t closed_count;
@@ -95,7 +102,7 @@ static inline voxel_disc disc_of(const enclosing *e, uint64_t i)
 {
     const stp_cloud_point *p = &e->cloud->points[i];
     stp_dvec3 c = stp_dvec3_scale(stp_dvec3_sub(p->position, e->origin), 1.0 / e->voxel);
-    double radius = e->params->lambda * (double)p->spacing / e->voxel;
+    double radius = e->scale * e->params->lambda * (double)p->spacing / e->voxel;
     bool flat = stp_has_normal(p) && radius <= RADIUS_LIMIT;
     return (voxel_disc){{c.x, c.y, c.z},
                         {(double)p->normal.x, (double)p->normal.y, (double)p->normal.z},
@@ -280,13 +287,19 @@ static bool measure(enclosing *e, int blocks[3])
     return true;
 }
 
+/* As how many points the model is seen. */
+static double points_seen(const enclosing *e)
+{
+    return (double)e->cloud->count / (e->scale * e->scale);
+}
+
 /* Makes a grid whose voxels fit the spacing and whose blocks are not too many. *found is false if
  * there is none. */
 static stp_status fit_grid(enclosing *e, stp_pool *pool, bool *found, stp_error *err)
 {
     stp_status status = STP_OK;
     double spacing = 0.0;
-    const uint64_t most = VOXEL_BLOCKS_LEAST + e->cloud->count / VOXEL_BLOCK_POINTS;
+    const uint64_t most = VOXEL_BLOCKS_LEAST + (uint64_t)points_seen(e) / VOXEL_BLOCK_POINTS;
     *found = false;
     if (e->cloud->count < POINTS_LEAST)
         return STP_OK;
@@ -295,7 +308,7 @@ static stp_status fit_grid(enclosing *e, stp_pool *pool, bool *found, stp_error 
         return STP_OK;
     for (double s = VOXEL_SPACINGS; s <= VOXEL_SPACINGS_MOST && !*found; s *= VOXEL_GROWTH) {
         int blocks[3];
-        e->voxel = s * spacing;
+        e->voxel = s * e->scale * spacing;
         if (!measure(e, blocks))
             continue;
         STP_TRY(stp_voxel_grid_create(&e->grid, blocks, e->cloud->spill, pool, err));
@@ -388,7 +401,8 @@ static stp_status seal(enclosing *e, int reach, stp_outside *out, stp_pool *pool
     STP_TRY(stp_voxel_grid_seal(&e->grid, reach, &sealed, err));
     if (sealed)
         STP_TRY(stp_openings_find(&e->grid, openings, &count, err));
-    if (!sealed || count > STP_OPENINGS_LIMIT)
+    e->too_many = sealed && count > STP_OPENINGS_LIMIT;
+    if (!sealed || e->too_many)
         goto done;
     STP_TRY(judge_model(e, pool, err));
     STP_TRY(stp_alloc(&out->openings, count, sizeof *out->openings, "openings", err));
@@ -399,6 +413,45 @@ static stp_status seal(enclosing *e, int reach, stp_outside *out, stp_pool *pool
     out->opening_count = (uint32_t)count;
 done:
     return status;
+}
+
+/* Floods a grid, and seals openings until the model is closed. False if no grid fits. */
+static stp_status enclose(enclosing *e, stp_outside *found, stp_pool *pool, bool *fits,
+                          stp_error *err)
+{
+    stp_status status = STP_OK;
+    e->too_many = false;
+    STP_TRY(fit_grid(e, pool, fits, err));
+    if (!*fits)
+        goto done;
+    STP_TRY(look_at_own(e, rasterise, pool, err));
+    STP_TRY(stp_voxel_share_occupied(&e->grid, e->params->ranks, err));
+    STP_TRY(stp_voxel_grid_flood(&e->grid, e->grid.occupied, err));
+    STP_TRY(judge_model(e, pool, err));
+    for (size_t i = 0;
+         i < sizeof seal_reaches / sizeof *seal_reaches && e->closed_share < CLOSED_MODEL_SHARE;
+         i++)
+        STP_TRY(seal(e, seal_reaches[i], found, pool, err));
+    e->known_closed = e->closed_share >= CLOSED_MODEL_SHARE;
+done:
+    return status;
+}
+
+/* The same with larger discs, as long as the openings are too many and the points enough. */
+static stp_status enclose_any(enclosing *e, stp_outside *found, stp_pool *pool, bool *fits,
+                              stp_error *err)
+{
+    const uint64_t given = e->params->fine_points;
+    const double fine = given > 0 ? (double)given : (double)FINE_POINTS;
+    for (e->scale = 1.0; points_seen(e) > fine;)
+        e->scale *= 2.0;
+    for (;;) {
+        const stp_status status = enclose(e, found, pool, fits, err);
+        if (status != STP_OK || !e->too_many || points_seen(e) < RETRY_SHARE * fine)
+            return status;
+        stp_voxel_grid_clear(&e->grid);
+        e->scale *= 2.0;
+    }
 }
 
 stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
@@ -412,17 +465,8 @@ stp_status stp_enclosure_find(stp_outside *out, stp_cloud *cloud,
                                         : stp_cloud_part(cloud, params->ranks,
                                                          params->ranks ? params->ranks->self : 0)};
     bool fits = false;
-    STP_TRY(fit_grid(&e, pool, &fits, err));
+    STP_TRY(enclose_any(&e, &found, pool, &fits, err));
     if (fits) {
-        STP_TRY(look_at_own(&e, rasterise, pool, err));
-        STP_TRY(stp_voxel_share_occupied(&e.grid, params->ranks, err));
-        STP_TRY(stp_voxel_grid_flood(&e.grid, e.grid.occupied, err));
-        STP_TRY(judge_model(&e, pool, err));
-        for (size_t i = 0;
-             i < sizeof seal_reaches / sizeof *seal_reaches && e.closed_share < CLOSED_MODEL_SHARE;
-             i++)
-            STP_TRY(seal(&e, seal_reaches[i], &found, pool, err));
-        e.known_closed = e.closed_share >= CLOSED_MODEL_SHARE;
         atomic_store(&e.closed_count, 0);
         if (e.closed_share >= CLOSED_SHARE / 2.0) { /* else surely fewer than CLOSED_SHARE are */
             STP_TRY(look_at_own(&e, classify, pool, err));

@@ -21,6 +21,9 @@ typedef struct stp_enclosure_params {
     /* The signs of the normals are guesses. A point that is closed on its other side is turned, and
      * only closed points count as oriented. */
     bool guessed;
+    /* Scans of more points have voxels as large as a quarter of the points would; 0: 2^25. Tests
+     * give less, to be quick. */
+    uint64_t fine_points;
     stp_ranks *ranks; /* each looks at a part of the points; NULL: there is one process */
 } stp_enclosure_params;
 

@@ -148,16 +148,14 @@ static stp_status make_runs(stp_locale *l, stp_error *err)
         for (size_t i = l->count; i < padded; i++)
             l->axes[a][i] = INFINITY;
     }
-    stp_dbox bounds = stp_dbox_empty();
     for (size_t i = 0; i < l->count; i++) {
         const stp_dvec3 p = l->cloud->points[l->places[i]].position;
-        stp_dbox_add(&bounds, p);
         l->axes[0][i] = p.x;
         l->axes[1][i] = p.y;
         l->axes[2][i] = p.z;
     }
-    l->origin = stp_dvec3_scale(stp_dvec3_add(bounds.min, bounds.max), 0.5);
-    l->slack = ldexp(stp_dvec3_length(stp_dvec3_sub(bounds.max, bounds.min)), -23);
+    if (l->count > 0) /* among the most points: floats near it are exact, however far others are */
+        l->origin = l->cloud->points[l->places[l->count / 2]].position;
     for (uint32_t i = 0; i < l->count; i++) {
         const vec3s p = stp_locale_point(l, i);
         for (int a = 0; a < 3; a++)

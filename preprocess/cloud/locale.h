@@ -28,9 +28,8 @@ typedef struct stp_locale {
     uint32_t last;    /* the part that stp_locale_holds tries first */
     uint64_t *places; /* in the cloud, of each position, ascending */
     size_t count, capacity;
-    stp_dvec3 origin; /* the middle of all */
-    double *axes[3];  /* coordinates; behind the last, infinite ones fill its run */
-    double slack; /* twice the error of a distance from rounding points, less origin, to floats */
+    stp_dvec3 origin;  /* the middle one along the curve */
+    double *axes[3];   /* coordinates; behind the last, infinite ones fill its run */
     stp_run_tree runs; /* over points less origin */
     stp_kd_tree *tree; /* FLANN's; NULL until stp_locale_plant */
     float *points;     /* of FLANN: 3 per position, less origin */
@@ -52,6 +51,13 @@ static inline vec3s stp_locale_point(const stp_locale *l, uint32_t at)
 {
     return (vec3s){{(float)(l->axes[0][at] - l->origin.x), (float)(l->axes[1][at] - l->origin.y),
                     (float)(l->axes[2][at] - l->origin.z)}};
+}
+
+/* At least twice what rounding both ends, less origin, to floats changes of a distance of at most
+ * `reach` from `point`: each end is off by 2^-24 of itself. */
+static inline double stp_locale_slack(vec3s point, double reach)
+{
+    return 0x1p-22 * ((double)glms_vec3_norm(point) + reach);
 }
 
 /* Returns the number in the locale of a place in the cloud, or STP_LOCALE_NONE. *from: a number

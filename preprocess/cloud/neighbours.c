@@ -150,9 +150,10 @@ static stp_status list_find(stp_nearest_list *list, const search *s, uint32_t at
     if (found[asked - 1] == STP_KD_TREE_NONE || !stp_nearest_list_full(list))
         return STP_OK;
     double last = sqrt(list->squared[list->count - 1]);
-    if (last < (1.0 - FLOAT_ERROR) * sqrt((double)squared[asked - 1]) - l->slack)
+    const double slack = stp_locale_slack(stp_locale_point(l, at), last);
+    if (last < (1.0 - FLOAT_ERROR) * sqrt((double)squared[asked - 1]) - slack)
         return STP_OK;
-    double reach = (1.0 + FLOAT_ERROR) * last + l->slack;
+    double reach = (1.0 + FLOAT_ERROR) * last + slack;
     size_t count = 0;
     if (!stp_kd_tree_within(l->tree, point, (float)(reach * reach), l->within, &count))
         return no_memory(err);
@@ -218,10 +219,12 @@ static void surroundings_find(surroundings *around, const search *s, const uint3
     }
     const vec3s half = glms_vec3_scale(glms_vec3_sub(high, low), 0.5f);
     around->centre = stp_dvec3_add(l->origin, stp_dvec3_from_float(glms_vec3_add(low, half)));
-    around->size = (double)glms_vec3_norm(half) + l->slack;
+    const vec3s farthest = glms_vec3_maxv(glms_vec3_abs(low), glms_vec3_abs(high));
+    const double slack = stp_locale_slack(farthest, reach);
+    around->size = (double)glms_vec3_norm(half) + slack;
     around->reach = reach;
     around->count = 0;
-    const float wider = (float)(reach + FLOAT_ERROR * (reach + around->size) + l->slack);
+    const float wider = (float)(reach + FLOAT_ERROR * (reach + around->size) + slack);
     const unsigned count = stp_run_tree_near(&l->runs, low.raw, high.raw, wider, runs);
     for (unsigned i = 0; i < count && count <= STP_RUNS_NEAR; i++)
         take_run(around, l, runs[i]);

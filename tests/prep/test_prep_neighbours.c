@@ -215,6 +215,42 @@ static void clumps_in_two_corners(void **state)
     stp_pool_destroy(&pool);
 }
 
+/* A pile and one point 10^9 of its sizes away. */
+static stp_cloud make_pile(void)
+{
+    stp_cloud cloud = cloud_fixture_make(6001);
+    for (uint32_t i = 1; i < cloud.count; i++)
+        cloud.points[i].position =
+            (stp_dvec3){stp_random_unit(1, i), stp_random_unit(2, i), stp_random_unit(3, i)};
+    cloud.points[0].position = (stp_dvec3){1e9, 1e9, 1e9};
+    return cloud;
+}
+
+/* Floats that reach the far point, too, would put the pile into one place, and each search would
+ * look at all of it. */
+static void pile_and_a_far_point(void **state)
+{
+    (void)state;
+    stp_error err = {0};
+    stp_pool *pool = NULL;
+    stp_locale locale;
+    stp_cloud cloud = make_pile();
+    assert_int_equal(stp_pool_create(&pool, 2, &err), STP_OK);
+    assert_int_equal(stp_cloud_sort(&cloud, pool, &err), STP_OK);
+    assert_int_equal(cloud.cell_count, 1);
+    assert_int_equal(stp_locale_create(&locale, &cloud, 0, 1, 16, 2.0, &err), STP_OK);
+    for (uint32_t i = 0; i < 6000; i += 7) {
+        const vec3s point = stp_locale_point(&locale, i);
+        uint32_t runs[STP_RUNS_NEAR];
+        assert_in_range(stp_run_tree_near(&locale.runs, point.raw, point.raw, 1e-4f, runs), 1, 16);
+    }
+    stp_locale_clear(&locale);
+    stp_cloud_clear(&cloud);
+    stp_pool_destroy(&pool);
+    cloud = make_pile();
+    check(&cloud, 16, 101);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -226,6 +262,7 @@ int main(void)
         cmocka_unit_test(fewer_points_than_neighbours),
         cmocka_unit_test(thousands_at_one_distance),
         cmocka_unit_test(clumps_in_two_corners),
+        cmocka_unit_test(pile_and_a_far_point),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

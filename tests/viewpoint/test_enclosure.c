@@ -138,6 +138,53 @@ static void holes(void **state)
     }
 }
 
+/* A sphere with more small holes than can be listed, 17 spacings apart. */
+static surface_cloud sieve_make(void)
+{
+    enum { HOLES = 200 };
+    const double radius = 2.6 * sqrt(4.0 * M_PI / POINTS);
+    surface_cloud s = surface_scan(GEN_SPHERE, POINTS, 0.0, 0);
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < s.cloud.count; i++) {
+        double nearest = INFINITY;
+        for (int h = 0; h < HOLES; h++) {
+            const double z = (2.0 * h + 1.0) / HOLES - 1.0, turn = 2.399963 * h; /* golden angle */
+            const double across = sqrt(1.0 - z * z);
+            const stp_dvec3 hole = {across * cos(turn), across * sin(turn), z};
+            nearest =
+                stp_min(nearest, stp_dvec3_length(stp_dvec3_sub(s.cloud.points[i].position, hole)));
+        }
+        if (nearest > radius)
+            s.cloud.points[kept++] = s.cloud.points[i];
+    }
+    s.cloud.count = kept;
+    surface_prepare(&s, 16);
+    surface_orient(&s, (stp_orient_params){.mode = STP_ORIENT_PROPAGATE});
+    return s;
+}
+
+/* It is closed if voxels are twice as large: because there are many points, or because the holes
+ * are too many. */
+static void many_small_holes(void **state)
+{
+    static const uint64_t fine_points[] = {0, POINTS, POINTS / 2};
+    (void)state;
+    for (size_t i = 0; i < sizeof fine_points / sizeof *fine_points; i++) {
+        surface_cloud s = sieve_make();
+        stp_enclosure_params params = guessed;
+        stp_outside out = {0};
+        stp_error err = {0};
+        params.fine_points = fine_points[i];
+        assert_int_equal(stp_enclosure_find(&out, &s.cloud, &params, s.pool, &err), STP_OK);
+        const tally t = tally_of(&s);
+        print_message("%u closed, %u wrong, %u openings\n", t.closed, t.wrong, out.opening_count);
+        assert_int_equal(t.wrong, 0);
+        assert_true(i == 0 ? t.closed == 0 : t.closed > 0.99 * (double)s.cloud.count);
+        stp_outside_clear(&out);
+        surface_clear(&s);
+    }
+}
+
 /* In a box too large for the voxels, nothing is closed, and no guess counts as known. */
 static void too_large(void **state)
 {
@@ -239,9 +286,10 @@ static void malformed(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(solids),    cmocka_unit_test(open_surfaces), cmocka_unit_test(holes),
-        cmocka_unit_test(too_large), cmocka_unit_test(few_points),    cmocka_unit_test(in_the_file),
-        cmocka_unit_test(malformed),
+        cmocka_unit_test(solids),     cmocka_unit_test(open_surfaces),
+        cmocka_unit_test(holes),      cmocka_unit_test(too_large),
+        cmocka_unit_test(few_points), cmocka_unit_test(in_the_file),
+        cmocka_unit_test(malformed),  cmocka_unit_test(many_small_holes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
