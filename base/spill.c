@@ -37,12 +37,13 @@ typedef struct mapping {
     size_t bytes, used, forgotten;
     uint32_t array_count; /* arrays in use; the file is freed with the last one */
     int file;             /* of a sparse array, which begins all forgotten; else -1 */
+    bool own;             /* lies in no file though there is a limit: never dropped */
     size_t filled;        /* bytes from the start that have been written, and are read ahead */
 } mapping;
 
 struct stp_spill {
     char *folder; /* NULL: plain memory */
-    uint64_t memory_bytes;
+    uint64_t memory_bytes, own_most;
     pthread_t watcher;
     bool watching;
 
@@ -53,7 +54,7 @@ struct stp_spill {
     size_t count, capacity;
     void *shared;             /* memory of the mapping that takes small arrays; NULL: none */
     size_t turn, turn_offset; /* where the next slice begins: a mapping, and bytes into it */
-    uint64_t file_bytes, most_file_bytes;
+    uint64_t file_bytes, most_file_bytes, own_bytes;
 };
 
 /* Bytes that the process holds in memory; 0 if the system does not say. */
@@ -92,14 +93,14 @@ static size_t let_go_slice(stp_spill *s)
     if (s->turn >= s->count)
         s->turn = s->turn_offset = 0;
     mapping *m = &s->mappings[s->turn];
-    size_t left = s->turn_offset < m->bytes ? m->bytes - s->turn_offset : 0;
+    size_t left = !m->own && s->turn_offset < m->bytes ? m->bytes - s->turn_offset : 0;
     size_t bytes = left < SLICE_BYTES ? left : SLICE_BYTES;
     if (bytes > 0) {
         (void)madvise((char *)m->memory + s->turn_offset, bytes, MADV_DONTNEED);
         read_ahead(m, s->turn_offset, bytes);
     }
     s->turn_offset += bytes;
-    if (s->turn_offset >= m->bytes) {
+    if (m->own || s->turn_offset >= m->bytes) {
         s->turn++;
         s->turn_offset = 0;
     }
@@ -197,24 +198,29 @@ static stp_status map_file(stp_spill *s, size_t bytes, bool sparse, const char *
     return STP_OK;
 }
 
-/* A sparse array without a folder: the system gives a page when it is touched. */
-static stp_status map_plain(stp_spill *s, size_t bytes, const char *what, stp_error *err)
+/* Maps memory that lies in no file: the system gives a page when it is touched. Called with the
+ * mutex held. */
+static stp_status map_memory(stp_spill *s, size_t bytes, bool sparse, const char *what,
+                             stp_error *err)
 {
     stp_status status = stp_grow(&s->mappings, &s->capacity, s->count + 1, sizeof *s->mappings,
                                  "temporary files", err);
     if (status != STP_OK)
         return status;
     void *memory = mmap(NULL, bytes, PROT_READ | PROT_WRITE,
-                        MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+                        MAP_PRIVATE | MAP_ANONYMOUS | (sparse ? MAP_NORESERVE : 0), -1, 0);
     if (memory == MAP_FAILED)
         return stp_error_set(err, STP_OUT_OF_MEMORY, "no room for %zu bytes of %s", bytes, what);
-    (void)madvise(memory, bytes, MADV_NOHUGEPAGE); /* they would fill what nobody touches */
-    s->mappings[s->count++] =
-        (mapping){.memory = memory, .bytes = bytes, .forgotten = bytes, .file = -1};
+    if (sparse) /* large pages would fill what nobody touches */
+        (void)madvise(memory, bytes, MADV_NOHUGEPAGE);
+    s->mappings[s->count++] = (mapping){
+        .memory = memory, .bytes = bytes, .forgotten = sparse ? bytes : 0, .file = -1, .own = true};
+    s->own_bytes += bytes;
     return STP_OK;
 }
 
-/* Finds room for an array in a file of its own or in the shared one. Called with the mutex held. */
+/* Finds room for an array in memory, in a file of its own or in the shared one. Called with the
+ * mutex held. */
 static stp_status take_room(stp_spill *s, size_t bytes, const char *what, void **out,
                             stp_error *err)
 {
@@ -225,7 +231,10 @@ static stp_status take_room(stp_spill *s, size_t bytes, const char *what, void *
         if (s->mappings[i].memory == s->shared)
             m = &s->mappings[i];
     if (!m || m->bytes - m->used < padded) {
-        stp_status status = map_file(s, small ? FILE_BYTES : bytes, false, what, err);
+        const size_t size = small ? FILE_BYTES : bytes;
+        const bool own = s->own_bytes < s->own_most && size <= s->own_most - s->own_bytes;
+        stp_status status =
+            own ? map_memory(s, size, false, what, err) : map_file(s, size, false, what, err);
         if (status != STP_OK)
             return status;
         m = &s->mappings[s->count - 1];
@@ -262,6 +271,7 @@ stp_status stp_spill_create(stp_spill **out, const stp_spill_params *params, stp
     pthread_mutex_init(&s->mutex, NULL);
     pthread_cond_init(&s->ended, NULL);
     s->memory_bytes = params->memory_bytes;
+    s->own_most = params->own_bytes;
     if (params->memory_bytes > 0)
         STP_TRY(start_watching(s, params->folder, err));
     *out = s;
@@ -327,7 +337,7 @@ stp_status stp_spill_alloc_sparse(stp_spill *s, void *out, size_t count, size_t 
         return stp_error_set(err, STP_OUT_OF_MEMORY, "no memory for %zu %s", count, what);
     pthread_mutex_lock(&s->mutex);
     const stp_status status =
-        s->folder ? map_file(s, bytes, true, what, err) : map_plain(s, bytes, what, err);
+        s->folder ? map_file(s, bytes, true, what, err) : map_memory(s, bytes, true, what, err);
     if (status == STP_OK) {
         mapping *m = &s->mappings[s->count - 1];
         m->array_count = 1;
@@ -372,7 +382,10 @@ static bool give_room(stp_spill *s, const void *array)
     if (m->memory == s->shared)
         s->shared = NULL;
     unmap(m);
-    s->file_bytes -= s->folder ? m->bytes - m->forgotten : 0;
+    if (m->own)
+        s->own_bytes -= m->bytes;
+    else
+        s->file_bytes -= m->bytes - m->forgotten;
     *m = s->mappings[--s->count];
     return true;
 }
@@ -399,9 +412,9 @@ void stp_spill_forget(stp_spill *s, void *part, size_t bytes)
     const size_t whole = (bytes - before) / page * page;
     pthread_mutex_lock(&s->mutex);
     mapping *m = mapping_of(s, part);
-    if (m && madvise(begin, whole, s->folder ? MADV_REMOVE : MADV_DONTNEED) == 0) {
+    if (m && madvise(begin, whole, m->own ? MADV_DONTNEED : MADV_REMOVE) == 0) {
         m->forgotten += whole;
-        s->file_bytes -= s->folder ? whole : 0;
+        s->file_bytes -= m->own ? 0 : whole;
     }
     pthread_mutex_unlock(&s->mutex);
 }

@@ -4,8 +4,9 @@
  * caller's folder; small arrays share a file. The system loads a page when it is touched. A
  * watching thread drops pages whenever the process holds more than its limit. Dropped pages stay in
  * the file, so only time changes, never data; the system may also keep them in memory that nobody
- * else needs. A killed run leaves nothing. Walking an array from end to end is as fast as with
- * plain memory; random access is slower.
+ * else needs. Arrays that fit into a given part of the limit lie in no file: nothing is written to
+ * a disk. A killed run leaves nothing. Walking an array from end to end is as fast as with plain
+ * memory; random access is slower.
  *
  * The limit is for the whole process, so its other allocations should stay far below it. Threads:
  * any. */
@@ -21,6 +22,7 @@ typedef struct stp_spill stp_spill;
 
 typedef struct stp_spill_params {
     uint64_t memory_bytes; /* the process's limit; 0: no limit, folder is not used */
+    uint64_t own_bytes;    /* with a limit: what arrays may take that lie in no file */
     const char *folder;
 } stp_spill_params;
 

@@ -108,7 +108,8 @@ typedef struct stp_prep_size {
 
 /* What a run will need, known before it begins. */
 typedef struct stp_prep_plan {
-    uint64_t memory_bytes;         /* the limit */
+    uint64_t memory_bytes; /* the limit */
+    uint64_t own_bytes; /* with temporary files: what arrays may take in memory alone (spill.h) */
     uint64_t temporary_bytes;      /* temporary files for a surface; 0: everything fits in memory */
     uint64_t most_temporary_bytes; /* the same if every piece is a crumb, as in foliage */
     uint64_t free_bytes;           /* free in the folder, if temporary_bytes is not 0 */

@@ -41,6 +41,9 @@
 #define VIEW_BYTES (32u << 20)
 #define THREAD_VIEW_BYTES (64u << 20)
 
+/* At least so much is planned for files if there are any. */
+#define FILES_BYTES (32u << 20)
+
 /* Maps number their points with 32 bits. */
 #define MAPPED_POINTS (UINT32_MAX - 2)
 
@@ -163,8 +166,12 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
         goto done;
     }
     if (fixed + most + fill > plan.memory_bytes) {
-        plan.temporary_bytes = surface + (size->grid ? 0 : VIEW_BYTES); /* nothing is drawn */
-        plan.most_temporary_bytes = most;
+        const uint64_t needed = surface + (size->grid ? 0 : VIEW_BYTES); /* nothing is drawn */
+        const uint64_t half = (plan.memory_bytes - fixed) / 2;
+        plan.own_bytes = needed + fill <= half ? half : 0;
+        plan.temporary_bytes = plan.own_bytes > 0 ? FILES_BYTES : needed;
+        plan.most_temporary_bytes =
+            most > plan.own_bytes + FILES_BYTES ? most - plan.own_bytes : FILES_BYTES;
         STP_TRY(check_room(&plan, err));
     }
     *out = plan;
@@ -221,6 +228,7 @@ stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_
                                stp_pool_thread_count(job->pool), err));
     const stp_spill_params room = {.memory_bytes =
                                        job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
+                                   .own_bytes = job->plan.own_bytes,
                                    .folder = job->plan.folder};
     STP_TRY(stp_spill_create(&job->spill, &room, err));
 done:

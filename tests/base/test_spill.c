@@ -120,6 +120,38 @@ static void small_arrays_share_files(void **state)
     stp_spill_destroy(&spill);
 }
 
+/* Arrays that fit into the memory of their own take no file, and are kept when pages are dropped;
+ * when one is freed, another takes its place. */
+static void memory_of_their_own(void **state)
+{
+    (void)state;
+    enum { NUMBERS = 4 << 20 };
+    stp_error err = {0};
+    stp_spill *spill = NULL;
+    const stp_spill_params params = {
+        .memory_bytes = 1, .own_bytes = 5 * sizeof(uint32_t) * NUMBERS / 2, .folder = "."};
+    uint32_t *arrays[3] = {NULL};
+    assert_int_equal(stp_spill_create(&spill, &params, &err), STP_OK);
+    for (uint32_t a = 0; a < 3; a++) {
+        const uint64_t before = stp_spill_most_file_bytes(spill);
+        assert_int_equal(stp_spill_alloc(spill, &arrays[a], NUMBERS, 4, "numbers", &err), STP_OK);
+        assert_int_equal(stp_spill_most_file_bytes(spill) - before,
+                         a < 2 ? 0 : NUMBERS * sizeof(uint32_t));
+        for (uint32_t i = 0; i < NUMBERS; i++)
+            arrays[a][i] = i + a;
+    }
+    stp_spill_relieve(spill); /* far beyond the limit: all that lies in files is dropped */
+    for (uint32_t a = 0; a < 3; a++)
+        for (uint32_t i = 0; i < NUMBERS; i++)
+            assert_int_equal(arrays[a][i], i + a);
+    stp_spill_free(spill, arrays[0]);
+    const uint64_t before = stp_spill_most_file_bytes(spill);
+    assert_int_equal(stp_spill_alloc(spill, &arrays[0], NUMBERS, 4, "numbers", &err), STP_OK);
+    assert_int_equal(stp_spill_most_file_bytes(spill), before);
+    assert_int_equal(arrays[0][0] | arrays[0][NUMBERS - 1], 0);
+    stp_spill_destroy(&spill);
+}
+
 /* The room of a forgotten part can be used again; the parts around it are kept. */
 static void forgotten_parts(void **state)
 {
@@ -284,6 +316,7 @@ int main(void)
         cmocka_unit_test(plain_memory),
         cmocka_unit_test(files),
         cmocka_unit_test(small_arrays_share_files),
+        cmocka_unit_test(memory_of_their_own),
         cmocka_unit_test(forgotten_parts),
         cmocka_unit_test(sparse_arrays),
         cmocka_unit_test(a_folder_must_be_there),

@@ -15,8 +15,8 @@ awk 'BEGIN { for (i = 0; i < 60000; i++) {
     z = (2 * at + 1) / n - 1; r = sqrt(1 - z * z); size = large ? 5 : 1
     print size * r * cos(2.39996323 * at) + 8 * large, size * r * sin(2.39996323 * at), size * z } }' >"$FOLDER/two.xyz"
 
-# Must give the same bytes; uses files if the points do not fit into memory.
-check_bytes() { # threads, memory, temporary files (yes or no)
+# Must give the same bytes; uses files if the points do not fit into half of the memory.
+check_bytes() { # threads, memory, temporary files (yes, none for surfaces, or no)
     run "$STIPPLE" prep "$scan" -o "$FOLDER/models/m.stipple" --threads "$1" --memory "$2" \
         --temp "$FOLDER/temp ö" --stats "$FOLDER/stats.json" --force
     expect_code 0
@@ -29,6 +29,9 @@ check_bytes() { # threads, memory, temporary files (yes or no)
         # a third more than the points' own size, and what reading them takes
         [ "$(field temporary_bytes)" -lt $((200000 * 82 + 33554432)) ] ||
             fail "$2: more than was said"
+    elif [ "$3" = none ]; then
+        expect_text err "temporary files: about 0.0 GB, at most 0."
+        [ "$(field temporary_bytes)" -lt 11200000 ] || fail "$2: the points lie in files"
     else
         [ "$(field temporary_bytes)" = 0 ] || fail "$2: temporary files without need"
     fi
@@ -38,7 +41,7 @@ check_bytes() { # threads, memory, temporary files (yes or no)
 
 check_bytes 1 90M yes
 check_bytes 4 210M yes
-check_bytes 2 256M yes
+check_bytes 2 256M none
 check_bytes 4 8G no
 check_closed() { # threads, memory
     "$STIPPLE" prep "$FOLDER/two.xyz" -o "$FOLDER/two-$2.stipple" --threads "$1" --memory "$2" \
