@@ -4,6 +4,7 @@
 #include "formats/chunk/attribute/attribute_table.h"
 #include "formats/chunk/block/block.h"
 #include "formats/chunk/block/block_table.h"
+#include "formats/chunk/block/packed_table.h"
 #include "formats/chunk/chunk_reader.h"
 #include "formats/chunk/free_ranges.h"
 #include "formats/chunk/layout.h"
@@ -355,7 +356,7 @@ static stp_status write_section(stp_chunk_writer *writer, stp_header *header, ui
 {
     header->sections[header->section_count++] =
         (stp_section){.kind = kind,
-                      .flags = kind == STP_SECTION_BLOCKS ? STP_SECTION_NEEDED : 0,
+                      .flags = stp_section_flags(kind, writer->blocks.size / STP_BLOCK_BYTES),
                       .offset = stp_output_size(writer->output),
                       .bytes = size,
                       .hash = stp_hash(bytes, size)};
@@ -368,6 +369,7 @@ static stp_status write_blocks(stp_chunk_writer *writer, const numbering *n, stp
 {
     stp_status status = STP_OK;
     uint8_t *bytes = NULL;
+    stp_bytes packed = {0};
     size_t at = 0;
     if (!has_blocks(writer))
         return STP_OK;
@@ -379,8 +381,12 @@ static stp_status write_blocks(stp_chunk_writer *writer, const numbering *n, stp
         e->first_block = (uint32_t)(at / STP_BLOCK_BYTES);
         at += size;
     }
-    STP_TRY(write_section(writer, header, STP_SECTION_BLOCKS, bytes, at, err));
+    STP_TRY(stp_table_pack(bytes, at / STP_BLOCK_BYTES, &packed, err));
+    STP_TRY(packed.size > 0 ? write_section(writer, header, STP_SECTION_PACKED_BLOCKS, packed.data,
+                                            packed.size, err)
+                            : write_section(writer, header, STP_SECTION_BLOCKS, bytes, at, err));
 done:
+    free(packed.data);
     free(bytes);
     return status;
 }

@@ -91,8 +91,12 @@ const stp_section *stp_header_section(const stp_header *header, uint32_t kind)
 
 const stp_section *stp_header_blocks(const stp_header *header)
 {
-    const stp_section *blocks = stp_header_section(header, STP_SECTION_BLOCKS);
-    return blocks ? blocks : stp_header_section(header, STP_SECTION_WIDE_BLOCKS);
+    static const uint32_t kinds[] = {STP_SECTION_PACKED_BLOCKS, STP_SECTION_BLOCKS,
+                                     STP_SECTION_WIDE_BLOCKS};
+    const stp_section *found = NULL;
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds && !found; i++)
+        found = stp_header_section(header, kinds[i]);
+    return found;
 }
 
 static void sections_write(const stp_header *header, uint8_t *bytes)
@@ -222,10 +226,13 @@ static stp_status header_check_sections(const stp_header *h, stp_error *err)
                                  "byte %u: section %" PRIu32 " at byte %" PRIu64
                                  " does not follow what is before it",
                                  SECTIONS_AT + i * SECTION_BYTES, i, s->offset);
-        const bool blocks = s->kind == STP_SECTION_BLOCKS || s->kind == STP_SECTION_WIDE_BLOCKS;
+        const bool packed = s->kind == STP_SECTION_PACKED_BLOCKS;
+        const bool blocks =
+            packed || s->kind == STP_SECTION_BLOCKS || s->kind == STP_SECTION_WIDE_BLOCKS;
         const bool known = blocks || s->kind == STP_SECTION_NUMBERS ||
                            s->kind == STP_SECTION_ATTRIBUTES || s->kind == STP_SECTION_FREE;
-        if ((blocks && (s->bytes % stp_record_bytes(s) != 0 || stp_header_blocks(h) != s)) ||
+        if ((blocks && stp_header_blocks(h) != s) ||
+            (blocks && !packed && s->bytes % stp_record_bytes(s) != 0) ||
             (s->kind == STP_SECTION_FREE && s->bytes % STP_FREE_BYTES != 0) ||
             (known && stp_header_section(h, s->kind) != s))
             return stp_error_set(err, STP_CORRUPT,

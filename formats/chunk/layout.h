@@ -75,12 +75,14 @@ typedef struct stp_section {
     uint64_t offset, bytes, hash;
 } stp_section;
 
-#define STP_SECTION_BLOCKS UINT32_C(0x324b4c42)      /* "BLK2": the table of blocks */
-#define STP_SECTION_WIDE_BLOCKS UINT32_C(0x534b4c42) /* "BLKS": the same in wide records */
-#define STP_SECTION_NUMBERS UINT32_C(0x44545441)     /* "ATTD": the numbers of attributes */
-#define STP_SECTION_ATTRIBUTES UINT32_C(0x52545441)  /* "ATTR": their list, and where they lie */
-#define STP_SECTION_FREE UINT32_C(0x45455246)        /* "FREE": bytes that belong to nothing */
-#define STP_SECTION_NEEDED 1u /* a reader that does not know the kind must refuse the file */
+#define STP_SECTION_BLOCKS UINT32_C(0x324b4c42)        /* "BLK2": the table of blocks */
+#define STP_SECTION_PACKED_BLOCKS UINT32_C(0x334b4c42) /* "BLK3": the same, packed */
+#define STP_SECTION_WIDE_BLOCKS UINT32_C(0x534b4c42)   /* "BLKS": the same in wide records */
+#define STP_SECTION_NUMBERS UINT32_C(0x44545441)       /* "ATTD": the numbers of attributes */
+#define STP_SECTION_ATTRIBUTES UINT32_C(0x52545441)    /* "ATTR": their list, and where they lie */
+#define STP_SECTION_FREE UINT32_C(0x45455246)          /* "FREE": bytes that belong to nothing */
+#define STP_SECTION_NEEDED 1u  /* a reader that does not know the kind must refuse the file */
+#define STP_SECTION_COUNT_AT 1 /* of a packed table of blocks: the bit where its count begins */
 
 /* IEEE 754 single precision. */
 void stp_put_floats(uint8_t *bytes, const float *values, int count);
@@ -118,18 +120,28 @@ static inline uint64_t stp_header_span(const stp_header *header)
 uint64_t stp_payloads_end(const stp_header *header);
 /* The section of a kind, or NULL. */
 const stp_section *stp_header_section(const stp_header *header, uint32_t kind);
-/* The table of blocks, of either kind; NULL: there is none. */
+/* The table of blocks, of any kind; NULL: there is none. */
 const stp_section *stp_header_blocks(const stp_header *header);
 /* Bytes of a record of a table of blocks. */
 static inline size_t stp_record_bytes(const stp_section *blocks)
 {
-    return blocks->kind == STP_SECTION_BLOCKS ? STP_BLOCK_BYTES : STP_WIDE_BLOCK_BYTES;
+    return blocks->kind == STP_SECTION_WIDE_BLOCKS ? STP_WIDE_BLOCK_BYTES : STP_BLOCK_BYTES;
+}
+/* The flags of a section; block_count: of a packed table of blocks. */
+static inline uint32_t stp_section_flags(uint32_t kind, uint64_t block_count)
+{
+    if (kind == STP_SECTION_PACKED_BLOCKS)
+        return STP_SECTION_NEEDED | (uint32_t)block_count << STP_SECTION_COUNT_AT;
+    return kind == STP_SECTION_BLOCKS ? STP_SECTION_NEEDED : 0;
 }
 /* How many records the file's table of blocks has. */
 static inline uint64_t stp_header_block_count(const stp_header *header)
 {
     const stp_section *blocks = stp_header_blocks(header);
-    return blocks ? blocks->bytes / stp_record_bytes(blocks) : 0;
+    if (!blocks)
+        return 0;
+    return blocks->kind == STP_SECTION_PACKED_BLOCKS ? blocks->flags >> STP_SECTION_COUNT_AT
+                                                     : blocks->bytes / stp_record_bytes(blocks);
 }
 
 /* Writes header_bytes bytes, STP_HEADER_BYTES or STP_HEADER_BYTES_2, including their hash. */

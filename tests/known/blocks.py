@@ -56,6 +56,16 @@ class WideRecord:
                 f"{name}: a number is out of range")
 
 
+def unpack(data, count):
+    """The records of a packed table."""
+    require(len(data) > 16, "the packed table is cut")
+    kind, stored, checksum = struct.unpack_from("<4sIQ", data, 0)
+    require(kind == b"BLK3" and stored == count, "the packed table is not one of so many records")
+    require(xxh3(data[16:]) == checksum, "the packed table's checksum is wrong")
+    planes = codec_zstd.open_frame(data[16:], count * RECORD.size, "the packed table")
+    return bytes(planes[c * count + r] for r in range(count) for c in range(RECORD.size))
+
+
 def read_index(segment, first, name):
     """Sizes of the parts; of segment 0 also patches and samples of levels 0 to 3; and where parts begin."""
     cursor = Cursor(segment, name)

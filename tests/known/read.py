@@ -47,6 +47,7 @@ class Header:
         require(self.chunks >= 1 and page == PAGE and 256 <= self.entry_bytes <= 4096 and root == 0 and
                 1 <= self.depth <= 256, "the header's counts are wrong")
         self.sections, self.payloads, self.unused, rest = [], self.bytes, [], 152
+        self.records, self.record = b"", (blocks.RECORD.size, blocks.Record)
         if self.major == 2:
             rest = self.read_sections(data)
         require(self.minor > (2, 1)[self.major - 1] or
@@ -74,7 +75,13 @@ class Header:
             kind, flags, offset, size, stored = struct.unpack_from("<4sIQQQ", data, 168 + 32 * i)
             require(not self.sections or offset == self.sections_end, "sections do not follow each other")
             require(xxh3(data[offset:offset + size]) == stored, f"section {kind}: the checksum is wrong")
-            require(kind in (b"BLK2", b"BLKS") or not flags & 1, f"section {kind} is needed and unknown")
+            require(kind in (b"BLK2", b"BLK3", b"BLKS") or not flags & 1, f"section {kind} is needed and unknown")
+            if kind == b"BLK3":
+                self.records = blocks.unpack(data[offset:offset + size], flags >> 1)
+            if kind in (b"BLK2", b"BLKS"):
+                self.records = data[offset:offset + size]
+            if kind == b"BLKS":
+                self.record = blocks.WIDE_RECORD.size, blocks.WideRecord
             if kind == b"FREE":
                 require(size % 16 == 0 and self.minor > 0, "the list of unused bytes is wrong")
                 self.unused = list(struct.iter_unpack("<2Q", data[offset:offset + size]))
@@ -87,12 +94,6 @@ class Header:
 
     def payloads_end(self):
         return self.sections[0][1] if self.sections else self.metadata
-
-    def table(self):
-        """The place and size of the table of blocks, the size of a record, and what reads one."""
-        kinds = {b"BLK2": (blocks.RECORD.size, blocks.Record), b"BLKS": (blocks.WIDE_RECORD.size, blocks.WideRecord)}
-        return next(((offset, size) + kinds[kind] for kind, offset, size in self.sections if kind in kinds),
-                    (0, 0, blocks.RECORD.size, blocks.Record))
 
 
 class Entry:
@@ -163,13 +164,13 @@ def check_tree(header, entries):
     for e in entries:
         require(e.blocks == 0 or e.first_block == records, f"chunk {e.id}: its records are out of order")
         records += e.blocks
-    require(records * header.table()[2] == header.table()[1], "the table has more records than blocks")
+    require(records * header.record[0] == len(header.records), "the table has more records than blocks")
 
 
-def read_records(data, header, entry, name):
-    table, _, size, record = header.table()
-    at = table + entry.first_block * size
-    records = data[at:at + entry.blocks * size]
+def read_records(header, entry, name):
+    size, record = header.record
+    at = entry.first_block * size
+    records = header.records[at:at + entry.blocks * size]
     require(xxh3(records) == entry.blocks_hash, f"{name}: the checksum of its records is wrong")
     return [record(records[i:i + size], entry.box, f"{name}, a record") for i in range(0, len(records), size)]
 
@@ -185,7 +186,7 @@ def read_chunk(data, header, entry):
         patches, levels = CODECS[entry.codec].decode(segments, entry.patches, entry.linked, name)
     else:
         patches, levels, entry.block_ends = blocks.read(
-            segments, entry.codec, entry.linked, read_records(data, header, entry, name), name)
+            segments, entry.codec, entry.linked, read_records(header, entry, name), name)
     require(len(patches) == entry.patches, f"{name}: {len(patches)} patches")
     for level in range(4):
         require(len(levels[level]) == entry.counts[level] == sum(p.counts[level] for p in patches),

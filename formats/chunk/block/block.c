@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/chunk/block/block_table.h"
+#include "formats/chunk/block/packed_table.h"
 #include "formats/chunk/chunk_fault.h"
 #include "formats/chunk/chunk_reader.h"
 #include "formats/chunk/codec/part.h"
@@ -13,19 +14,45 @@
 
 /* ---- the table ---- */
 
-/* The table of blocks, read as a whole when a chunk's blocks are first asked for. */
-static stp_status load_table(stp_chunk_file *file, uint8_t **out, stp_error *err)
+/* Reads the table of blocks as a whole. fresh: past all caches. */
+static stp_status read_table(stp_chunk_file *file, bool fresh, uint8_t **out, stp_error *err)
 {
     stp_status status = STP_OK;
     const stp_section *section = stp_header_blocks(&file->header);
+    const size_t size = (size_t)section->bytes;
+    uint8_t *bytes = NULL;
+    stp_error inner = {0};
+    STP_TRY(stp_alloc(&bytes, size + 1, 1, "the table of blocks", err));
+    STP_TRY(stp_chunk_file_bytes(file, section->offset, bytes, size, fresh, err));
+    if (section->kind != STP_SECTION_PACKED_BLOCKS) {
+        *out = bytes;
+        return STP_OK;
+    }
+    status = stp_table_unpack(bytes, size, stp_header_block_count(&file->header), out, &inner);
+    if (status == STP_CORRUPT)
+        stp_error_set(err, status, "%s: %s: the file is damaged; copy it again", file->path,
+                      inner.message);
+    else if (status != STP_OK)
+        stp_error_set(err, status, "%s: %s", file->path, inner.message);
+done:
+    free(bytes);
+    return status;
+}
+
+/* The table of blocks, read when a chunk's blocks are first asked for. */
+static stp_status load_table(stp_chunk_file *file, uint8_t **out, stp_error *err)
+{
+    stp_status status = STP_OK;
     uint8_t *bytes = NULL;
     pthread_mutex_lock(&file->mutex);
     *out = file->blocks;
     pthread_mutex_unlock(&file->mutex);
     if (*out)
         return STP_OK;
-    STP_TRY(stp_alloc(&bytes, (size_t)section->bytes + 1, 1, "the table of blocks", err));
-    STP_TRY(stp_chunk_file_bytes(file, section->offset, bytes, (size_t)section->bytes, false, err));
+    status = read_table(file, false, &bytes, err);
+    for (int i = 0; i < STP_FRESH_TRIES && stp_chunk_file_may_mend(file, status); i++)
+        status = read_table(file, true, &bytes, err);
+    STP_TRY(status);
     pthread_mutex_lock(&file->mutex);
     if (!file->blocks) {
         file->blocks = bytes;
@@ -62,6 +89,8 @@ static stp_status find_records(stp_chunk_file *file, const stp_chunk_entry *e, u
     STP_TRY(load_table(file, &table, err));
     *out = table + at;
     status = check_records(file, e, id, *out, err);
+    if (section->kind == STP_SECTION_PACKED_BLOCKS) /* its checksum was right */
+        return status;
     for (int i = 0; i < STP_FRESH_TRIES && stp_chunk_file_may_mend(file, status); i++) {
         if (!*own)
             STP_TRY(stp_alloc(own, size, 1, "records of blocks", err));

@@ -184,6 +184,7 @@ void stp_damaged_close(stp_damaged *d)
     free(d->entries);
     free(d->known);
     free(d->finest);
+    free(d->table);
     if (d->descriptor >= 0)
         close(d->descriptor);
     *d = (stp_damaged){.descriptor = -1};

@@ -31,6 +31,7 @@ typedef struct stp_damaged {
     char *metadata;           /* ends in a zero byte */
     bool metadata_lost;       /* metadata holds the damaged bytes as found */
     bool sections_lost;       /* a section, or records of blocks, cannot be mended */
+    uint8_t *table;           /* the records of a packed table of blocks; NULL: not read, or lost */
     stp_chunk_entry *entries; /* by id */
     bool *known;              /* by id: whether the entry is known */
     uint8_t *finest;          /* by id: finest level that can be read, or STP_NOTHING_READABLE */

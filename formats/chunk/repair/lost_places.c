@@ -4,19 +4,19 @@
 #include "base/memory.h"
 #include "formats/chunk/attribute/attribute_json.h"
 #include "formats/chunk/attribute/attribute_table.h"
+#include "formats/chunk/block/packed_table.h"
 
 #include <stdlib.h>
 
 /* Bytes that are searched at a time. */
 #define PART_BYTES ((uint64_t)1 << 20)
 
-static void add_section(stp_header *h, uint32_t kind, uint64_t bytes)
+static void add_section(stp_header *h, uint32_t kind, uint64_t bytes, uint64_t block_count)
 {
-    h->sections[h->section_count++] =
-        (stp_section){.kind = kind,
-                      .flags = kind == STP_SECTION_BLOCKS ? STP_SECTION_NEEDED : 0,
-                      .offset = h->metadata_offset,
-                      .bytes = bytes};
+    h->sections[h->section_count++] = (stp_section){.kind = kind,
+                                                    .flags = stp_section_flags(kind, block_count),
+                                                    .offset = h->metadata_offset,
+                                                    .bytes = bytes};
     h->metadata_offset += bytes;
 }
 
@@ -36,6 +36,32 @@ static stp_status search(const stp_damaged *d, uint64_t begin, uint64_t end, siz
         for (size_t i = 0; i + size <= here && *at == end; i++)
             if (stp_hash(bytes + i, size) == hash)
                 *at = part + i;
+    }
+done:
+    free(bytes);
+    return status;
+}
+
+/* Looks from `begin` to `end` for a packed table of blocks. *at: where it begins, or `end`; *size:
+ * its bytes. */
+static stp_status search_packed(const stp_damaged *d, uint64_t begin, uint64_t end,
+                                uint64_t block_count, uint64_t *at, uint64_t *size, stp_error *err)
+{
+    stp_status status = STP_OK;
+    uint8_t *bytes = NULL;
+    /* what does not pack is a little larger */
+    const size_t most = (size_t)block_count * STP_BLOCK_BYTES * 2;
+    *at = end;
+    STP_TRY(stp_alloc(&bytes, (size_t)PART_BYTES + most, 1, "sections", err));
+    for (uint64_t part = begin; part < end && *at == end; part += PART_BYTES) {
+        const uint64_t left = end - part;
+        const size_t here = left < PART_BYTES + most ? (size_t)left : (size_t)PART_BYTES + most;
+        STP_TRY(stp_damaged_read(d, part, bytes, here, err));
+        for (size_t i = 0; i < here && i < PART_BYTES && *at == end; i++) {
+            *size = stp_packed_table_bytes(bytes + i, here - i, block_count);
+            if (*size > 0)
+                *at = part + i;
+        }
     }
 done:
     free(bytes);
@@ -78,6 +104,10 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
     const uint64_t begin = h->metadata_offset, own = stp_get_u32(root + 212);
     uint64_t at = h->directory_offset, attributes = 0, blocks = 0;
     uint32_t kind = 0;
+    if (begin < h->directory_offset) {
+        STP_TRY(search_packed(d, begin, h->directory_offset, block_count, &at, &blocks, err));
+        kind = STP_SECTION_PACKED_BLOCKS;
+    }
     for (int i = 0; i < 2 && at == h->directory_offset; i++) {
         const size_t record = stp_record_bytes(&(stp_section){.kind = kinds[i]});
         kind = kinds[i];
@@ -89,12 +119,12 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
     if (at < h->directory_offset && at > begin)
         STP_TRY(table_bytes(d, at + blocks, &attributes, err));
     if (attributes > 0)
-        add_section(h, STP_SECTION_NUMBERS, at - begin);
+        add_section(h, STP_SECTION_NUMBERS, at - begin, 0);
     else if (at > begin && at < h->directory_offset)
-        add_section(h, STP_SECTION_FREE, at - begin); /* all that can lie here besides */
-    add_section(h, kind, blocks);
+        add_section(h, STP_SECTION_FREE, at - begin, 0); /* all that can lie here besides */
+    add_section(h, kind, blocks, block_count);
     if (attributes > 0)
-        add_section(h, STP_SECTION_ATTRIBUTES, attributes);
+        add_section(h, STP_SECTION_ATTRIBUTES, attributes, 0);
 done:
     return status;
 }
