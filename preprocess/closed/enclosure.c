@@ -19,7 +19,7 @@
  * large: a random scan of so many more points has more gaps than can be listed, though all are
  * small. Those of RETRY_SHARE times as many points, too, if their openings are too many. */
 #define FINE_POINTS (UINT64_C(1) << 25)
-#define RETRY_SHARE 0.5
+#define RETRY_SHARE 0.125
 /* Empty voxels around the box: discs reach beyond their centres. */
 #define MARGIN 8
 /* The blocks of voxels that a model may have: the least number, and one more for so many points. So
