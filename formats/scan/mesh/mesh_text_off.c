@@ -114,7 +114,7 @@ static stp_status off_vertex(off_parser *p, stp_error *err)
                              p->has_normals ? "normal, " : "");
     STP_TRY(stp_text_numbers(&p->lines, "vertex", values, count > fixed ? count : fixed, err));
     if (count > fixed)
-        STP_TRY(stp_text_colours_add(&p->colours, p->mesh->point_count, values + fixed, err));
+        STP_TRY(stp_text_colours_add(&p->colours, p->mesh->point_count, values + fixed, 3, err));
     STP_TRY(stp_point_mesh_reserve(p->mesh, p->lines.text->path, 1, err));
     stp_point *point = &p->mesh->points[p->mesh->point_count++];
     *point = (stp_point){.position = {values[0], values[1], values[2]}};
