@@ -23,6 +23,7 @@ static const struct {
     [STP_PLY_INT8] = {"char", "int8", 1},        [STP_PLY_UINT8] = {"uchar", "uint8", 1},
     [STP_PLY_INT16] = {"short", "int16", 2},     [STP_PLY_UINT16] = {"ushort", "uint16", 2},
     [STP_PLY_INT32] = {"int", "int32", 4},       [STP_PLY_UINT32] = {"uint", "uint32", 4},
+    [STP_PLY_INT64] = {"int64", "int64", 8},     [STP_PLY_UINT64] = {"uint64", "uint64", 8},
     [STP_PLY_FLOAT32] = {"float", "float32", 4}, [STP_PLY_FLOAT64] = {"double", "float64", 8},
 };
 
