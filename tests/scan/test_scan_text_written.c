@@ -110,12 +110,50 @@ static void utf_16(void **state)
     free(wide);
 }
 
+/* Cells may be empty or say that there is no number, as tables of pandas and microscopes have them.
+ */
+static void missing_cells(void **state)
+{
+    (void)state;
+    const char *const texts[] = {
+        "x,y,z,i\n1.5,-2.25,3,1\n7,8,,2\n4,5,6.125,\n", "1.5,-2.25,3\n,,\n4,5,6.125\n",
+        "x;y;z\n1,5;-2,25;3\n1;1;No Data\n4;5;6,125\n", "1.5 -2.25 3\n1 1 ***\n4 5 6.125\n",
+        "1.5 -2.25 3\n1 NULL 1\n4 5 6.125\n",           "1.5\t-2.25\t3\n1\t1\tn/a\n4\t5\t6.125\n",
+    };
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        stp_scan_info info;
+        print_message("%s", texts[i]);
+        stp_point *points = scan_fixture_points("missing.csv", texts[i], &info);
+        assert_int_equal(info.point_count, 3);
+        scan_fixture_position(&points[0], 1.5, -2.25, 3);
+        assert_false(stp_dvec3_finite(points[1].position));
+        scan_fixture_position(&points[2], 4, 5, 6.125);
+        free(points);
+    }
+}
+
+/* The first three columns of a matrix are no coordinates. */
+static void matrices(void **state)
+{
+    (void)state;
+    char text[2048] = "";
+    for (int i = 0; i < 140; i++)
+        sprintf(text + strlen(text), "%d.5%s", i, i % 70 == 69 ? "\n" : ",");
+    scan_fixture_text("matrix.csv", text);
+    scan_fixture_fails("matrix.csv", NULL, STP_UNSUPPORTED, "70 numbers, as a matrix of heights");
+    const stp_scan_params params = {.columns = "x,y,z"};
+    stp_scan_info info;
+    free(scan_fixture_read("matrix.csv", &params, &info));
+    assert_int_equal(info.point_count, 2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(brackets),       cmocka_unit_test(brackets_of_others),
         cmocka_unit_test(decimal_commas), cmocka_unit_test(times),
-        cmocka_unit_test(utf_16),
+        cmocka_unit_test(utf_16),         cmocka_unit_test(missing_cells),
+        cmocka_unit_test(matrices),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -9,7 +9,10 @@
  * first column. Columns with other names are attributes (text_numbers.h).
  *
  * By content, of n numbers per line the first three are x y z. But if there are more, and the first
- * is the point's number or its time, x is the second. It is a number if it is whole, grows in every
+ * is the point's number or its time, x is the second; if the first two are its row and column, x is
+ * the third. They are if both are whole and not negative, go on from line to line, in 99 of 100, as
+ * pixels of an image do, row by row or column by column, and x y z have fractions, and then come
+ * whole numbers, so that there are 6 or more. The first is a number if it is whole, grows in every
  * line, by one in 9 of 10, and at least two of the three after it have fractions, all three if the
  * last of four differs. It is a time if it counts seconds since 1970, or milli-, micro- or
  * nanoseconds, never falls, and is a hundred times what follows. The others:
@@ -78,6 +81,8 @@ typedef struct stp_columns_sample {
     uint64_t rows;
     uint64_t successors, repeats; /* lines whose first number is one more than that of the line
                                      before; equal */
+    uint64_t behind[2];           /* lines that do not come after the one before by their first two
+                                     numbers; by the second, then the first */
     stp_column_range ranges[STP_COLUMNS_MAX];
 } stp_columns_sample;
 

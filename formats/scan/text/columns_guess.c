@@ -87,6 +87,12 @@ void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator,
     }
     sample->successors += sample->rows > 0 && values[0] == sample->ranges[0].last + 1.0;
     sample->repeats += sample->rows > 0 && values[0] == sample->ranges[0].last;
+    for (unsigned k = 0; sample->rows > 0 && sample->count > 1 && k < 2; k++) {
+        const double outer = values[k] - sample->ranges[k].last;
+        const bool after =
+            outer > 0.0 || (outer == 0.0 && values[1 - k] > sample->ranges[1 - k].last);
+        sample->behind[k] += !after;
+    }
     for (uint32_t i = 0; i < sample->count; i++) {
         stp_column_range *range = &sample->ranges[i];
         range->falls += sample->rows > 0 && !(values[i] >= range->last);
@@ -126,6 +132,19 @@ static bool begins_with_time(const stp_columns_sample *s)
     for (uint32_t i = 1; i < 4; i++)
         known = known && greatest_part(&range[i]) < 0.01 * range->min;
     return known && range->falls == 0;
+}
+
+/* Whether lines begin with the row and the column of the point, as FARO's do. */
+static bool begins_with_pixel(const stp_columns_sample *s)
+{
+    const stp_column_range *r = s->ranges;
+    const uint64_t few = s->rows / 100;
+    if (s->count < 6 || !r[5].written_whole)
+        return false;
+    for (uint32_t i = 0; i < 5; i++)
+        if (r[i].written_whole != (i < 2) || (i < 2 && r[i].min < 0.0))
+            return false;
+    return s->behind[0] <= few || s->behind[1] <= few;
 }
 
 /* The columns that have no meaning yet. */
@@ -260,9 +279,10 @@ bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const
     uint32_t axes = 0;
     uint32_t first = 0;
     g.columns.count = sample->count;
-    if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3] &&
-        (begins_with_number(sample) || begins_with_time(sample)))
-        first = 1;
+    if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3])
+        first = begins_with_pixel(sample)                                ? 2
+                : begins_with_number(sample) || begins_with_time(sample) ? 1
+                                                                         : 0;
     memset(g.columns.targets, STP_COLUMN_NONE, sizeof g.columns.targets);
     for (uint32_t i = first; i < sample->count; i++) {
         if (is_number[i] && axes < 3)

@@ -15,7 +15,8 @@
  * be a longitude, it is x.
  *
  * A line with too few, too many or unreadable numbers is an error that names the line: a
- * silent loss would be found too late. Threads: one at a time. */
+ * silent loss would be found too late. A number may be missing (stp_field_is_missing): without a
+ * coordinate the point is rejected. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_H
 
@@ -93,5 +94,8 @@ void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_sc
  * "missing" so far; NULL: none. Errors: CORRUPT. */
 stp_status stp_text_point(const stp_text *text, const char *begin, const char *end, stp_point *out,
                           uint8_t *numbers, stp_error *err);
+
+/* The point of these numbers, by stp_column. */
+void stp_text_take(const stp_text *text, const double v[STP_COLUMN_PACKED + 1], stp_point *out);
 
 #endif

@@ -38,6 +38,9 @@ bool stp_field_next(stp_separator separator, const char **at, const char *end, s
 /* Reads the whole field as a number. False if it is none. Errors of range: as stp_number_parse. */
 bool stp_field_number(stp_separator separator, stp_field field, double *value);
 
+/* Whether the field stands for a number that is missing: nothing, or a word such as n/a or null. */
+bool stp_field_is_missing(stp_field field);
+
 /* Reads a colour in one piece as 0xRRGGBB. False if it is none. Colours are
  * - #rrggbb or #rrggbbaa; if `hex` is set, without the #, too;
  * - 0xrrggbb or 0xaarrggbb;

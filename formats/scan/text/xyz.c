@@ -23,11 +23,11 @@ static stp_status copy_line(const stp_text *text, line_copy *copy, const char *b
 {
     const size_t length = (size_t)(end - begin);
     if (length > sizeof copy->text)
-        return stp_error_set(err, STP_LIMIT,
-                             "%s: line %llu has %zu characters, where a header or the first point "
-                             "has at most %zu: is it the right file?",
-                             text->source.path, (unsigned long long)text->source.line, length,
-                             sizeof copy->text);
+        return stp_error_set(
+            err, STP_LIMIT,
+            "%s: line %llu has %zu characters, where a header or the first point "
+            "has at most %zu: is it the right file? (a matrix of heights: save it as TIFF)",
+            text->source.path, (unsigned long long)text->source.line, length, sizeof copy->text);
     memcpy(copy->text, begin, length);
     copy->end = copy->text + length;
     copy->line = text->source.line;
@@ -166,6 +166,19 @@ static bool hides_number(stp_separator separator, const line_copy *row)
     return false;
 }
 
+/* Rows of so many numbers without names are a matrix: its first three columns are no x y z. */
+static stp_status check_matrix(const stp_text *text, const line_copy *row, stp_error *err)
+{
+    const uint32_t fields = stp_fields_count(text->columns.separator, row->text, row->end).fields;
+    if (fields <= STP_COLUMNS_MAX)
+        return STP_OK;
+    return stp_error_set(err, STP_UNSUPPORTED,
+                         "%s: line %llu has %u numbers, as a matrix of heights: save heights as "
+                         "TIFF or as an ESRI ASCII grid; if they are columns of points, name those "
+                         "that count with --columns",
+                         text->source.path, (unsigned long long)row->line, fields);
+}
+
 /* Points one after another in brackets, as in JSON, are not the columns of one. A point may have
  * its place, its normal and its colour in three of them. */
 static stp_status check_brackets(const stp_text *text, const line_copy *row,
@@ -208,8 +221,10 @@ static stp_status find_columns(stp_text *text, const beginning *b, const char *l
         sample->count = sample->open_end && named < fields ? named : fields;
         STP_TRY(stp_text_sample(text, text->columns.separator, sample, err));
     }
-    if (row->end && from[0] == 'b')
+    if (row->end && from[0] == 'b') {
         STP_TRY(check_brackets(text, row, sample, err));
+        STP_TRY(check_matrix(text, row, err));
+    }
     stp_text_decide(text, sample);
     const bool named = from[0] == 't';
     if (row->end || named)
