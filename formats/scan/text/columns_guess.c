@@ -37,9 +37,13 @@ static void add_number(stp_column_range *range, double value, stp_field field)
     if (!isfinite(value))
         return;
     if (range->count++ == 0) {
-        range->min = range->max = value;
+        range->min = range->max = range->second = value;
         range->whole = range->written_whole = true;
     }
+    if (value < range->min)
+        range->second = range->min;
+    else if (value > range->min && (range->second == range->min || value < range->second))
+        range->second = value;
     range->min = fmin(range->min, value);
     range->max = fmax(range->max, value);
     range->whole = range->whole && floor(value) == value;
@@ -122,11 +126,20 @@ static bool begins_with_number(const stp_columns_sample *s)
            fractions >= 2 && (double)s->successors >= SUCCESSOR_SHARE * (double)(s->rows - 1);
 }
 
-/* Whether lines begin with a time since 1970. */
+/* Few lines say little of what numbers may be. */
+#define ROWS_LEAST 100u
+
+/* Whether lines begin with a time since 1970, or with one that has finer decimals than x y z. */
 static bool begins_with_time(const stp_columns_sample *s)
 {
     const stp_column_range *range = s->ranges;
     bool known = false;
+    const uint32_t finest =
+        range[1].decimals > range[2].decimals ? range[1].decimals : range[2].decimals;
+    if (s->rows >= ROWS_LEAST && range->falls == 0 && range->min < range->max &&
+        range->decimals < UINT32_MAX && finest < range->decimals - 1 &&
+        range[3].decimals < range->decimals - 1 && range->decimals > 4)
+        return true;
     for (double unit = 1.0; unit <= 1e9; unit *= 1000.0) /* of the years from 2000 to 2040 */
         known = known || (range->min >= 0.95e9 * unit && range->max <= 2.2e9 * unit);
     for (uint32_t i = 1; i < 4; i++)
@@ -190,6 +203,12 @@ static bool within(const stp_column_range *range, double limit)
     return range->count > 0 && range->min >= 0.0 && range->max <= limit;
 }
 
+/* Whether the numbers may be classes, returns or flags: whole ones of 5 bits. */
+static bool is_code(const stp_column_range *range)
+{
+    return range->written_whole && within(range, 31.0);
+}
+
 static double greatest(const guess *g, uint32_t first)
 {
     const stp_column_range *r = g->sample->ranges + first;
@@ -203,6 +222,8 @@ static bool can_be_colour(const guess *g, uint32_t first)
         return false;
     for (uint32_t k = 0; k < 3; k++) {
         const stp_column_range *range = &g->sample->ranges[first + k];
+        if (g->sample->rows >= ROWS_LEAST && is_code(range) && range->max > 0.0)
+            return false;
         whole = whole && range->whole && within(range, 65535.0);
         fractions = fractions && within(range, 1.0);
     }
@@ -254,15 +275,21 @@ static bool is_time(const guess *g, uint32_t i)
 
 static void guess_intensity(guess *g)
 {
-    uint32_t count = 0, times = 0, place = 0;
+    uint32_t count = 0, times = 0, codes = 0, place = 0;
     for (uint32_t i = 0; i < g->sample->count; i++) {
         count += g->is_free[i];
         times += g->is_free[i] && is_time(g, i);
+        codes += g->is_free[i] && is_code(&g->sample->ranges[i]);
     }
-    const bool timed = count == 2 && times == 1; /* the time is passed over */
+    /* times and codes are passed over */
+    const bool timed = count > 1 && times == 1;
+    const bool coded = g->sample->rows >= ROWS_LEAST && codes > 0 && count > codes;
     for (uint32_t i = 0; i < g->sample->count; i++)
-        place = g->is_free[i] && !(timed && is_time(g, i)) ? i : place;
-    if (count != 1 && !timed)
+        place =
+            g->is_free[i] && !(timed && is_time(g, i)) && !(coded && is_code(&g->sample->ranges[i]))
+                ? i
+                : place;
+    if (count - (timed ? times : 0) - (coded ? codes : 0) != 1)
         return;
     const stp_column_range *range = &g->sample->ranges[place];
     const bool opaque = (range->min >= -16777216.0 && range->min < -65536.0 && range->max < 0.0) ||

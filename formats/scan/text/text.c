@@ -314,9 +314,22 @@ static void find_degrees(stp_text *text, const stp_columns_sample *sample)
     text->columns.targets[places[1]] = STP_COLUMN_X;
 }
 
+/* What programs write where a grid of heights has no sample; NaN: the numbers have none. */
+static double find_no_height(const stp_text *text, const stp_columns_sample *sample)
+{
+    static const double numbers[] = {-9999.0, -32767.0, -32768.0, -99999.0};
+    const uint32_t place = stp_columns_find(&text->columns, STP_COLUMN_Z);
+    const stp_column_range *z = &sample->ranges[place];
+    for (size_t i = 0; place < sample->count && i < sizeof numbers / sizeof *numbers; i++)
+        if (z->min == numbers[i] && z->second > 0.9 * numbers[i])
+            return numbers[i];
+    return (double)NAN;
+}
+
 void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 {
     find_degrees(text, sample);
+    text->no_height = find_no_height(text, sample);
     find_packed(text, sample);
     drop_words(text, sample);
     text->attributes = stp_columns_attributes(&text->columns);
@@ -497,6 +510,8 @@ static stp_status read_values(const stp_text *text, const char *begin, const cha
 void stp_text_take(const stp_text *text, const double v[STP_COLUMN_PACKED + 1], stp_point *out)
 {
     *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], v[STP_COLUMN_Z]}};
+    if (v[STP_COLUMN_Z] == text->no_height)
+        out->reject = STP_REJECT_INVALID;
     if (text->attributes & STP_POINT_HAS_NORMAL)
         out->normal =
             stp_unit_normal((stp_dvec3){v[STP_COLUMN_NX], v[STP_COLUMN_NY], v[STP_COLUMN_NZ]});

@@ -2,7 +2,9 @@
 #include "formats/scan/text/xyz.h"
 
 #include "base/memory.h"
+#include "formats/scan/number.h"
 #include "formats/scan/text/text.h"
+#include "formats/scan/text/text_count.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +18,7 @@ typedef struct line_copy {
 /* The lines that can name the columns. */
 typedef struct beginning {
     line_copy comment, header, row;
+    uint64_t points, points_line; /* that a line says, after a comment with names; where; else 0 */
 } beginning;
 
 static stp_status copy_line(const stp_text *text, line_copy *copy, const char *begin,
@@ -37,11 +40,7 @@ static stp_status copy_line(const stp_text *text, line_copy *copy, const char *b
 /* Whether the line names x, y and z. */
 static bool names_axes(const line_copy *copy)
 {
-    stp_columns columns;
-    for (int h = 0; copy->end && h < STP_SEPARATOR_COUNT; h++)
-        if (stp_columns_from_header(&columns, (stp_separator)h, copy->text, copy->end))
-            return true;
-    return false;
+    return copy->end && stp_comment_names_axes(copy->text, copy->end);
 }
 
 /* Copies the names in a comment; names of axes are not lost to a later one. */
@@ -82,6 +81,12 @@ static stp_status read_beginning(stp_text *text, beginning *b, stp_error *err)
         if (!stp_line_counts(begin, end))
             continue;
         STP_TRY(copy_line(text, &b->row, begin, end, err));
+        if (names_axes(&b->comment) && b->points_line == 0 && stp_text_is_count(begin, end) &&
+            stp_number_parse_u64(begin, end, &b->points)) {
+            b->points_line = text->source.line;
+            b->row.end = NULL;
+            continue;
+        }
         if (has_numbers(&b->row) || ++words > WORD_LINES)
             continue;
         if (!b->header.end || (!names_axes(&b->header) &&
@@ -250,6 +255,10 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(read_beginning(text, b, err));
     STP_TRY(find_columns(text, b, params->columns, sample, err));
     STP_TRY(stp_text_count(text, &count, err));
+    if (count < b->points) {
+        status = stp_text_few_lines(text, b->points_line, b->points, count, err);
+        goto done;
+    }
     stp_text_rewind(text);
     stp_text_fill_info(text, sample, info);
     info->format = "XYZ text";
