@@ -241,11 +241,19 @@ stp_status stp_materials_read(stp_materials *m, const char *mesh_path, const cha
         return STP_OK;
     STP_TRY(copy_part(&copy, name, name_end, err));
     STP_TRY(path_beside(&path, mesh_path, copy, err));
-    const stp_status loaded = stp_mesh_text_load(&text, path, &why);
+    stp_status loaded = stp_mesh_text_load(&text, path, &why);
+    if (loaded ==
+        STP_NOT_FOUND) { /* the mesh has another name since: its library may have it, too */
+        const char *end = strrchr(mesh_path, '.');
+        free(path);
+        path = NULL;
+        STP_TRY(join(&path, mesh_path, (size_t)(end ? end - mesh_path : 0), ".mtl", err));
+        loaded = stp_mesh_text_load(&text, path, NULL);
+    }
     if (loaded == STP_OK)
         STP_TRY(read_library(m, &text, err));
     else if (loaded == STP_OUT_OF_MEMORY)
-        status = stp_error_set(err, loaded, "%s", why.message);
+        status = stp_error_set(err, loaded, "no memory for %s", path);
     else
         note_missing(m, &why);
 done:

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/scan/number.h"
 #include "formats/scan/source.h"
+#include "formats/scan/value_range.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -130,7 +131,7 @@ void stp_text_colours_apply(const stp_text_colours *colours, stp_point_mesh *mes
     for (size_t i = 0; i < colours->count; i++)
         for (int k = red; k < red + 3; k++)
             maximum = fmaxf(maximum, colours->values[i][k]);
-    const double scale = maximum > 1.0f ? 257.0 : 65535.0;
+    const double scale = (double)maximum > STP_COLOUR_OVERSHOOT ? 257.0 : 65535.0;
     if (maximum > 0.0f)
         mesh->attributes |= STP_POINT_HAS_COLOUR;
     for (size_t i = 0; i < colours->count; i++)

@@ -48,8 +48,8 @@ typedef struct stp_text_colours {
 stp_status stp_text_colours_add(stp_text_colours *colours, size_t vertex, const double *numbers,
                                 size_t count, stp_error *err);
 /* Gives the mesh its colours, if there are any that are not black. Of four numbers the first is w
- * if it is 1 for all vertices, and the fourth is not. Values are fractions; if one exceeds 1, all
- * are 0..255. */
+ * if it is 1 for all vertices, and the fourth is not. Values are fractions; if one exceeds
+ * STP_COLOUR_OVERSHOOT, all are 0..255. */
 void stp_text_colours_apply(const stp_text_colours *colours, stp_point_mesh *mesh);
 void stp_text_colours_free(stp_text_colours *colours);
 

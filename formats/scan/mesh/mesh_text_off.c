@@ -45,6 +45,11 @@ static stp_status parse_kind(off_parser *p, stp_error *err)
         p->lines.cursor = begin;
         return STP_OK;
     }
+    const char *digits = begin ? begin + 3 : end;
+    if (length > 3 && memcmp(begin, "OFF", 3) == 0 && stp_number_parse_u64(digits, end, &count)) {
+        p->lines.cursor = digits; /* `OFF490 518 0`, as ModelNet has it */
+        return STP_OK;
+    }
     static const char *const kinds[] = {"OFF", "COFF", "NOFF", "CNOFF", "NCOFF"};
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
         if (length != strlen(kinds[i]) || memcmp(begin, kinds[i], length) != 0)

@@ -50,7 +50,9 @@ typedef enum stp_ply_target {
     STP_PLY_INTENSITY = STP_COLUMN_INTENSITY,
     STP_PLY_CLASS = STP_COLUMN_CLASS,
     STP_PLY_STATION = STP_COLUMN_COUNT,
-    STP_PLY_RADIUS,      /* half the width of lines through the vertex */
+    STP_PLY_RADIUS, /* half the width of lines through the vertex */
+    STP_PLY_S,      /* place in an image, if the file names one */
+    STP_PLY_T,
     STP_PLY_TARGET_COUNT /* also: not used */
 } stp_ply_target;
 
