@@ -190,6 +190,7 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     const bool strips = ply->faces && strcmp(ply->faces->name, "tristrips") == 0;
     scan->info.face_count = ply->faces && !strips ? ply->faces->count : 0;
     STP_TRY(copy_stations(scan, ply, err));
+    scan->info.y_likely_down = stp_ply_has_splats(ply);
     scan->info.grid = ply->grid;
     STP_TRY(hold_mesh(scan, err));
     if (scan->ply == NULL) /* it is held */

@@ -217,6 +217,8 @@ static void formats_of_others(void **state)
          "a tileset (3D Tiles)"},
         {"metadata.json", "{\"version\":\"2.0\",\"hierarchy\":{\"firstChunkSize\":9}}",
          STP_UNSUPPORTED, "a cloud of Potree"},
+        {"packed.ply", ASCII "element vertex 1\nproperty uint packed_position\nend_header\n7\n",
+         STP_UNSUPPORTED, "packed Gaussian splats"},
         {"scan.fls", "\1\2\3", STP_UNSUPPORTED, "a scan (FARO)"},
         {"mesh.3mf", "PK\3\4", STP_UNSUPPORTED, "a mesh (3MF)"},
         {"scans.zip", "PK\3\4", STP_UNSUPPORTED, "unzip"},
