@@ -13,7 +13,8 @@ static void write_array(const char *path, int version, const char *dictionary, c
     bytes[6] = (unsigned char)version;
     bytes[8] = (unsigned char)(length & 255);
     bytes[9] = (unsigned char)(length >> 8);
-    memcpy(bytes + before, dictionary, length);
+    for (size_t i = 0; i < length; i++)
+        bytes[before + i] = (unsigned char)dictionary[i];
     memcpy(bytes + before + length, data, size);
     scan_fixture_bytes(path, bytes, before + length + size);
 }

@@ -161,10 +161,13 @@ static void expect_order(const char *format, const char *order)
 static void numbers_without_names(void **state)
 {
     (void)state;
-    expect_order("A.5 B.25 C.5 D B\n", "x,y,z,intensity,_"); /* LAStools: xyzic */
+    expect_order("A.5 B.25 C.5 D B\n", "x,y,z,intensity,class"); /* LAStools: xyzic */
     expect_order("A.5 B.25 C.5 D B E E\n", "x,y,z,intensity,_,_,_");
     expect_order("A.5 B.25 C.5 E B E\n", "x,y,z,_,_,_");
-    expect_order("A.5 B.25 C.5 D C D B\n", "x,y,z,red,green,blue,intensity");
+    expect_order("A.5 B.25 C.5 D C D B\n", "x,y,z,red,green,blue,class");
+    expect_order("A.5 B.25 C.5 B\n", "x,y,z,class");
+    expect_order("% x y z r g b\nA.5 B.25 C.5 D C D\n", "x,y,z,red,green,blue");
+    expect_order("!X\tY\tZ\tcode\nA.5\tB.25\tC.5\tB\n", "x,y,z,_");
     expect_order("A.515625 B.25 C.5 B.125 D\n", "_,x,y,z,intensity");
     expect_order("A.515 B.25 C.5 B.125 D\n", "x,y,z,_,_");
 }

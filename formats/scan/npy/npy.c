@@ -23,16 +23,16 @@ typedef struct reader {
 
 static double number_of(const stp_npy_column *c, const unsigned char *bytes)
 {
-    uint64_t bits = 0;
-    for (unsigned i = 0; i < c->bytes; i++)
+    uint64_t bits = 0, sign = 0x80;
+    for (unsigned i = 0; i < c->bytes; i++) {
         bits = bits << 8 | bytes[c->big ? i : c->bytes - 1u - i];
+        sign = i > 0 ? sign << 8 : sign;
+    }
     const uint32_t low = (uint32_t)bits;
     float single;
     double value;
-    if (c->kind != 'f') {
-        const unsigned unused = 64u - 8u * c->bytes;
-        return c->kind == 'i' ? (double)((int64_t)(bits << unused) >> unused) : (double)bits;
-    }
+    if (c->kind != 'f')
+        return c->kind == 'i' ? (double)(int64_t)((bits ^ sign) - sign) : (double)bits;
     memcpy(&single, &low, sizeof single);
     memcpy(&value, &bits, sizeof value);
     return c->bytes == 8 ? value : (double)single;

@@ -138,7 +138,7 @@ bool stp_comment_names_axes(const char *begin, const char *end)
 {
     stp_columns columns;
     bool named = false;
-    while (begin < end && (stp_is_blank(*begin) || *begin == '#' || *begin == '/'))
+    while (begin < end && (stp_is_blank(*begin) || strchr("#/%!", *begin)))
         begin++;
     for (int h = 0; h < STP_SEPARATOR_COUNT && !named; h++)
         named = stp_columns_from_header(&columns, (stp_separator)h, begin, end);

@@ -273,6 +273,20 @@ static bool is_time(const guess *g, uint32_t i)
            (!range->written_whole || range->max > 65535.0);
 }
 
+/* The only number that may be a class is one. */
+static void guess_class(guess *g)
+{
+    uint32_t codes = 0, place = 0;
+    for (uint32_t i = 0; i < g->sample->count; i++)
+        if (g->is_free[i] && is_code(&g->sample->ranges[i])) {
+            codes++;
+            place = i;
+        }
+    const stp_column_range *range = &g->sample->ranges[place];
+    if (codes == 1 && g->sample->rows >= ROWS_LEAST && range->min < range->max)
+        claim(g, place, STP_COLUMN_CLASS);
+}
+
 static void guess_intensity(guess *g)
 {
     uint32_t count = 0, times = 0, codes = 0, place = 0;
@@ -321,6 +335,7 @@ bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const
         return false;
     guess_normal(&g);
     guess_colour(&g, intensity_first);
+    guess_class(&g);
     guess_intensity(&g);
     *out = g.columns;
     return true;

@@ -48,7 +48,7 @@ static void copy_comment(const stp_text *text, line_copy *copy, const char *begi
 {
     if (names_axes(copy))
         return;
-    while (begin < end && (stp_is_blank(*begin) || *begin == '#' || *begin == '/'))
+    while (begin < end && (stp_is_blank(*begin) || strchr("#/%!", *begin)))
         begin++;
     if ((size_t)(end - begin) <= sizeof copy->text)
         (void)copy_line(text, copy, begin, end, NULL);
