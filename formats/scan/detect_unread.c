@@ -79,7 +79,7 @@ static const known contents[] = {
 static const struct {
     const char *ending, *name, *advice;
 } endings[] = {
-    {".json", "JSON", "write its points as text, one x y z a line"},
+    {".json", "JSON", "of an EPT give ept.json; else write points as text, one x y z a line"},
     {".geojson", "JSON", "write its points as text, one x y z a line"},
     {".rcp", "a scan (ReCap)", "export it as E57 or PTS"},
     {".rcs", "a scan (ReCap)", "export it as E57 or PTS"},

@@ -166,6 +166,8 @@ static void numbers_without_names(void **state)
     expect_order("A.5 B.25 C.5 E B E\n", "x,y,z,_,_,_");
     expect_order("A.5 B.25 C.5 D C D B\n", "x,y,z,red,green,blue,class");
     expect_order("A.5 B.25 C.5 B\n", "x,y,z,class");
+    expect_order("A.5 B.25 C.5 200 100 20\n", "x,y,z,red,green,blue");
+    expect_order("A.5 B.25 C.5 D 1 1\n", "x,y,z,intensity,_,_");
     expect_order("% x y z r g b\nA.5 B.25 C.5 D C D\n", "x,y,z,red,green,blue");
     expect_order("!X\tY\tZ\tcode\nA.5\tB.25\tC.5\tB\n", "x,y,z,_");
     expect_order("A.515625 B.25 C.5 B.125 D\n", "_,x,y,z,intensity");

@@ -26,10 +26,10 @@
  *     neighbour is no colour.
  *   - A number directly after a colour is alpha if it is always 255 (colours 0..255) or 1
  *     (fractions).
- *   - In a hundred lines or more, whole numbers up to 31 are classes, returns or flags: no colours,
- *     and no intensity if there is another number. A lone one that differs is the class.
+ *   - In a hundred lines or more, whole numbers up to 31 (7, if all are equal) are classes, returns
+ *     or flags: no colours, and no intensity beside another number. A lone one is the class.
  *   - If one number is left, it is the intensity. So is one beside a time: the time never falls,
- * and has fractions or exceeds 65535. Else, if several are left, nothing is guessed.
+ *     and has fractions or exceeds 65535. Else, if several are left, nothing is guessed.
  *   - #rrggbb or 0xrrggbb is a colour in one piece. So is the number that is left if all are from
  *     -2^24 to -1, some below -2^16, or from 0xFF000000 to 2^32 - 1.
  * So 3 numbers are xyz; 4 xyz i; 6 xyz rgb, or xyz with a normal; 7 xyz i rgb, xyz rgb i or xyz rgb

@@ -203,10 +203,11 @@ static bool within(const stp_column_range *range, double limit)
     return range->count > 0 && range->min >= 0.0 && range->max <= limit;
 }
 
-/* Whether the numbers may be classes, returns or flags: whole ones of 5 bits. */
+/* Whether the numbers may be classes, returns or flags: whole ones of 5 bits. One number alone may
+ * as well be a channel of one colour for all, unless it is small. */
 static bool is_code(const stp_column_range *range)
 {
-    return range->written_whole && within(range, 31.0);
+    return range->written_whole && within(range, range->min < range->max ? 31.0 : 7.0);
 }
 
 static double greatest(const guess *g, uint32_t first)
