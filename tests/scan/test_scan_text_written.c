@@ -171,6 +171,8 @@ static void numbers_without_names(void **state)
     expect_order("% x y z r g b\nA.5 B.25 C.5 D C D\n", "x,y,z,red,green,blue");
     expect_order("!X\tY\tZ\tcode\nA.5\tB.25\tC.5\tB\n", "x,y,z,_");
     expect_order("A.515625 B.25 C.5 B.125 D\n", "_,x,y,z,intensity");
+    expect_order("A.515625 B.25 C.5 E\n", "x,y,z,class");
+    expect_order("A.515625 0.5 C.5 B.125 D\n", "x,y,z,_,_");
     expect_order("A.515 B.25 C.5 B.125 D\n", "x,y,z,_,_");
 }
 

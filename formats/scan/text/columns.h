@@ -16,7 +16,8 @@
  * line, by one in 9 of 10, and at least two of the three after it have fractions, all three if the
  * last of four differs. It is a time if it counts seconds since 1970, or milli-, micro- or
  * nanoseconds, never falls, and is a hundred times what follows; or if in a hundred lines or more
- * it never falls, and is written with 5 decimals at least, two more than each of the next three.
+ * it never falls, and is written with 5 decimals at least, two more than each of the next three,
+ * which differ and have fractions.
  * The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.
  *   - Three in a row that are whole numbers within 0..255 or 0..65535, or fractions within 0..1,

@@ -129,16 +129,26 @@ static bool begins_with_number(const stp_columns_sample *s)
 /* Few lines say little of what numbers may be. */
 #define ROWS_LEAST 100u
 
+/* Whether the first number never falls, and has finer decimals than the next three, which differ
+ * and have fractions, as coordinates do. */
+static bool begins_with_finer(const stp_columns_sample *s)
+{
+    const stp_column_range *r = s->ranges;
+    if (s->rows < ROWS_LEAST || r[0].falls > 0 || !(r[0].min < r[0].max) || r[0].decimals < 5 ||
+        r[0].decimals == UINT32_MAX)
+        return false;
+    for (uint32_t i = 1; i < 4; i++)
+        if (r[i].written_whole || !(r[i].min < r[i].max) || r[i].decimals + 2 > r[0].decimals)
+            return false;
+    return true;
+}
+
 /* Whether lines begin with a time since 1970, or with one that has finer decimals than x y z. */
 static bool begins_with_time(const stp_columns_sample *s)
 {
     const stp_column_range *range = s->ranges;
     bool known = false;
-    const uint32_t finest =
-        range[1].decimals > range[2].decimals ? range[1].decimals : range[2].decimals;
-    if (s->rows >= ROWS_LEAST && range->falls == 0 && range->min < range->max &&
-        range->decimals < UINT32_MAX && finest < range->decimals - 1 &&
-        range[3].decimals < range->decimals - 1 && range->decimals > 4)
+    if (begins_with_finer(s))
         return true;
     for (double unit = 1.0; unit <= 1e9; unit *= 1000.0) /* of the years from 2000 to 2040 */
         known = known || (range->min >= 0.95e9 * unit && range->max <= 2.2e9 * unit);
