@@ -31,7 +31,8 @@ static void brackets(void **state)
 static void brackets_of_others(void **state)
 {
     (void)state;
-    stp_scan_info info;
+    stp_error err = {0};
+    stp_scan *scan = NULL;
     expect_two("a.txt", "Survey (2019)\nX Y Z\n1.5 -2.25 3\n4 5 6.125\n", 0);
     expect_two("b.txt",
                "x y z nx ny nz\n[m] [m] [m] [1] [1] [1]\n"
@@ -40,9 +41,10 @@ static void brackets_of_others(void **state)
     expect_two("c.txt", "(1.5, -2.25, 3) (0, 0, 1)\n(4, 5, 6.125) (0, 1, 0)\n",
                STP_POINT_HAS_NORMAL);
     scan_fixture_text("d.txt", "X (m) Y (m) Z (m) mark\n1.5 -2.25 3 8\n4 5 6.125 9\n");
-    free(scan_fixture_read("d.txt", NULL, &info));
-    assert_int_equal(info.note_count, 2);
-    assert_string_equal(info.notes[1].text, "mark");
+    assert_int_equal(stp_scan_open(&scan, "d.txt", NULL, &err), STP_OK);
+    assert_int_equal(stp_scan_get_info(scan)->note_count, 2);
+    assert_string_equal(stp_scan_get_info(scan)->notes[1].text, "mark");
+    stp_scan_close(&scan);
     const scan_malformed cases[] = {
         {"e.json", "[[1,2,3],[4,5,6],[7,8,9]]", STP_UNSUPPORTED, "line 1 has several points"},
         {"f.txt", "(1,2,3),(4,5,6)\n", STP_UNSUPPORTED, "line 1 has several points"},
