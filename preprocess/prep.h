@@ -74,6 +74,7 @@ typedef struct stp_prep_source {
     bool floats;            /* some points have no such scale */
     /* What formats say is up (stp_prep_told_up): z, else y, else -y; nothing: not told. */
     bool heights, y_up, y_down;
+    bool y_likely_down;           /* -y is up unless the points say that z is */
     const stp_dvec3 *stations;    /* stations of the points, borrowed */
     const stp_dvec3 *station_ups; /* up axes of the stations; zero: not told; NULL: none told */
     uint32_t station_count;

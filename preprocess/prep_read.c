@@ -241,6 +241,21 @@ done:
     return status;
 }
 
+/* Why no point is stored, and what to do. */
+static const char *why_none(const stp_prep_stats *stats)
+{
+    static const char *const reasons[STP_REJECT_COUNT] = {
+        [STP_REJECT_NOT_FINITE] = "their coordinates are no numbers: export the file again",
+        [STP_REJECT_NO_RETURN] = "no ray has a return: export the file again",
+        [STP_REJECT_INVALID] = "all are marked invalid: --withheld keep stores withheld ones",
+        [STP_REJECT_OUTSIDE] = "all lie outside: give other --bounds",
+        [STP_REJECT_WHERE] = "none is as --where says: give another condition"};
+    for (int r = 0; stats->points_in > 0 && r < STP_REJECT_COUNT; r++)
+        if (reasons[r] && stats->rejected[r] == stats->points_in)
+            return reasons[r];
+    return "there is nothing to write";
+}
+
 stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -263,9 +278,9 @@ stp_status stp_prep_read(stp_prep_job *job, stp_error *err)
         stats->points_out = stats->keeps_grid ? job->grid.count : cloud->count;
     if (stats->points_out == 0 && !(source->lines && source->lines->strip_count > 0) &&
         !(source->triangles && source->triangles->triangle_count > 0))
-        status = stp_error_set(err, STP_EMPTY,
-                               "%s: no valid point among %llu: there is nothing to write",
-                               source->files[0].name, (unsigned long long)stats->points_in);
+        status = stp_error_set(err, STP_EMPTY, "%s: no valid point among %llu: %s",
+                               source->files[0].name, (unsigned long long)stats->points_in,
+                               why_none(stats));
 done:
     return status;
 }

@@ -156,8 +156,10 @@ void stp_header_write(const stp_header *header, uint8_t *bytes)
 stp_status stp_header_peek(const uint8_t *bytes, uint32_t *header_bytes, stp_error *err)
 {
     if (memcmp(bytes, magic, sizeof magic) != 0)
-        return stp_error_set(err, STP_FORMAT,
-                             "not a stipple chunk file: its first bytes are not STIPPLE");
+        return stp_error_set(
+            err, STP_FORMAT,
+            "not a stipple chunk file: its first bytes are not STIPPLE: make one of "
+            "a scan with stipple prep");
     unsigned major = stp_get_u16(bytes + 8);
     unsigned minor = stp_get_u16(bytes + 10);
     if (major > STP_CHUNK_FILE_MAJOR)

@@ -3,7 +3,9 @@
 
 #include "base/file.h"
 #include "base/memory.h"
+#include "formats/scan/colmap/colmap.h"
 #include "formats/scan/detect_text.h"
+#include "formats/scan/detect_unread.h"
 #include "formats/scan/grid/raster.h"
 #include "formats/scan/kitti/kitti.h"
 #include "formats/scan/octree/ept_files.h"
@@ -19,8 +21,9 @@
 #define CR_LOOK_BYTES 48u
 #define STP_SUPPORTED                                                                              \
     "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS "   \
-    "(Expe's, too), PTX, KITTI's .bin, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, "      \
-    "Surfer, HGT or AL3D"
+    "(Expe's, too), PTX, NPY, .bin of KITTI and COLMAP, and heights as TIFF, PNG, EXR, PFM, PGM, " \
+    "ESRI "                                                                                        \
+    "ASCII, Surfer, HGT or AL3D"
 
 /* The file's begin. */
 typedef struct prefix {
@@ -87,6 +90,11 @@ static bool is_e57(const prefix *p)
 static bool is_expe(const prefix *p)
 {
     return starts_with(p, "[Expe/PointSet", 14);
+}
+
+static bool is_npy(const prefix *p)
+{
+    return starts_with(p, "\x93NUMPY", 6);
 }
 
 static bool is_off(const prefix *p)
@@ -160,6 +168,7 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
         {is_e57, STP_SCAN_E57},
         {is_ept, STP_SCAN_EPT},
         {is_expe, STP_SCAN_EXPE},
+        {is_npy, STP_SCAN_NPY},
         {is_grid, STP_SCAN_GRID},
         {is_pcd, STP_SCAN_PCD},
         {is_stl_binary,
@@ -177,39 +186,6 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
     }
     return false;
 }
-
-/* Known formats that are not read here, so that the message can say what to do. */
-#define ADVICE_GRID "heights are read as TIFF, PNG, EXR, PFM or PGM, and colours by --colour"
-#define ADVICE_RASTER "if it holds heights, make a GeoTIFF of them (gdal_translate)"
-#define ADVICE_MESH "convert it to PLY or OBJ (Blender and MeshLab do)"
-
-static const struct {
-    const char *magic;
-    size_t length;
-    const char *name, *advice;
-} unsupported[] = {
-    {"STIPPLE", 8, "a chunk file of ours", "view it, or export its points to make another"},
-    {"\xff\xd8\xff", 3, "a picture (JPEG)", ADVICE_GRID},
-    {"PF\n", 3, "a picture of colours in floats (PFM)", ADVICE_GRID},
-    {"CDF", 3, "a NetCDF file", ADVICE_RASTER},
-    {"\x89HDF\r\n", 6, "an HDF5 file", ADVICE_RASTER},
-    {"EHFA_HEADER_TAG", 15, "an ERDAS Imagine file", ADVICE_RASTER},
-    {"UHL1", 4, "a DTED tile", ADVICE_RASTER},
-    {"DRACO", 5, "a Draco file", "unpack it first (draco_decoder)"},
-    {"BLENDER", 7, "a scene (Blender)", "export it as PLY or OBJ"},
-    {"ISO-10303-21", 12, "a CAD model (STEP)", "make a mesh of it as STL (FreeCAD does)"},
-    {"#ROSBAG", 7, "a ROS bag", "write its clouds as PCD (bag_to_pcd of pcl_ros)"},
-    {"Kaydara FBX", 11, "a scene (FBX)", ADVICE_MESH},
-    {"# vtk DataFile", 14, "a VTK file", "convert it to PLY (ParaView does)"},
-    {"\x1f\x8b", 2, "compressed with gzip", "unpack it first (gunzip)"},
-    {"BZh", 3, "compressed with bzip2", "unpack it first (bunzip2)"},
-    {"\xfd"
-     "7zXZ",
-     5, "compressed with xz", "unpack it first (unxz)"},
-    {"\x28\xb5\x2f\xfd", 4, "compressed with zstd", "unpack it first (unzstd)"},
-    {"7z\xbc\xaf", 4, "a 7-Zip archive", "unpack it first (7z x)"},
-    {"PK\x03\x04", 4, "a ZIP archive", "unpack it first (unzip)"},
-};
 
 /* Whether every other byte is 0, and the rest are characters: UTF-16 without a mark. Heights of 32
  * to 126 m in an HGT look the same. */
@@ -242,13 +218,15 @@ static const char *known_but_unsupported(const prefix *p, const char **advice)
         *advice = "save it as UTF-8";
         return "text in UTF-16";
     }
-    for (size_t i = 0; i < sizeof unsupported / sizeof *unsupported; i++) {
-        if (starts_with(p, unsupported[i].magic, unsupported[i].length)) {
-            *advice = unsupported[i].advice;
-            return unsupported[i].name;
-        }
-    }
-    return NULL;
+    return stp_unread_content(p->bytes, p->length, p->name, advice);
+}
+
+/* What a .bin is by its numbers. */
+static bool is_named_bin(const prefix *p, stp_scan_format *format)
+{
+    const bool colmap = stp_colmap_may_be(p->bytes, p->length, p->file_size);
+    *format = colmap ? STP_SCAN_COLMAP : STP_SCAN_KITTI;
+    return colmap || stp_kitti_may_be(p->bytes, p->length, p->file_size);
 }
 
 /* The name decides for meshes before the content decides for lines of numbers. Reason: an OFF file
@@ -271,11 +249,9 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
         *format = STP_SCAN_EPT;
     else if (stp_raster_is_named(p->path))
         *format = STP_SCAN_GRID;
-    else if (stp_path_ends_in(p->name, ".bin") &&
-             stp_kitti_may_be(p->bytes, p->length, p->file_size)) {
-        *format = STP_SCAN_KITTI;
+    else if (stp_path_ends_in(p->name, ".bin") && is_named_bin(p, format))
         return true;
-    } else
+    else
         return stp_detect_text(p->bytes, p->length, format) ||
                stp_detect_text_name(p->name, p->bytes, p->length, format);
     /* Text formats hold no zero bytes. If there are some, the name is wrong, not the content. */
@@ -363,16 +339,19 @@ stp_status stp_scan_detect_named(stp_scan_format *out, const char *path, const c
     if (p.length == 0)
         status =
             stp_error_set(err, STP_EMPTY, "%s is empty (0 bytes): copy or export it again", path);
-    else if (other)
+    else if (!other && !detect_by_content(&text, &format) && !detect_by_name(&text, &format)) {
+        other = stp_unread_name(p.name, &advice);
+        if (!other)
+            status = stp_error_set(
+                err, STP_FORMAT,
+                "%s is of no known format, by its first bytes and by its name: " STP_SUPPORTED,
+                path);
+    } else if (!other)
+        status = check_text(&text, format, marked, err);
+    if (other)
         status = stp_error_set(err, STP_UNSUPPORTED,
                                "%s is %s, which is not read here: %s; " STP_SUPPORTED, path, other,
                                advice);
-    else if (!detect_by_content(&text, &format) && !detect_by_name(&text, &format))
-        status = stp_error_set(
-            err, STP_FORMAT,
-            "%s is of no known format, by its first bytes and by its name: " STP_SUPPORTED, path);
-    else
-        status = check_text(&text, format, marked, err);
     if (status == STP_OK)
         *out = format;
 done:
@@ -388,11 +367,11 @@ stp_status stp_scan_detect(stp_scan_format *out, const char *path, stp_error *er
 const char *stp_scan_format_name(stp_scan_format format)
 {
     static const char *const names[STP_SCAN_FORMAT_COUNT] = {
-        [STP_SCAN_PLY] = "PLY",    [STP_SCAN_OBJ] = "OBJ",       [STP_SCAN_OFF] = "OFF",
-        [STP_SCAN_GLTF] = "glTF",  [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL",
-        [STP_SCAN_LAS] = "LAS",    [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",
-        [STP_SCAN_XYZ] = "XYZ",    [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",
-        [STP_SCAN_GRID] = "grid",  [STP_SCAN_EPT] = "EPT",       [STP_SCAN_EXPE] = "Expe",
-        [STP_SCAN_KITTI] = "KITTI"};
+        [STP_SCAN_PLY] = "PLY",     [STP_SCAN_OBJ] = "OBJ",       [STP_SCAN_OFF] = "OFF",
+        [STP_SCAN_GLTF] = "glTF",   [STP_SCAN_STL_ASCII] = "STL", [STP_SCAN_STL_BINARY] = "STL",
+        [STP_SCAN_LAS] = "LAS",     [STP_SCAN_PCD] = "PCD",       [STP_SCAN_E57] = "E57",
+        [STP_SCAN_XYZ] = "XYZ",     [STP_SCAN_PTS] = "PTS",       [STP_SCAN_PTX] = "PTX",
+        [STP_SCAN_GRID] = "grid",   [STP_SCAN_EPT] = "EPT",       [STP_SCAN_EXPE] = "Expe",
+        [STP_SCAN_KITTI] = "KITTI", [STP_SCAN_COLMAP] = "COLMAP", [STP_SCAN_NPY] = "NumPy"};
     return names[format];
 }

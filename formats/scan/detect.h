@@ -18,10 +18,12 @@ typedef enum stp_scan_format {
     STP_SCAN_XYZ,
     STP_SCAN_PTS,
     STP_SCAN_PTX,
-    STP_SCAN_EXPE,  /* surfels, in a file that ends in .pts, too */
-    STP_SCAN_KITTI, /* turns of a lidar in floats, .bin */
-    STP_SCAN_GRID,  /* of heights or depths: TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, Surfer, HGT, AL3D
-                     */
+    STP_SCAN_EXPE,   /* surfels, in a file that ends in .pts, too */
+    STP_SCAN_KITTI,  /* turns of a lidar in floats, .bin */
+    STP_SCAN_COLMAP, /* points3D.bin */
+    STP_SCAN_NPY,    /* arrays of NumPy */
+    STP_SCAN_GRID, /* of heights or depths: TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, Surfer, HGT, AL3D
+                    */
     STP_SCAN_FORMAT_COUNT
 } stp_scan_format;
 

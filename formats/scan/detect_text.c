@@ -15,6 +15,7 @@ typedef struct first_lines {
     stp_field lines[STP_LINES];
     stp_field_count counts[STP_LINES]; /* counted with the separator that suits each line best */
     size_t count;
+    bool named; /* a comment before them names x, y and z */
 } first_lines;
 
 /* True if no byte is one that text does not have. */
@@ -38,6 +39,8 @@ static first_lines find_lines(const char *bytes, size_t length)
     while (at < end && out.count < STP_LINES) {
         const char *stop = memchr(at, '\n', (size_t)(end - at));
         stop = stop ? stop : end;
+        if (out.count == 0 && stp_line_is_comment(at, stop))
+            out.named = out.named || stp_comment_names_axes(at, stop);
         if (stp_line_counts(at, stop)) {
             out.lines[out.count] = (stp_field){at, stop};
             out.counts[out.count++] = stp_fields_count(stp_separator_find(at, stop), at, stop);
@@ -93,7 +96,7 @@ bool stp_detect_text(const char *bytes, size_t length, stp_scan_format *format)
     if (is_ptx(&f))
         *format = STP_SCAN_PTX;
     else if (is_count(&f, 0) && is_row(&f, 1))
-        *format = STP_SCAN_PTS;
+        *format = f.named ? STP_SCAN_XYZ : STP_SCAN_PTS;
     else if (one_line || (is_header(&f) && is_row(&f, 1)) ||
              (is_numbers(&f, 0) && is_numbers(&f, 1) && f.counts[0].fields == f.counts[1].fields))
         *format = STP_SCAN_XYZ;
@@ -119,7 +122,7 @@ bool stp_detect_text_name(const char *path, const char *bytes, size_t length,
         *format = endings[i].format;
         if (*format == STP_SCAN_PTS && length > 0) {
             const first_lines f = find_lines(bytes, length);
-            *format = is_row(&f, 0) ? STP_SCAN_XYZ : STP_SCAN_PTS;
+            *format = is_row(&f, 0) || f.named ? STP_SCAN_XYZ : STP_SCAN_PTS;
         }
         return is_text(bytes, length);
     }

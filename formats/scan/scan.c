@@ -2,6 +2,7 @@
 #include "formats/scan/scan.h"
 
 #include "base/memory.h"
+#include "formats/scan/colmap/colmap.h"
 #include "formats/scan/detect.h"
 #include "formats/scan/e57/e57.h"
 #include "formats/scan/expe/expe.h"
@@ -15,6 +16,7 @@
 #include "formats/scan/mesh/mesh_read.h"
 #include "formats/scan/mesh/mesh_sample.h"
 #include "formats/scan/mesh/point_mesh.h"
+#include "formats/scan/npy/npy.h"
 #include "formats/scan/octree/ept.h"
 #include "formats/scan/octree/ept_files.h"
 #include "formats/scan/octree/octree.h"
@@ -65,11 +67,12 @@ const char *stp_reject_name(stp_reject reject)
 static const stp_scan_reader *streamed_format(stp_scan_format format)
 {
     static const stp_scan_reader *const readers[STP_SCAN_FORMAT_COUNT] = {
-        [STP_SCAN_LAS] = &stp_las_reader,   [STP_SCAN_PCD] = &stp_pcd_reader,
-        [STP_SCAN_E57] = &stp_e57_reader,   [STP_SCAN_XYZ] = &stp_xyz_reader,
-        [STP_SCAN_PTS] = &stp_pts_reader,   [STP_SCAN_PTX] = &stp_ptx_reader,
-        [STP_SCAN_GRID] = &stp_grid_reader, [STP_SCAN_EPT] = &stp_ept_reader,
-        [STP_SCAN_EXPE] = &stp_expe_reader, [STP_SCAN_KITTI] = &stp_kitti_reader,
+        [STP_SCAN_LAS] = &stp_las_reader,       [STP_SCAN_PCD] = &stp_pcd_reader,
+        [STP_SCAN_E57] = &stp_e57_reader,       [STP_SCAN_XYZ] = &stp_xyz_reader,
+        [STP_SCAN_PTS] = &stp_pts_reader,       [STP_SCAN_PTX] = &stp_ptx_reader,
+        [STP_SCAN_GRID] = &stp_grid_reader,     [STP_SCAN_EPT] = &stp_ept_reader,
+        [STP_SCAN_EXPE] = &stp_expe_reader,     [STP_SCAN_KITTI] = &stp_kitti_reader,
+        [STP_SCAN_COLMAP] = &stp_colmap_reader, [STP_SCAN_NPY] = &stp_npy_reader,
     };
     return readers[format];
 }
@@ -86,15 +89,9 @@ static const char *ply_name(stp_ply_encoding encoding)
 
 static const char *mesh_name(stp_scan_format format)
 {
-    static const char *const names[] = {
-        [STP_SCAN_PLY] = "PLY",
-        [STP_SCAN_OBJ] = "OBJ",
-        [STP_SCAN_OFF] = "OFF",
-        [STP_SCAN_GLTF] = "glTF",
-        [STP_SCAN_STL_ASCII] = "STL ascii",
-        [STP_SCAN_STL_BINARY] = "STL binary",
-    };
-    return names[format];
+    if (format == STP_SCAN_STL_ASCII)
+        return "STL ascii";
+    return format == STP_SCAN_STL_BINARY ? "STL binary" : stp_scan_format_name(format);
 }
 
 static stp_status copy_stations(stp_scan *scan, const stp_ply *ply, stp_error *err)
@@ -193,6 +190,7 @@ static stp_status open_ply(stp_scan *scan, stp_error *err)
     const bool strips = ply->faces && strcmp(ply->faces->name, "tristrips") == 0;
     scan->info.face_count = ply->faces && !strips ? ply->faces->count : 0;
     STP_TRY(copy_stations(scan, ply, err));
+    scan->info.y_likely_down = stp_ply_has_splats(ply);
     scan->info.grid = ply->grid;
     STP_TRY(hold_mesh(scan, err));
     if (scan->ply == NULL) /* it is held */
@@ -336,11 +334,12 @@ static stp_status check_params(const stp_scan *scan, stp_scan_format format, stp
             scan->name);
     if (region && region->resolution > 0.0 && format != STP_SCAN_LAS && format != STP_SCAN_EPT)
         return stp_octree_missing(scan->name, err);
-    if (!scan->params.columns || format == STP_SCAN_XYZ || format == STP_SCAN_PTS)
+    if (!scan->params.columns || format == STP_SCAN_XYZ || format == STP_SCAN_PTS ||
+        format == STP_SCAN_NPY)
         return STP_OK;
     return stp_error_set(
         err, STP_INVALID_ARGUMENT,
-        "%s: this format names its own columns: --columns is for XYZ, TXT, CSV and PTS",
+        "%s: this format names its own columns: --columns is for XYZ, TXT, CSV, PTS and NPY",
         scan->name);
 }
 

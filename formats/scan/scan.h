@@ -270,6 +270,7 @@ typedef struct stp_scan_info {
     bool heights;           /* the format says that z is the height, as surveyors use it */
     bool y_up;              /* the format says that y points up, as glTF does */
     bool y_down;            /* it says that y points down, as COLMAP's lists of points do */
+    bool y_likely_down;     /* y points down unless the points say that z is up: Gaussian splats */
     bool normals_from_faces;
     const char *colours_missing; /* why faces lack their colours: a file that could not be read;
                                     NULL: they do not. Owned by the scan */

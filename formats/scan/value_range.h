@@ -30,12 +30,16 @@ static inline stp_value_range stp_value_range_guess(bool is_float, unsigned byte
     return (stp_value_range){0.0, high};
 }
 
+/* Floats up to this are fractions whose full is 1: brighter ones overshoot, as those of renderers.
+ */
+#define STP_COLOUR_OVERSHOOT 4.0
+
 /* The same for colours. */
 static inline stp_value_range stp_value_range_guess_colour(bool is_float, unsigned bytes,
                                                            double maximum)
 {
     stp_value_range range = stp_value_range_guess(is_float, bytes, maximum);
-    if (maximum > 0.0 && maximum <= 1.0)
+    if (maximum > 0.0 && maximum <= (is_float ? STP_COLOUR_OVERSHOOT : 1.0))
         range.high = 1.0;
     if (range.high > 255.0 && maximum > 255.0 && maximum <= 4095.0)
         range.high = maximum <= 1023.0 ? 1023.0 : 4095.0;

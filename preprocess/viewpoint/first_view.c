@@ -284,10 +284,12 @@ static stp_status up_of(stp_dvec3 *out, const stp_cloud *cloud, const stp_space 
     if (down) {
         *out = (stp_dvec3){0.0, -1.0, 0.0};
     } else if (interior->found) {
-        *out = (stp_dvec3){0.0, interior->up_axis == 1, interior->up_axis == 2};
+        const double y = source->y_likely_down ? -1.0 : 1.0;
+        *out = (stp_dvec3){0.0, interior->up_axis == 1 ? y : 0.0, interior->up_axis == 2};
     } else if (stp_dbox_up(&s->box).z == 0.0) {
         STP_TRY(stp_up_is_against_y(&down, cloud, s, err));
         const bool z = stp_up_is_z(s);
+        down = down || source->y_likely_down;
         *out = (stp_dvec3){0.0, down && !z ? -1.0 : 0.0, z};
     }
 done:
@@ -407,8 +409,8 @@ stp_status stp_first_view_of_points(stp_first_camera *out, const stp_cloud *clou
     STP_TRY(stp_broad_side_find(&side, cloud, &space.box, down ? up : told, err));
     if (interior.found) {
         *out = stp_interior_camera(&interior, &space);
-        if (told.y < 0.0 && interior.up_axis == 1)
-            out->up = told;
+        if ((told.y < 0.0 || up.y < 0.0) && interior.up_axis == 1)
+            out->up = (stp_dvec3){0.0, -1.0, 0.0};
     } else if (side.found) {
         STP_TRY(view_of_side(out, cloud, &space, &side, err));
         up = stp_dvec3_length(told) > 0.0 ? up : side.up;

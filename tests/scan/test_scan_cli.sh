@@ -182,11 +182,13 @@ refused "$FOLDER/empty.ply" "0 bytes"
 ply 0 </dev/null >"$FOLDER/none.ply"
 refused "$FOLDER/none.ply" "none.ply"
 ply 2 >"$FOLDER/nan.ply" <<<$'nan 0 0\n0 inf 0'
-refused "$FOLDER/nan.ply" "no valid point among 2"
+refused "$FOLDER/nan.ply" "no valid point among 2: their coordinates are no numbers"
 ply 3 >"$FOLDER/cut.ply" <<<'0 0 0'
 refused "$FOLDER/cut.ply" "declares 3 vertices"
 ply 3 >"$FOLDER/three.ply" <<<$'0 0 0\n1 0 0\n0 1 0'
 refused "$FOLDER/three.ply" "no faces" --sample 10
+refused "$FOLDER/three.ply" "all lie outside: give other --bounds" --bounds 7,7,8,8
+refused "$FOLDER/three.ply" "none is as --where says" --where 'x==7'
 echo hello >"$FOLDER/hello.dat"
 refused "$FOLDER/hello.dat" "PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ"
 refused "$FOLDER/missing.ply" "missing.ply: cannot be opened"

@@ -347,59 +347,63 @@ static void invalid_states(void **state)
     "<intensityLimits type=\"Structure\">" E57_NUMBER("intensityMinimum", low)                     \
         E57_NUMBER("intensityMaximum", high) "</intensityLimits>\n"
 
+static const struct {
+    const char *before, *field;
+    bool is_float;
+    double low, high; /* the values that become 0 and 65535 */
+    double values[3];
+} limit_cases[] = {
+    {LIMITS("0", "1"), E57_FLOAT("intensity", "single"), true, 0, 1, {0, 0.5, 1}},
+    {LIMITS("-2048", "2047"),
+     E57_FLOAT("intensity", "single"),
+     true,
+     -2048,
+     2047,
+     {-2048, 0, 2047}},
+    {LIMITS("0", "4095"), E57_INTEGER("intensity", "0", "65535"), false, 0, 4095, {0, 4095, 5000}},
+    {"", E57_INTEGER("intensity", "0", "65535"), false, 0, 65535, {0, 1, 65535}},
+    {LIMITS("5", "5"), E57_INTEGER("intensity", "0", "65535"), false, 0, 65535, {0, 5, 10}},
+    {"", E57_FLOAT("intensity", "single"), true, 0, 1, {0, 0.25, 1}},
+    {"", E57_FLOAT("intensity", "single"), true, 0, 255, {0, 10, 254}},
+    {"", E57_FLOAT("intensity", "single"), true, 0, 65535, {0, 300, 60000}},
+    {"", E57_FLOAT("intensity", "single"), true, -2048, 2047, {-2000, 0, 1000}},
+    {"", E57_FLOAT("intensity", "single"), true, -30.5, 0, {-30.5, -10, -1.5}},
+    {"",
+     "<intensity type=\"Float\" precision=\"single\" minimum=\"-3.4e38\" maximum=\"3.4e38\"/>",
+     true,
+     0,
+     255,
+     {0, 10, 254}},
+    {"",
+     "<intensity type=\"Float\" precision=\"single\" minimum=\"-1\" maximum=\"3\"/>",
+     true,
+     -1,
+     3,
+     {-1, 0, 3}},
+};
+
 static void intensity_limits(void **state)
 {
     (void)state;
-    static const struct {
-        const char *before, *field;
-        bool is_float;
-        double low, high; /* the values that become 0 and 65535 */
-        double values[3];
-    } cases[] = {
-        {LIMITS("0", "1"), E57_FLOAT("intensity", "single"), true, 0, 1, {0, 0.5, 1}},
-        {LIMITS("-2048", "2047"),
-         E57_FLOAT("intensity", "single"),
-         true,
-         -2048,
-         2047,
-         {-2048, 0, 2047}},
-        {LIMITS("0", "4095"),
-         E57_INTEGER("intensity", "0", "65535"),
-         false,
-         0,
-         4095,
-         {0, 4095, 5000}},
-        {"", E57_INTEGER("intensity", "0", "65535"), false, 0, 65535, {0, 1, 65535}},
-        {LIMITS("5", "5"), E57_INTEGER("intensity", "0", "65535"), false, 0, 65535, {0, 5, 10}},
-        {"", E57_FLOAT("intensity", "single"), true, 0, 1, {0, 0.25, 1}},
-        {"", E57_FLOAT("intensity", "single"), true, 0, 255, {0, 10, 254}},
-        {"", E57_FLOAT("intensity", "single"), true, 0, 65535, {0, 300, 60000}},
-        {"",
-         "<intensity type=\"Float\" precision=\"single\" minimum=\"-1\" maximum=\"3\"/>",
-         true,
-         -1,
-         3,
-         {-1, 0, 3}},
-    };
-    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+    for (size_t c = 0; c < sizeof limit_cases / sizeof *limit_cases; c++) {
         e57_stream s[4] = {0};
         char prototype[1000];
         add_positions(s, 3);
         for (int i = 0; i < 3; i++) {
-            if (cases[c].is_float)
-                bytes_float(&s[3].bytes, (float)cases[c].values[i]);
+            if (limit_cases[c].is_float)
+                bytes_float(&s[3].bytes, (float)limit_cases[c].values[i]);
             else
-                bytes_integer(&s[3].bytes, (uint64_t)cases[c].values[i], 2);
+                bytes_integer(&s[3].bytes, (uint64_t)limit_cases[c].values[i], 2);
         }
-        snprintf(prototype, sizeof prototype, "%s%s", XYZ, cases[c].field);
-        write_scan("limits.e57", s, 4, cases[c].before, 3, prototype, "");
+        snprintf(prototype, sizeof prototype, "%s%s", XYZ, limit_cases[c].field);
+        write_scan("limits.e57", s, 4, limit_cases[c].before, 3, prototype, "");
         free_streams(s, 4);
         stp_scan_info info;
         stp_point *p = scan_fixture_read("limits.e57", NULL, &info);
         assert_int_equal(info.attributes, STP_POINT_HAS_INTENSITY);
         for (int i = 0; i < 3; i++) {
-            const double part =
-                (cases[c].values[i] - cases[c].low) / (cases[c].high - cases[c].low);
+            const double part = (limit_cases[c].values[i] - limit_cases[c].low) /
+                                (limit_cases[c].high - limit_cases[c].low);
             assert_int_equal(p[i].intensity, lround(fmin(part, 1.0) * 65535.0));
         }
         free(p);

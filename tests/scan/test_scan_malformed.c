@@ -184,7 +184,7 @@ static void other_formats(void **state)
     (void)state;
     const scan_malformed cases[] = {
         {"a.las", "LASF and more", STP_CORRUPT, "ends at byte 13, within its LAS header"},
-        {"a.ply", "\x1f\x8b gzip", STP_UNSUPPORTED, "gunzip"},
+        {"a.ply", "\x1f\x8b\x08 gzip", STP_UNSUPPORTED, "gunzip"},
         {"a.img", "EHFA_HEADER_TAG", STP_UNSUPPORTED, "gdal_translate"},
         {"a.grd", "DSAA\n2 2\n0 1\n0 1\n0 9\n1 2\n3\n", STP_CORRUPT, "ends in row 2"},
         {"a.drc", "DRACO\2\2", STP_UNSUPPORTED, "draco_decoder"},
@@ -202,6 +202,35 @@ static void other_formats(void **state)
     scan_fixture_fails("a.tif", NULL, STP_CORRUPT, "the TIFF is damaged");
     scan_fixture_fails("no such file.ply", NULL, STP_NOT_FOUND, "");
     scan_fixture_fails(".", NULL, STP_IO, "");
+}
+
+/* Each is named, and what to do with it. */
+static void formats_of_others(void **state)
+{
+    (void)state;
+    const scan_malformed cases[] = {
+        {"a.wrl", "#VRML V2.0 utf8\n", STP_UNSUPPORTED, "a scene (VRML)"},
+        {"a.ply", "version https://git-lfs.github.com/spec/v1\n", STP_UNSUPPORTED, "git lfs pull"},
+        {"a.las", "<!doctype html>\n<html>", STP_UNSUPPORTED, "a web page"},
+        {"a.xyz", "  <?xml version=\"1.0\"?>\n<COLLADA/>", STP_UNSUPPORTED, "is XML"},
+        {"tileset.json", "{\"asset\":{\"version\":\"1.0\"},\"geometricError\":9}", STP_UNSUPPORTED,
+         "a tileset (3D Tiles)"},
+        {"metadata.json", "{\"version\":\"2.0\",\"hierarchy\":{\"firstChunkSize\":9}}",
+         STP_UNSUPPORTED, "a cloud of Potree"},
+        {"packed.ply", ASCII "element vertex 1\nproperty uint packed_position\nend_header\n7\n",
+         STP_UNSUPPORTED, "packed Gaussian splats"},
+        {"scan.fls", "\1\2\3", STP_UNSUPPORTED, "a scan (FARO)"},
+        {"mesh.3mf", "PK\3\4", STP_UNSUPPORTED, "a mesh (3MF)"},
+        {"scans.zip", "PK\3\4", STP_UNSUPPORTED, "unzip"},
+    };
+    scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
+    scan_fixture_bytes("a.bin", "CCB2\0\0\0", 8);
+    scan_fixture_fails("a.bin", NULL, STP_UNSUPPORTED, "save its clouds");
+    stp_scan_info info; /* names of points may begin as other formats do */
+    free(scan_fixture_points("names.txt", "AC10 1 2 3\nAC11 4 5 6\n", &info));
+    assert_int_equal(info.point_count, 2);
+    free(scan_fixture_points("text.flt", "1 2 3\n4 5 6\n", &info));
+    assert_int_equal(info.point_count, 2);
 }
 
 /* Byte order marks and line ends as editors and old systems write them. With a mark, an OBJ file
@@ -256,6 +285,7 @@ int main(void)
         cmocka_unit_test(meshes),
         cmocka_unit_test(binary_stl),
         cmocka_unit_test(other_formats),
+        cmocka_unit_test(formats_of_others),
         cmocka_unit_test(marks_and_line_ends),
         cmocka_unit_test(sampling_without_faces),
     };

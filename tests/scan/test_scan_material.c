@@ -100,7 +100,8 @@ static void images_lie_on_faces(void **state)
     close_mesh(&vertices);
 }
 
-/* The same in PLY, as MeshLab writes it; a second face has another image, a third none. */
+/* The same in PLY, as MeshLab writes it; a second face has another image, a third none. Vertices
+ * may have normals, or one colour all, which says nothing. */
 static void images_of_ply_files(void **state)
 {
     (void)state;
@@ -114,12 +115,15 @@ static void images_of_ply_files(void **state)
         "6 0 0 1 0 1 1 3 0 1 2 0\n6 0 0 1 1 0 1 3 0 2 3 1\n0 3 0 1 2 7\n";
     write_image("photo.png", SIDE, false);
     write_image("other one.png", 1, true); /* black */
-    for (int normals = 0; normals < 2; normals++) {
+    static const char *const kinds[][2] = {
+        {"", ""},
+        {"property float nx\nproperty float ny\nproperty float nz\n", " 0 0 1"},
+        {"property uchar red\nproperty uchar green\nproperty uchar blue\n", " 255 255 255"},
+    };
+    for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++) {
         char text[2048];
-        const char *n = normals ? " 0 0 1" : "";
-        snprintf(text, sizeof text, head,
-                 normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "", n, n,
-                 n, n);
+        const char *n = kinds[kind][1];
+        snprintf(text, sizeof text, head, kinds[kind][0], n, n, n, n);
         scan_fixture_text("square.ply", text);
         opened mesh = open_mesh("square.ply", &(stp_scan_params){.sample_coarse = true});
         assert_int_equal(mesh.triangles.triangle_count, 1); /* that without an image */
@@ -142,6 +146,50 @@ static void images_of_ply_files(void **state)
         assert_true(black > 1000 && coloured > 1000);
         close_mesh(&mesh);
     }
+}
+
+/* Places in an image by vertex, under the names that programs give them. */
+static void images_by_vertex(void **state)
+{
+    (void)state;
+    static const char *const names[][2] = {{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}};
+    write_image("photo.png", SIDE, false);
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        char text[1024];
+        uint8_t rgb[3];
+        snprintf(text, sizeof text,
+                 "ply\nformat ascii 1.0\ncomment TextureFile photo.png\nelement vertex 3\n"
+                 "property float x\nproperty float y\nproperty float z\nproperty float %s\n"
+                 "property float %s\nelement face 1\nproperty list uchar int vertex_indices\n"
+                 "end_header\n0 0 0 0.05 0.9\n1 0 0 0.95 0.9\n1 1 0 0.95 0.1\n3 0 1 2\n",
+                 names[i][0], names[i][1]);
+        scan_fixture_text("places.ply", text);
+        opened mesh = open_mesh("places.ply", &(stp_scan_params){.sample_coarse = true});
+        for (uint64_t k = 0; k < mesh.info.point_count; k++) {
+            const stp_dvec3 p = mesh.points[k].position;
+            const double column = SIDE * (0.05 + 0.9 * p.x), row = SIDE * (0.1 + 0.8 * p.y);
+            if (fabs(column - round(column)) < 1e-3 || fabs(row - round(row)) < 1e-3)
+                continue;
+            texel((int)column, (int)row, rgb);
+            for (int c = 0; c < 3; c++)
+                assert_int_equal(mesh.points[k].rgb[c], rgb[c] * 257);
+        }
+        assert_true(mesh.info.point_count > 1000);
+        close_mesh(&mesh);
+    }
+}
+
+/* A mesh that was renamed has its library under its own new name, perhaps. */
+static void renamed(void **state)
+{
+    (void)state;
+    scan_fixture_text("new.mtl", "newmtl a\nKd 1 0 0\n");
+    scan_fixture_text("new.obj", "mtllib old.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl a\nf 1 2 3\n");
+    opened mesh = open_mesh("new.obj", NULL);
+    assert_string_equal(mesh.missing, "");
+    assert_int_equal(mesh.points[0].rgb[0], 65535);
+    assert_int_equal(mesh.points[0].rgb[1], 0);
+    close_mesh(&mesh);
 }
 
 /* Where points are far apart, each takes the mean of what lies between. */
@@ -283,6 +331,31 @@ static void faces_have_colours(void **state)
     close_mesh(&mesh);
 }
 
+/* Names of images as programs leave them: of other machines, in other case, in quotes. */
+static void images_of_other_machines(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"C:\\Users\\me\\scan\\photo.png",
+                                        "/mnt/scan/photo.png",
+                                        "tex/photo.png",
+                                        "PHOTO.PNG",
+                                        "\"photo.png\"",
+                                        ".\\photo.png"};
+    write_image("photo.png", SIDE, false);
+    scan_fixture_text("any.obj", "mtllib lost/any.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\n"
+                                 "usemtl a\nf 1/1 2/1 3/1\n");
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        char text[256];
+        print_message("%s\n", names[i]);
+        snprintf(text, sizeof text, "newmtl a\nmap_Kd %s\n", names[i]);
+        scan_fixture_text("any.mtl", text);
+        opened mesh = open_mesh("any.obj", NULL);
+        assert_string_equal(mesh.missing, "");
+        assert_int_equal(mesh.points[0].rgb[2], 200 * 257);
+        close_mesh(&mesh);
+    }
+}
+
 /* Whatever is wrong with libraries and images costs colours alone, and is said. */
 static void faults_cost_colours_alone(void **state)
 {
@@ -320,9 +393,11 @@ static void faults_cost_colours_alone(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(images_lie_on_faces),       cmocka_unit_test(images_of_ply_files),
-        cmocka_unit_test(fine_images_are_averaged),  cmocka_unit_test(materials_colour_faces),
-        cmocka_unit_test(faults_cost_colours_alone), cmocka_unit_test(faces_have_colours),
+        cmocka_unit_test(images_lie_on_faces),      cmocka_unit_test(images_of_ply_files),
+        cmocka_unit_test(fine_images_are_averaged), cmocka_unit_test(materials_colour_faces),
+        cmocka_unit_test(images_by_vertex),         cmocka_unit_test(renamed),
+        cmocka_unit_test(images_of_other_machines), cmocka_unit_test(faults_cost_colours_alone),
+        cmocka_unit_test(faces_have_colours),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -145,12 +145,24 @@ static void obj_points(void **state)
     scan_fixture_normal(&points[1], 0.0, 0.6, 0.8);
     scan_fixture_rgb(&points[0], 65535, 128 * 257, 0);
     free(points);
+    points = scan_fixture_points("w.obj", "v 1 2 3 1 0 1 0.2\nv 4 5 6 1 0.2 0 1\n", &info);
+    scan_fixture_rgb(&points[0], 0, 65535, 13107);
+    scan_fixture_rgb(&points[1], 13107, 0, 65535);
+    free(points);
+    points = scan_fixture_points("a.obj", "v 1 2 3 1 0 0.2 1\nv 4 5 6 1 0.2 0 1\n", &info);
+    scan_fixture_rgb(&points[0], 65535, 0, 13107);
+    free(points);
+    points = scan_fixture_points("over.obj", "v 1 2 3 0.2 1.0001 0\nv 4 5 6 0 0 0\n", &info);
+    scan_fixture_rgb(&points[0], 13107, 65535, 0);
+    free(points);
+    free(scan_fixture_points("black.obj", "v 1 2 3 0 0 0\nv 4 5 6 0 0 0\n", &info));
+    assert_int_equal(info.attributes, 0);
 }
 
 static void off(void **state)
 {
     (void)state;
-    const char *const kinds[] = {"OFF\n", "OFF ", "# comment\nCOFF\n"};
+    const char *const kinds[] = {"OFF\n", "OFF ", "# comment\nCOFF\n", "OFF"};
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
         char text[512];
         snprintf(

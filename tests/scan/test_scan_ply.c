@@ -218,6 +218,7 @@ static void colour_depths(void **state)
         {"int", "1 2 255\n0 0 0\n", {257, 514, 65535}},
         {"int", "-5 70000 255\n0 0 0\n", {0, 65535, 255}},
         {"float", "0.5 1 0\n0 0 0\n", {32768, 65535, 0}},
+        {"float", "0.5 1.0001 0.2\n0 1.5 0\n", {32768, 65535, 13107}},
         {"float", "0.5 1 nan\n0 200 0\n", {129, 257, 0}},
         {"double", "1000 65535 2\n0 0 0\n", {1000, 65535, 2}},
     };
@@ -463,6 +464,30 @@ static void scalar_fields(void **state)
     free(points);
 }
 
+/* Integers of 64 bits, as programs of NumPy write them. */
+static void wide_integers(void **state)
+{
+    (void)state;
+    for (int big = 0; big < 2; big++) {
+        ply_bytes p = {.big_endian = big};
+        const int64_t label = 5, least = -7000000000;
+        stp_scan_info info;
+        add_text(&p, big ? "ply\nformat binary_big_endian 1.0\n"
+                         : "ply\nformat binary_little_endian 1.0\n");
+        add_text(&p, "element vertex 1\nproperty int64 label\nproperty int64 x\n"
+                     "property uint64 y\nproperty float z\nend_header\n");
+        add_raw(&p, &label, sizeof label);
+        add_raw(&p, &least, sizeof least);
+        add_raw(&p, &label, sizeof label);
+        add_float(&p, 0.5f);
+        scan_fixture_bytes("wide.ply", p.data, p.size);
+        stp_point *points = scan_fixture_read("wide.ply", NULL, &info);
+        scan_fixture_position(&points[0], -7e9, 5, 0.5);
+        scan_fixture_scalars(&points[0], 0, 5);
+        free(points);
+    }
+}
+
 /* A structured scan: each cell of the grid names a vertex or none. The grid makes neither points
  * nor faces. */
 static void range_grid(void **state)
@@ -559,6 +584,7 @@ int main(void)
         cmocka_unit_test(other_numbers_of_such_names_are_kept),
         cmocka_unit_test(colour_depth_of_late_values),
         cmocka_unit_test(scalar_fields),
+        cmocka_unit_test(wide_integers),
         cmocka_unit_test(range_grid),
         cmocka_unit_test(no_points),
         cmocka_unit_test(recomputed_normals),

@@ -81,6 +81,10 @@ static void headers(void **state)
     expect_columns("x y z classe\n1 2 3 sol\n1 2 3 mur\n", "x,y,z,_");
     expect_columns("x y z rouge vert bleu classe\n1 2 3 4 5 6 7\n", "x,y,z,red,green,blue,class");
     expect_columns("x y z Red Green Blue Alpha\n1 2 3 4 5 6 255\n", "x,y,z,red,green,blue,_");
+    expect_columns("POINT_X;POINT_Y;POINT_Z;x_m\n1;2;3;4\n", "x,y,z,_");
+    expect_columns("\"RGB:0\",\"RGB:1\",\"RGB:2\",\"Points:0\",\"Points:1\",\"Points:2\"\n"
+                   "9,8,7,1,2,3\n",
+                   "red,green,blue,x,y,z");
     expect_columns("x y z red green\n1 2 3 4 5\n", "x,y,z,_,_");
     expect_columns("//X Y Z R G B Scalar_Intensity\n1 2 3 4 5 6 7\n",
                    "x,y,z,red,green,blue,intensity");
@@ -135,6 +139,13 @@ static void by_content(void **state)
     expect_columns("3512345678 5412345678 99000 4\n3512345679 5412345678 99000 7\n"
                    "3512345680 5412345678 99000 9\n",
                    "x,y,z,intensity"); /* Gauss and Krueger's in millimetres */
+    expect_columns("0 0 1.5 2.5 3.5 9 8 7\n1 0 1.5 2.25 3 9 8 7\n0 2 1.5 2.5 -3.5 9 8 7\n",
+                   "_,_,x,y,z,red,green,blue"); /* FARO's rows and columns */
+    expect_columns("7 0 1.5 2.5 3.5 9\n7 3 1.5 2.25 3.125 8\n9 2 1.5 2.5 -3.5 7\n",
+                   "_,_,x,y,z,intensity");
+    expect_columns("7 0 1.5 2.5 3.5 9\n7 3 1.5 2.25 3.125 8\n6 2 1.5 2.5 -3.5 7\n", "x,y,z,_,_,_");
+    expect_columns("0 0 1.5 0.6 0.8 0\n1 0 1.5 0.8 0.6 0\n0 1 1.25 0.5 0.866 0.001\n",
+                   "x,y,z,nx,ny,nz"); /* heights of a grid, and their normals */
     scan_fixture_text("left.xyz", "1 2 3 4 5\n1 2 3 4 5\n");
     assert_string_equal(note("left.xyz", NULL, "left_out"), "column 4, column 5");
 }
@@ -451,7 +462,7 @@ static void malformed(void **state)
         {"word.xyz", "1 2 3\n4 five 6\n", STP_CORRUPT, "line 2: `five` in column 2 (y)"},
         {"few.xyz", "1 2 3\n4 5\n7 8 9\n", STP_CORRUPT, "line 2 has 2 columns"},
         {"more.xyz", "1 2 3\n\n4 5 6 7\n", STP_CORRUPT, "line 3 has more than the 3"},
-        {"hole.csv", "1,2,3\n4,,6\n", STP_CORRUPT, "line 2: `` in column 2 (y)"},
+        {"hole.csv", "1,2,3\n4,?,6\n", STP_CORRUPT, "line 2: `?` in column 2 (y)"},
         {"cut.xyz", "1 2 3 4\n4 5 6 7\n8 9 1", STP_CORRUPT, "ends at line 3, after 3 of 4"},
         {"cut.csv", "x,y,z,time\n1,2,3,4\n4,5,6\n7,8,9,1\n", STP_CORRUPT, "line 3 has 3 columns"},
         {"points.csv", "x;y;z\n1,5;2.5;3,5\n1,5,5;1;1\n", STP_CORRUPT, "`1,5,5`"},

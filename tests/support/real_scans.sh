@@ -9,10 +9,10 @@ picture=$FOLDER/picture.png
 refusal_of() { # name within the folder
     case $1 in
         odd/empty.ply | odd/pdal_no-points.las) echo 'has no points: there is nothing to write' ;;
-        *.jpg) echo 'which is not read here' ;;
         *_color.png | *_texture.png) echo 'is a picture of colours' ;;
         */ept.json) ;;
-        *.json | *README*) echo 'is of no known format' ;;
+        *.jpg | *.json) echo 'which is not read here' ;;
+        *README*) echo 'is of no known format' ;;
     esac
 }
 

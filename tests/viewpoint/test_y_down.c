@@ -58,6 +58,38 @@ static void grounds_are_below(void **state)
     }
 }
 
+/* The scene as Gaussian splats, with y and z exchanged if asked. */
+static void write_splats(const char *path, const positions *p, bool z_up)
+{
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    fprintf(file,
+            "ply\nformat ascii 1.0\nelement vertex %d\nproperty float x\nproperty float y\n"
+            "property float z\nproperty float f_dc_0\nproperty float f_dc_1\n"
+            "property float f_dc_2\nend_header\n",
+            POINTS);
+    for (int i = 0; i < POINTS; i++) {
+        const stp_dvec3 at = p->at[i];
+        fprintf(file, "%.9g %.9g %.9g 0 0.5 1\n", at.x, z_up ? at.z : at.y, z_up ? at.y : at.z);
+    }
+    assert_int_equal(fclose(file), 0);
+}
+
+/* y of Gaussian splats points down, unless a ground says that z is up. */
+static void splats_stand(void **state)
+{
+    (void)state;
+    stp_dvec3 normals[POINTS];
+    for (int z_up = 0; z_up < 2; z_up++) {
+        positions p = scene(normals, false, z_up == 0);
+        write_splats("splats.ply", &p, z_up);
+        const stp_first_camera first = first_prep("splats.ply", 2).first;
+        assert_true(first.model_up.y == (z_up ? 0.0 : -1.0));
+        assert_true(!z_up || first.up.y == 0.0);
+        free(p.at);
+    }
+}
+
 /* A front of 20 x 15 with bays, seen from low y, whose normals point there: z is up. */
 static void walls_stand(void **state)
 {
@@ -187,9 +219,10 @@ static void formats_together(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(grounds_are_below),  cmocka_unit_test(walls_stand),
-        cmocka_unit_test(cameras_face_walls), cmocka_unit_test(earth_is_below),
-        cmocka_unit_test(seen_from_above),    cmocka_unit_test(formats_together),
+        cmocka_unit_test(splats_stand),     cmocka_unit_test(grounds_are_below),
+        cmocka_unit_test(walls_stand),      cmocka_unit_test(cameras_face_walls),
+        cmocka_unit_test(earth_is_below),   cmocka_unit_test(seen_from_above),
+        cmocka_unit_test(formats_together),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

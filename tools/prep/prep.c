@@ -220,7 +220,8 @@ const cli_command cli_prep = {
     .usage = "stipple prep IN... -o M.stipple [options]",
     .details =
         "Reads PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS, PTX,\n"
-        "KITTI's .bin, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII, Surfer, HGT or AL3D.\n"
+        "NPY, .bin of KITTI and COLMAP, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII,\n"
+        "Surfer, HGT or AL3D.\n"
         "Several inputs become one model.\n"
         "An input is a file, a folder (all scans in it and below, but no images; one EPT, if it\n"
         "holds ept.json), a pattern in quotes, an address (https://...), or @list.txt with one\n"

@@ -454,6 +454,7 @@ static stp_status survey_one(prep_inputs *in, size_t i, stp_prep_source *source,
     source->heights = source->heights || info->heights;
     source->y_up = source->y_up || info->y_up;
     source->y_down = source->y_down || info->y_down;
+    source->y_likely_down = source->y_likely_down || info->y_likely_down;
     STP_TRY(note_step(in, i, scan, source, err));
 done:
     stp_line_set_clear(&lines);

@@ -4,26 +4,29 @@
 #include <math.h>
 
 #define SAMPLE_POINTS 65536u
+/* Bounds from here on are the type's, and say nothing. */
+#define TYPE_RANGE_LEAST 1e30
 
 static bool is_range(stp_value_range r)
 {
     return r.high > r.low;
 }
 
-/* Finds the greatest value of the targets from first to last in the scan's first points. */
+/* Finds the values of the targets from first to last in the scan's first points. */
 static stp_status look(const stp_e57_scan *scan, stp_e57_target first, stp_e57_target last,
-                       stp_e57_vector *v, stp_e57_pages *pages, double *maximum, stp_error *err)
+                       stp_e57_vector *v, stp_e57_pages *pages, stp_value_span *span,
+                       stp_error *err)
 {
     stp_status status = STP_OK;
     uint64_t left = scan->record_count < SAMPLE_POINTS ? scan->record_count : SAMPLE_POINTS;
-    *maximum = 0.0;
+    *span = (stp_value_span){0};
     STP_TRY(stp_e57_vector_open(v, pages, scan, err));
     while (left > 0) {
         const size_t count = left < STP_E57_BLOCK_POINTS ? (size_t)left : STP_E57_BLOCK_POINTS;
         STP_TRY(stp_e57_vector_read(v, count, err));
         for (int t = (int)first; t <= (int)last; t++)
             for (size_t i = 0; i < count; i++)
-                *maximum = fmax(*maximum, v->columns[t][i]); /* fmax ignores NaN */
+                stp_value_span_add(span, v->columns[t][i]);
         left -= count;
     }
 done:
@@ -39,14 +42,15 @@ static stp_status find(const stp_e57_scan *scan, stp_e57_target first, stp_e57_t
     const stp_e57_field *field = &scan->fields[first];
     if (!field->present || scan->record_count == 0)
         return STP_OK;
-    if (!is_range(said) && field->is_bounded)
+    if (!is_range(said) && field->is_bounded && field->high - field->low < TYPE_RANGE_LEAST)
         said = (stp_value_range){field->low, field->high};
     if (!is_range(said)) {
-        double maximum = 0.0;
+        stp_value_span span;
         const bool is_float = field->type != STP_E57_INTEGER || field->is_scaled;
-        STP_TRY(look(scan, first, last, v, pages, &maximum, err));
-        said = (first == STP_E57_RED ? stp_value_range_guess_colour : stp_value_range_guess)(
-            is_float, (field->bits + 7) / 8, maximum);
+        const unsigned bytes = (field->bits + 7) / 8;
+        STP_TRY(look(scan, first, last, v, pages, &span, err));
+        said = first == STP_E57_RED ? stp_value_range_guess_colour(is_float, bytes, span.max)
+                                    : stp_value_range_guess_intensity(is_float, bytes, span);
     }
     *range = is_range(*range) ? stp_value_range_join(*range, said) : said;
 done:

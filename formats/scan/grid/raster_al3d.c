@@ -85,11 +85,12 @@ static stp_status open_al3d(void *state, stp_raster_info *info, const char *path
     const double offset = colours ? tags.texture : tags.depth;
     if (!stp_raster_is_side(tags.columns) || !stp_raster_is_side(tags.rows) || !(tags.dx > 0.0) ||
         !(tags.dy > 0.0))
-        return stp_error_set(err, STP_CORRUPT,
-                             "%s: its header has no sound Cols, Rows and PixelSize", path);
+        return stp_error_set(
+            err, STP_CORRUPT,
+            "%s: its header has no sound Cols, Rows and PixelSize: export it again", path);
     if (!(offset >= MAGIC_BYTES) || !(offset < 1e15))
-        return stp_error_set(err, STP_UNSUPPORTED, "%s has no image of %s", path,
-                             colours ? "colours" : "depths");
+        return stp_error_set(err, STP_UNSUPPORTED, "%s has no image of %s: export it with one",
+                             path, colours ? "colours" : "depths");
     a->begin = (uint64_t)offset;
     a->floats = !colours;
     a->width = (uint32_t)tags.columns;

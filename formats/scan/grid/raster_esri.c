@@ -57,7 +57,8 @@ static stp_status read_keys(esri_raster *g, stp_error *err)
         const char *begin, *end;
         STP_TRY(stp_source_line(&g->text.source, &begin, &end, err));
         if (begin == NULL)
-            return stp_error_set(err, STP_CORRUPT, "%s ends within its header",
+            return stp_error_set(err, STP_CORRUPT,
+                                 "%s ends within its header: copy or export it again",
                                  g->text.source.path);
         const char *at = begin, *word = stp_token(&at, end);
         if (word == NULL)
@@ -71,9 +72,11 @@ static stp_status read_keys(esri_raster *g, stp_error *err)
         }
         const char *number = stp_token(&at, end);
         if (number == NULL || !stp_raster_text_number(number, at, &g->numbers[key]))
-            return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s needs a number",
-                                 g->text.source.path, (unsigned long long)g->text.source.line,
-                                 (int)(word_end - word), word);
+            return stp_error_set(
+                err, STP_CORRUPT,
+                "%s: line %llu: %.*s needs a number: mend it, or export the file again",
+                g->text.source.path, (unsigned long long)g->text.source.line,
+                (int)(word_end - word), word);
         g->has[key] = true;
     }
 done:
@@ -114,9 +117,9 @@ static stp_status open_esri(void *state, stp_raster_info *info, const char *path
     const double dx = g->has[DX] ? n[DX] : n[CELL], dy = g->has[DY] ? n[DY] : n[CELL];
     if (!stp_raster_is_side(n[COLUMNS]) || !stp_raster_is_side(n[ROWS]) || !(dx > 0.0) ||
         !(dy > 0.0))
-        return stp_error_set(err, STP_CORRUPT,
-                             "%s: its header needs ncols, nrows and cellsize, each greater than 0",
-                             path);
+        return stp_error_set(
+            err, STP_CORRUPT,
+            "%s: its header needs ncols, nrows and cellsize, each greater than 0: mend it", path);
     g->width = (uint32_t)n[COLUMNS];
     *info = (stp_raster_info){.format = "ESRI ASCII grid",
                               .width = g->width,

@@ -29,9 +29,11 @@ stp_status stp_raster_text_read(stp_raster_text *t, uint32_t row, double *number
             continue;
         }
         if (!stp_raster_text_number(begin, t->at, &numbers[i++]))
-            return stp_error_set(err, STP_CORRUPT, "%s: line %llu: %.*s is no number",
-                                 t->source.path, (unsigned long long)t->source.line,
-                                 (int)(t->at - begin < 40 ? t->at - begin : 40), begin);
+            return stp_error_set(
+                err, STP_CORRUPT,
+                "%s: line %llu: `%.*s` is no number: mend it, or export the file again",
+                t->source.path, (unsigned long long)t->source.line,
+                (int)(t->at - begin < 40 ? t->at - begin : 40), begin);
     }
 done:
     return status;

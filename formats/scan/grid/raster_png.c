@@ -39,7 +39,8 @@ static void warn(png_structp png, png_const_charp message)
 
 static stp_status damaged(const png_raster *p, stp_error *err)
 {
-    return stp_error_set(err, STP_CORRUPT, "%s: the PNG is damaged: %s", p->path, p->message);
+    return stp_error_set(err, STP_CORRUPT, "%s: the PNG is damaged: %s: copy or export it again",
+                         p->path, p->message);
 }
 
 /* Reads the header and asks for whole bytes, no palettes. False: it is damaged. */

@@ -32,7 +32,8 @@ static stp_status read_word(pnm_raster *p, char word[32], stp_error *err)
         const unsigned char *byte;
         STP_TRY(stp_source_peek(&p->text.source, 1, &byte, &available, err));
         if (available == 0 || length == 31)
-            return stp_error_set(err, STP_CORRUPT, "%s: its header is damaged",
+            return stp_error_set(err, STP_CORRUPT,
+                                 "%s: its header is damaged: copy or export it again",
                                  p->text.source.path);
         const unsigned char c = *byte;
         if (!comment && length > 0 && is_space(c))
@@ -54,7 +55,8 @@ static stp_status read_number(pnm_raster *p, double least, double most, double *
     if (status != STP_OK)
         return status;
     if (!stp_number_parse(word, word + strlen(word), out) || !(*out >= least) || !(*out <= most))
-        return stp_error_set(err, STP_CORRUPT, "%s: its header says %s, which cannot be",
+        return stp_error_set(err, STP_CORRUPT,
+                             "%s: its header says %s, which cannot be: export it again",
                              p->text.source.path, word);
     return STP_OK;
 }

@@ -56,8 +56,8 @@ static int drop_warning(TIFF *tiff, void *context, const char *module, const cha
 
 static stp_status damaged(const tiff_raster *t, stp_error *err)
 {
-    return stp_error_set(err, STP_CORRUPT, "%s: the TIFF is damaged: %s", t->path,
-                         t->message[0] ? t->message : "it ends early");
+    return stp_error_set(err, STP_CORRUPT, "%s: the TIFF is damaged: %s: copy or export it again",
+                         t->path, t->message[0] ? t->message : "it ends early");
 }
 
 /* Whether numbers of this kind can be read: 1, 8, 16 or 32 bits, floats of 32 or 64. */

@@ -6,11 +6,13 @@
 #include "formats/scan/mesh/mesh_text.h"
 #include "formats/scan/number.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -22,19 +24,67 @@ static stp_status copy_part(char **out, const char *begin, const char *end, stp_
     return status;
 }
 
-/* The path of a file beside the mesh. Windows writes backslashes. */
-static stp_status path_beside(char **out, const char *mesh_path, const char *name, stp_error *err)
+/* The first so many bytes of folder, and name. */
+static stp_status join(char **out, const char *folder, size_t folder_bytes, const char *name,
+                       stp_error *err)
 {
-    const char *slash = strrchr(mesh_path, '/');
-    const size_t folder = slash && *name != '/' ? (size_t)(slash + 1 - mesh_path) : 0;
-    stp_status status = stp_alloc(out, folder + strlen(name) + 1, 1, "a path", err);
+    stp_status status = stp_alloc(out, folder_bytes + strlen(name) + 1, 1, "a path", err);
     if (status != STP_OK)
         return status;
-    memcpy(*out, mesh_path, folder);
-    memcpy(*out + folder, name, strlen(name));
+    memcpy(*out, folder, folder_bytes);
+    memcpy(*out + folder_bytes, name, strlen(name));
+    return STP_OK;
+}
+
+/* Finds a file of this name in a folder, if only in other case; of several the first in order. */
+static stp_status find_beside(char **out, const char *mesh_path, size_t folder_bytes,
+                              const char *name, stp_error *err)
+{
+    stp_status status = STP_OK;
+    char *folder = NULL, *found = NULL;
+    DIR *listing = NULL;
+    STP_TRY(join(&folder, mesh_path, folder_bytes, folder_bytes > 0 ? "" : ".", err));
+    listing = opendir(folder);
+    for (struct dirent *e = listing ? readdir(listing) : NULL; e; e = readdir(listing)) {
+        const bool exact = strcmp(e->d_name, name) == 0;
+        if (strcasecmp(e->d_name, name) != 0 || (found && !exact && strcmp(found, e->d_name) < 0))
+            continue;
+        free(found);
+        found = NULL;
+        STP_TRY(join(&found, e->d_name, strlen(e->d_name), "", err));
+        if (exact)
+            break;
+    }
+    if (found) {
+        free(*out);
+        *out = NULL;
+        STP_TRY(join(out, mesh_path, folder_bytes, found, err));
+    }
+done:
+    if (listing)
+        closedir(listing);
+    free(found);
+    free(folder);
+    return status;
+}
+
+/* The path of a file beside the mesh. Windows writes backslashes. Programs name folders of the
+ * machine that they ran on: a file that is not there is looked for beside the mesh. */
+static stp_status path_beside(char **out, const char *mesh_path, const char *name, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const char *slash = strrchr(mesh_path, '/');
+    const size_t beside = slash ? (size_t)(slash + 1 - mesh_path) : 0;
+    const size_t folder = *name != '/' ? beside : 0;
+    STP_TRY(join(out, mesh_path, folder, name, err));
     for (char *c = *out + folder; *c; c++)
         *c = *c == '\\' ? '/' : *c;
-    return STP_OK;
+    if (access(*out, F_OK) != 0) {
+        const char *last = strrchr(*out, '/');
+        STP_TRY(find_beside(out, mesh_path, beside, last ? last + 1 : *out, err));
+    }
+done:
+    return status;
 }
 
 static void note_missing(stp_materials *m, const stp_error *why)
@@ -164,9 +214,14 @@ static stp_status read_library(stp_materials *m, const stp_mesh_text *text, stp_
             STP_TRY(add_material(m, begin, end, err));
         } else if (last && stp_text_token_is(begin, end, "Kd")) {
             set_diffuse(last, &lines);
-        } else if (last && stp_text_token_is(begin, end, "map_Kd")) {
+        } else if (last && (stp_text_token_is(begin, end, "map_Kd") ||
+                            stp_text_token_is(begin, end, "map_kd"))) {
             skip_options(&lines);
             stp_text_rest(&lines, &begin, &end);
+            if (end - begin > 2 && *begin == '"' && end[-1] == '"') {
+                begin++;
+                end--;
+            }
             if (begin < end)
                 STP_TRY(find_image(m, begin, end, &last->image, err));
         }
@@ -186,11 +241,19 @@ stp_status stp_materials_read(stp_materials *m, const char *mesh_path, const cha
         return STP_OK;
     STP_TRY(copy_part(&copy, name, name_end, err));
     STP_TRY(path_beside(&path, mesh_path, copy, err));
-    const stp_status loaded = stp_mesh_text_load(&text, path, &why);
+    stp_status loaded = stp_mesh_text_load(&text, path, &why);
+    if (loaded ==
+        STP_NOT_FOUND) { /* the mesh has another name since: its library may have it, too */
+        const char *end = strrchr(mesh_path, '.');
+        free(path);
+        path = NULL;
+        STP_TRY(join(&path, mesh_path, (size_t)(end ? end - mesh_path : 0), ".mtl", err));
+        loaded = stp_mesh_text_load(&text, path, NULL);
+    }
     if (loaded == STP_OK)
         STP_TRY(read_library(m, &text, err));
     else if (loaded == STP_OUT_OF_MEMORY)
-        status = stp_error_set(err, loaded, "%s", why.message);
+        status = stp_error_set(err, loaded, "no memory for %s", path);
     else
         note_missing(m, &why);
 done:

@@ -78,13 +78,25 @@ done:
     return status;
 }
 
+/* Whether the vertices have one grey all: a program wrote it for want of colours. */
+static bool are_plain(const stp_point_mesh *mesh)
+{
+    const stp_point *p = mesh->points;
+    size_t i = 1;
+    if (mesh->point_count > 0 && is_hue(p[0].rgb))
+        return false;
+    while (i < mesh->point_count && memcmp(p[0].rgb, p[i].rgb, sizeof p->rgb) == 0)
+        i++;
+    return i >= mesh->point_count;
+}
+
 stp_status stp_mesh_take_colours(stp_point_mesh *mesh, const char *path, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_materials *m = &mesh->materials;
     /* If a face was left out, nothing says which triangle has which material. */
     bool usable = m->triangle_count > 0 && m->triangle_count == mesh->triangle_count &&
-                  (mesh->attributes & STP_POINT_HAS_COLOUR) == 0;
+                  ((mesh->attributes & STP_POINT_HAS_COLOUR) == 0 || are_plain(mesh));
     if (usable) {
         STP_TRY(stp_materials_load_images(m, path, err));
         usable = are_coloured(m);

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "formats/scan/number.h"
 #include "formats/scan/source.h"
+#include "formats/scan/value_range.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -107,32 +108,36 @@ void stp_text_put(stp_text_lines *lines, const char *begin, const char *end, cha
     lines->out += length + 1;
 }
 
-stp_status stp_text_colours_add(stp_text_colours *colours, size_t vertex, const double rgb[3],
-                                stp_error *err)
+stp_status stp_text_colours_add(stp_text_colours *colours, size_t vertex, const double *numbers,
+                                size_t count, stp_error *err)
 {
     stp_status status = STP_OK;
     STP_TRY(stp_grow(&colours->values, &colours->capacity, vertex + 1, sizeof *colours->values,
                      "colours", err));
     for (; colours->count <= vertex; colours->count++)
         memset(colours->values[colours->count], 0, sizeof *colours->values);
-    for (int k = 0; k < 3; k++) {
-        const double value = fmin(fmax(rgb[k], 0.0), 65535.0); /* NaN becomes 0 */
-        colours->values[vertex][k] = (float)value;
-        colours->maximum = fmax(colours->maximum, value);
-    }
+    for (size_t k = 0; k < count; k++) /* NaN becomes 0 */
+        colours->values[vertex][k] = (float)fmin(fmax(numbers[k], 0.0), 65535.0);
+    colours->first_differs = colours->first_differs || (count == 4 && numbers[0] != 1.0);
+    colours->fourth_differs = colours->fourth_differs || (count == 4 && numbers[3] != 1.0);
 done:
     return status;
 }
 
 void stp_text_colours_apply(const stp_text_colours *colours, stp_point_mesh *mesh)
 {
-    const double scale = colours->maximum > 1.0 ? 257.0 : 65535.0;
-    if (colours->count > 0)
+    const int red = colours->fourth_differs && !colours->first_differs ? 1 : 0;
+    float maximum = 0.0f;
+    for (size_t i = 0; i < colours->count; i++)
+        for (int k = red; k < red + 3; k++)
+            maximum = fmaxf(maximum, colours->values[i][k]);
+    const double scale = (double)maximum > STP_COLOUR_OVERSHOOT ? 257.0 : 65535.0;
+    if (maximum > 0.0f)
         mesh->attributes |= STP_POINT_HAS_COLOUR;
     for (size_t i = 0; i < colours->count; i++)
         for (int k = 0; k < 3; k++)
             mesh->points[i].rgb[k] =
-                (uint16_t)fmin((double)colours->values[i][k] * scale + 0.5, 65535.0);
+                (uint16_t)fmin((double)colours->values[i][red + k] * scale + 0.5, 65535.0);
 }
 
 void stp_text_colours_free(stp_text_colours *colours)

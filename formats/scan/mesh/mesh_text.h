@@ -38,16 +38,18 @@ stp_status stp_mesh_text_check_stl_binary(const stp_mesh_text *text, stp_error *
 
 /* Colours by vertex number, until the range of their values is known. */
 typedef struct stp_text_colours {
-    float (*values)[3];
+    float (*values)[4];
     size_t count, capacity;
-    double maximum;
+    bool first_differs, fourth_differs; /* from 1, for some vertex of four numbers */
 } stp_text_colours;
 
-/* Skipped vertices become black. Values out of range are clamped. Errors: OUT_OF_MEMORY. */
-stp_status stp_text_colours_add(stp_text_colours *colours, size_t vertex, const double rgb[3],
-                                stp_error *err);
-/* Gives the mesh its colours, if there are any. Values are fractions; if one exceeds 1, all are
- * 0..255. */
+/* Takes the 3 or 4 numbers behind a position: r g b, r g b a or w r g b. Skipped vertices become
+ * black. Values out of range are clamped. Errors: OUT_OF_MEMORY. */
+stp_status stp_text_colours_add(stp_text_colours *colours, size_t vertex, const double *numbers,
+                                size_t count, stp_error *err);
+/* Gives the mesh its colours, if there are any that are not black. Of four numbers the first is w
+ * if it is 1 for all vertices, and the fourth is not. Values are fractions; if one exceeds
+ * STP_COLOUR_OVERSHOOT, all are 0..255. */
 void stp_text_colours_apply(const stp_text_colours *colours, stp_point_mesh *mesh);
 void stp_text_colours_free(stp_text_colours *colours);
 

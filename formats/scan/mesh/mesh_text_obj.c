@@ -34,7 +34,7 @@ static void join_continued_lines(stp_mesh_text *text)
     }
 }
 
-/* `v x y z`, `v x y z w`, `v x y z r g b` or `v x y z r g b a`. */
+/* `v x y z`, `v x y z w`, `v x y z r g b`, `v x y z r g b a` or `v x y z w r g b`. */
 static stp_status obj_vertex(obj_parser *p, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -47,7 +47,7 @@ static stp_status obj_vertex(obj_parser *p, stp_error *err)
            stp_number_parse(begin, end, &rest[rest_count]))
         rest_count++;
     if (rest_count >= 3)
-        STP_TRY(stp_text_colours_add(&p->colours, p->mesh->point_count, rest, err));
+        STP_TRY(stp_text_colours_add(&p->colours, p->mesh->point_count, rest, rest_count, err));
     STP_TRY(stp_point_mesh_reserve(p->mesh, p->lines.text->path, 1, err));
     p->mesh->points[p->mesh->point_count++] = (stp_point){.position = {xyz[0], xyz[1], xyz[2]}};
     stp_text_put(&p->lines, zeros, zeros + sizeof zeros - 1, '\n');

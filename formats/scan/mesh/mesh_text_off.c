@@ -45,6 +45,11 @@ static stp_status parse_kind(off_parser *p, stp_error *err)
         p->lines.cursor = begin;
         return STP_OK;
     }
+    const char *digits = begin ? begin + 3 : end;
+    if (length > 3 && memcmp(begin, "OFF", 3) == 0 && stp_number_parse_u64(digits, end, &count)) {
+        p->lines.cursor = digits; /* `OFF490 518 0`, as ModelNet has it */
+        return STP_OK;
+    }
     static const char *const kinds[] = {"OFF", "COFF", "NOFF", "CNOFF", "NCOFF"};
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
         if (length != strlen(kinds[i]) || memcmp(begin, kinds[i], length) != 0)
@@ -114,7 +119,7 @@ static stp_status off_vertex(off_parser *p, stp_error *err)
                              p->has_normals ? "normal, " : "");
     STP_TRY(stp_text_numbers(&p->lines, "vertex", values, count > fixed ? count : fixed, err));
     if (count > fixed)
-        STP_TRY(stp_text_colours_add(&p->colours, p->mesh->point_count, values + fixed, err));
+        STP_TRY(stp_text_colours_add(&p->colours, p->mesh->point_count, values + fixed, 3, err));
     STP_TRY(stp_point_mesh_reserve(p->mesh, p->lines.text->path, 1, err));
     stp_point *point = &p->mesh->points[p->mesh->point_count++];
     *point = (stp_point){.position = {values[0], values[1], values[2]}};

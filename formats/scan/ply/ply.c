@@ -25,6 +25,12 @@ static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
             err, STP_CORRUPT,
             "%s: the PLY header (%llu lines) has no element `vertex`: is it a scan?", path,
             (unsigned long long)ply->header.header_lines);
+    if (stp_ply_number_property(&ply->header, ply->vertex, "packed_position"))
+        return stp_error_set(
+            err, STP_UNSUPPORTED,
+            "%s holds packed Gaussian splats, which are not read here: export them "
+            "as a PLY that is not compressed (SuperSplat does)",
+            path);
     static const char *const axes[] = {"x", "y", "z"};
     for (int i = 0; i < 3; i++)
         if (!has_targets(ply, (stp_ply_target)i, 1))

@@ -54,6 +54,8 @@ static inline bool stp_ply_has_fixed_records(const stp_ply *ply)
 /* Whether the property is a spherical harmonic, as Gaussian splats have them: for the coefficient c
  * of degree 0, the colour is 1/2 + c / (2 sqrt(pi)) of full. */
 bool stp_ply_is_harmonic(const stp_ply_property *property);
+/* Whether the vertices have such colours. */
+bool stp_ply_has_splats(const stp_ply *ply);
 
 /* Finds the attributes; makes room for the numbers of so many points; packs those
  * of a block from point `first` of the read on. */

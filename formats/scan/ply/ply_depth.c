@@ -102,13 +102,19 @@ bool stp_ply_is_harmonic(const stp_ply_property *property)
     return strncmp(property->name, "f_dc_", 5) == 0;
 }
 
+bool stp_ply_has_splats(const stp_ply *ply)
+{
+    const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
+    return red && stp_ply_is_harmonic(red);
+}
+
 stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
 {
     stp_status status = STP_OK;
     depth_spans spans = {.colour_min = INFINITY};
     const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
     const stp_ply_property *intensity = stp_ply_target_property(ply, STP_PLY_INTENSITY);
-    const bool harmonic = red && stp_ply_is_harmonic(red);
+    const bool harmonic = stp_ply_has_splats(ply);
     const bool fixed = stp_ply_has_fixed_records(ply);
     if (ply->vertex->count > 0 &&
         (ply->attributes & STP_POINT_HAS_COLOUR || is_wide(ply, STP_PLY_INTENSITY))) {

@@ -23,6 +23,7 @@ static const struct {
     [STP_PLY_INT8] = {"char", "int8", 1},        [STP_PLY_UINT8] = {"uchar", "uint8", 1},
     [STP_PLY_INT16] = {"short", "int16", 2},     [STP_PLY_UINT16] = {"ushort", "uint16", 2},
     [STP_PLY_INT32] = {"int", "int32", 4},       [STP_PLY_UINT32] = {"uint", "uint32", 4},
+    [STP_PLY_INT64] = {"int64", "int64", 8},     [STP_PLY_UINT64] = {"uint64", "uint64", 8},
     [STP_PLY_FLOAT32] = {"float", "float32", 4}, [STP_PLY_FLOAT64] = {"double", "float64", 8},
 };
 
@@ -102,12 +103,26 @@ bool stp_ply_is_packed(const stp_ply_property *property)
     return named && !property->is_list && stp_ply_type_size(property->type) == 4;
 }
 
+/* Coordinates in an image, as MeshLab, Blender and others name them. */
+static stp_ply_target find_place(const char *name)
+{
+    static const char *const names[][2] = {
+        {"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}, {"tu", "tv"}};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        for (unsigned k = 0; k < 2; k++)
+            if (strcmp(name, names[i][k]) == 0)
+                return (stp_ply_target)(STP_PLY_S + k);
+    return STP_PLY_TARGET_COUNT;
+}
+
 /* If two properties mean the same, the one whose name is preferred counts; of equal names the
  * first. */
 static void set_target(stp_ply_header *h, const stp_ply_element *vertex, stp_ply_property *property)
 {
     size_t rank, other;
     property->target = find_target(property->name, &rank);
+    if (h->textures.count > 0 && property->target == STP_PLY_TARGET_COUNT)
+        property->target = find_place(property->name);
     if (stp_ply_is_packed(property)) {
         property->target = STP_PLY_RED;
         if (property->type == STP_PLY_FLOAT32 && h->encoding != STP_PLY_ASCII)

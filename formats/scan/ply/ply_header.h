@@ -1,9 +1,9 @@
 /* The header of a PLY file: which records follow.
  *
  * Turk's PLY 1.0: elements in file order, each with scalar and list properties of eight types under
- * two conventions of names (char or int8, ..., double or float64). Reads ASCII and both byte
- * orders. Lines end in \n or \r\n. obj_info lines, and comments other than those of ply_stations.h,
- * are skipped. */
+ * two conventions of names (char or int8, ..., double or float64); int64 and uint64 are read, too.
+ * Reads ASCII and both byte orders. Lines end in \n or \r\n. obj_info lines, and comments other
+ * than those of ply_stations.h, are skipped. */
 #ifndef STP_FORMATS_SCAN_PLY_PLY_HEADER_H
 #define STP_FORMATS_SCAN_PLY_PLY_HEADER_H
 
@@ -30,6 +30,8 @@ typedef enum stp_ply_type {
     STP_PLY_UINT16,
     STP_PLY_INT32,
     STP_PLY_UINT32,
+    STP_PLY_INT64, /* as programs of NumPy write them */
+    STP_PLY_UINT64,
     STP_PLY_FLOAT32,
     STP_PLY_FLOAT64
 } stp_ply_type;
@@ -48,7 +50,9 @@ typedef enum stp_ply_target {
     STP_PLY_INTENSITY = STP_COLUMN_INTENSITY,
     STP_PLY_CLASS = STP_COLUMN_CLASS,
     STP_PLY_STATION = STP_COLUMN_COUNT,
-    STP_PLY_RADIUS,      /* half the width of lines through the vertex */
+    STP_PLY_RADIUS, /* half the width of lines through the vertex */
+    STP_PLY_S,      /* place in an image, if the file names one */
+    STP_PLY_T,
     STP_PLY_TARGET_COUNT /* also: not used */
 } stp_ply_target;
 

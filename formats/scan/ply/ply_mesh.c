@@ -83,6 +83,45 @@ typedef struct place_reader {
     uint32_t image;
 } place_reader;
 
+/* The same by vertex, if faces tell none: images' places that the properties s and t of vertices
+ * have, for all faces in the first image. */
+typedef struct vertex_places {
+    float (*uv)[2];
+    size_t count, capacity;
+} vertex_places;
+
+static stp_status keep_vertex_places(const stp_ply *ply, vertex_places *places, size_t count,
+                                     stp_error *err)
+{
+    stp_status status = STP_OK;
+    if (!stp_ply_target_property(ply, STP_PLY_S) || !stp_ply_target_property(ply, STP_PLY_T))
+        return STP_OK;
+    STP_TRY(stp_grow(&places->uv, &places->capacity, places->count + count, sizeof *places->uv,
+                     "texture coordinates", err));
+    for (size_t i = 0; i < count; i++)
+        for (int c = 0; c < 2; c++)
+            places->uv[places->count + i][c] =
+                stp_texture_place(ply->columns[c == 0 ? STP_PLY_S : STP_PLY_T][i]);
+    places->count += count;
+done:
+    return status;
+}
+
+/* Gives triangles from the first one on the places of their vertices. */
+static stp_status add_vertex_places(const vertex_places *places, stp_point_mesh *mesh, size_t first,
+                                    stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (size_t t = first; t < mesh->triangle_count; t++) {
+        float corners[3][2];
+        for (int k = 0; k < 3; k++)
+            memcpy(corners[k], places->uv[mesh->triangles[t][k]], sizeof corners[k]);
+        STP_TRY(stp_materials_add_triangle(&mesh->materials, 0, (const float(*)[2])corners, err));
+    }
+done:
+    return status;
+}
+
 /* The colour of a face or an edge. */
 typedef struct colour_reader {
     const stp_ply_property *of[3]; /* red, green, blue; NULL: there is none */
@@ -205,8 +244,8 @@ done:
     return status;
 }
 
-static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_point_mesh *mesh,
-                             stp_error *err)
+static stp_status read_faces(stp_ply *ply, const stp_ply_element *element,
+                             const vertex_places *of_vertices, stp_point_mesh *mesh, stp_error *err)
 {
     stp_status status = STP_OK;
     stp_ply_cursor *cursor = &ply->cursor;
@@ -233,6 +272,8 @@ static stp_status read_faces(stp_ply *ply, const stp_ply_element *element, stp_p
         STP_TRY(stp_ply_record_end(cursor, err));
         if (places.list && !builder.strips)
             STP_TRY(add_places(&places, mesh, first, err));
+        else if (images > 0 && of_vertices->count == ply->vertex->count)
+            STP_TRY(add_vertex_places(of_vertices, mesh, first, err));
         else if (coloured && !builder.strips)
             STP_TRY(stp_materials_add_plain(&mesh->materials, colour.rgb,
                                             mesh->triangle_count - first, err));
@@ -311,7 +352,8 @@ done:
     return status;
 }
 
-static stp_status read_vertices(stp_ply *ply, stp_point_mesh *mesh, stp_error *err)
+static stp_status read_vertices(stp_ply *ply, vertex_places *places, stp_point_mesh *mesh,
+                                stp_error *err)
 {
     stp_status status = STP_OK;
     ply->cursor.element = ply->vertex;
@@ -324,6 +366,7 @@ static stp_status read_vertices(stp_ply *ply, stp_point_mesh *mesh, stp_error *e
         if (count == 0)
             break;
         STP_TRY(add_radii(ply, mesh, count, err));
+        STP_TRY(keep_vertex_places(ply, places, count, err));
         mesh->point_count += count;
     }
 done:
@@ -333,6 +376,7 @@ done:
 stp_status stp_ply_read_mesh(stp_ply *ply, stp_point_mesh *mesh, stp_error *err)
 {
     stp_status status = STP_OK;
+    vertex_places places = {0};
     const stp_ply_header *header = &ply->header;
     const stp_ply_element *last = ply->faces && ply->faces > ply->vertex ? ply->faces : ply->vertex;
     last = ply->edges && ply->edges > last ? ply->edges : last;
@@ -342,14 +386,15 @@ stp_status stp_ply_read_mesh(stp_ply *ply, stp_point_mesh *mesh, stp_error *err)
     stp_source_seek(&ply->source, header->data_offset, header->header_lines);
     for (const stp_ply_element *e = header->elements; e <= last; e++) {
         if (e == ply->vertex)
-            STP_TRY(read_vertices(ply, mesh, err));
+            STP_TRY(read_vertices(ply, &places, mesh, err));
         else if (e == ply->faces)
-            STP_TRY(read_faces(ply, e, mesh, err));
+            STP_TRY(read_faces(ply, e, &places, mesh, err));
         else if (e == ply->edges)
             STP_TRY(read_edges(ply, mesh, err));
         else
             STP_TRY(stp_ply_skip_element(&ply->cursor, header, e, err));
     }
 done:
+    free(places.uv);
     return status;
 }

@@ -10,6 +10,7 @@ static const stp_attribute_type types[] = {
     [STP_PLY_INT8] = STP_ATTRIBUTE_I8,     [STP_PLY_UINT8] = STP_ATTRIBUTE_U8,
     [STP_PLY_INT16] = STP_ATTRIBUTE_I16,   [STP_PLY_UINT16] = STP_ATTRIBUTE_U16,
     [STP_PLY_INT32] = STP_ATTRIBUTE_I32,   [STP_PLY_UINT32] = STP_ATTRIBUTE_U32,
+    [STP_PLY_INT64] = STP_ATTRIBUTE_F64,   [STP_PLY_UINT64] = STP_ATTRIBUTE_F64,
     [STP_PLY_FLOAT32] = STP_ATTRIBUTE_F32, [STP_PLY_FLOAT64] = STP_ATTRIBUTE_F64,
 };
 
@@ -49,8 +50,8 @@ stp_status stp_ply_numbers_reserve(stp_ply *ply, size_t points, stp_error *err)
                       : STP_OK;
 }
 
-/* The word of a number that was read as a double: exact, since no type has more than 32 bits of an
- * integer. */
+/* The word of a number that was read as a double: exact, since integers of more than 32 bits become
+ * doubles. */
 static uint64_t word_of(stp_attribute_type type, double value)
 {
     uint64_t word;

@@ -28,12 +28,17 @@ static double load_float(const unsigned char *bytes, bool swap)
     return (double)value;
 }
 
+static uint64_t load_u64(const unsigned char *bytes, bool swap)
+{
+    uint64_t value;
+    memcpy(&value, bytes, sizeof value);
+    return swap ? __builtin_bswap64(value) : value;
+}
+
 static double load_double(const unsigned char *bytes, bool swap)
 {
-    uint64_t bits;
+    const uint64_t bits = load_u64(bytes, swap);
     double value;
-    memcpy(&bits, bytes, sizeof bits);
-    bits = swap ? __builtin_bswap64(bits) : bits;
     memcpy(&value, &bits, sizeof value);
     return value;
 }
@@ -60,6 +65,10 @@ void stp_ply_load_column(stp_ply_type type, stp_ply_encoding encoding, const uns
         COLUMN((int32_t)load_u32(bytes, swap));
     case STP_PLY_UINT32:
         COLUMN(load_u32(bytes, swap));
+    case STP_PLY_INT64:
+        COLUMN((int64_t)load_u64(bytes, swap));
+    case STP_PLY_UINT64:
+        COLUMN(load_u64(bytes, swap));
     case STP_PLY_FLOAT32:
         COLUMN(load_float(bytes, swap));
     case STP_PLY_FLOAT64:

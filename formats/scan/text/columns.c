@@ -134,6 +134,17 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
     return true;
 }
 
+bool stp_comment_names_axes(const char *begin, const char *end)
+{
+    stp_columns columns;
+    bool named = false;
+    while (begin < end && (stp_is_blank(*begin) || strchr("#/%!", *begin)))
+        begin++;
+    for (int h = 0; h < STP_SEPARATOR_COUNT && !named; h++)
+        named = stp_columns_from_header(&columns, (stp_separator)h, begin, end);
+    return named;
+}
+
 static stp_status check_list(const stp_columns *columns, const char *list, stp_error *err)
 {
     static const struct {

@@ -9,10 +9,16 @@
  * first column. Columns with other names are attributes (text_numbers.h).
  *
  * By content, of n numbers per line the first three are x y z. But if there are more, and the first
- * is the point's number or its time, x is the second. It is a number if it is whole, grows in every
+ * is the point's number or its time, x is the second; if the first two are its row and column, x is
+ * the third. They are if both are whole and not negative, go on from line to line, in 99 of 100, as
+ * pixels of an image do, row by row or column by column, and x y z have fractions, and then come
+ * whole numbers, so that there are 6 or more. The first is a number if it is whole, grows in every
  * line, by one in 9 of 10, and at least two of the three after it have fractions, all three if the
  * last of four differs. It is a time if it counts seconds since 1970, or milli-, micro- or
- * nanoseconds, never falls, and is a hundred times what follows. The others:
+ * nanoseconds, never falls, and is a hundred times what follows; or if in a hundred lines or more
+ * it never falls, and is written with 5 decimals at least, two more than each of the next three,
+ * which differ and have fractions.
+ * The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.
  *   - Three in a row that are whole numbers within 0..255 or 0..65535, or fractions within 0..1,
  *     and no normal, are red, green and blue. If they can lie in two ways, because the number
@@ -21,8 +27,10 @@
  *     neighbour is no colour.
  *   - A number directly after a colour is alpha if it is always 255 (colours 0..255) or 1
  *     (fractions).
- *   - If one number is left, it is the intensity. So is one of two if the other is a time: it never
- *     falls, and has fractions or exceeds 65535. Else, if several are left, nothing is guessed.
+ *   - In a hundred lines or more, whole numbers up to 31 (7, if all are equal) are classes, returns
+ *     or flags: no colours, and no intensity beside another number. A lone one is the class.
+ *   - If one number is left, it is the intensity. So is one beside a time: the time never falls,
+ *     and has fractions or exceeds 65535. Else, if several are left, nothing is guessed.
  *   - #rrggbb or 0xrrggbb is a colour in one piece. So is the number that is left if all are from
  *     -2^24 to -1, some below -2^16, or from 0xFF000000 to 2^32 - 1.
  * So 3 numbers are xyz; 4 xyz i; 6 xyz rgb, or xyz with a normal; 7 xyz i rgb, xyz rgb i or xyz rgb
@@ -60,6 +68,7 @@ typedef struct stp_columns {
 typedef struct stp_column_range {
     uint64_t count;     /* finite numbers; all other members are about these */
     double min, max;    /* 0 if there are none */
+    double second;      /* least number above min; min: there is none */
     bool whole;         /* no number has a fraction */
     bool written_whole; /* no number is written with a point or an exponent */
     uint32_t
@@ -78,6 +87,8 @@ typedef struct stp_columns_sample {
     uint64_t rows;
     uint64_t successors, repeats; /* lines whose first number is one more than that of the line
                                      before; equal */
+    uint64_t behind[2];           /* lines that do not come after the one before by their first two
+                                     numbers; by the second, then the first */
     stp_column_range ranges[STP_COLUMNS_MAX];
 } stp_columns_sample;
 
@@ -95,6 +106,8 @@ bool stp_columns_next_name(stp_separator separator, const char **at, const char 
  * normals need all three columns. */
 bool stp_columns_from_header(stp_columns *out, stp_separator separator, const char *begin,
                              const char *end);
+/* Whether a comment names x, y and z. */
+bool stp_comment_names_axes(const char *begin, const char *end);
 /* Takes the columns from a list of names with commas; _ or - skips a column. Leaves out's
  * separator. Lines may have more columns. others: names of attributes are allowed; they begin with
  * a letter. Errors: INVALID_ARGUMENT. */

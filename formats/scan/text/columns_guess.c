@@ -37,9 +37,13 @@ static void add_number(stp_column_range *range, double value, stp_field field)
     if (!isfinite(value))
         return;
     if (range->count++ == 0) {
-        range->min = range->max = value;
+        range->min = range->max = range->second = value;
         range->whole = range->written_whole = true;
     }
+    if (value < range->min)
+        range->second = range->min;
+    else if (value > range->min && (range->second == range->min || value < range->second))
+        range->second = value;
     range->min = fmin(range->min, value);
     range->max = fmax(range->max, value);
     range->whole = range->whole && floor(value) == value;
@@ -87,6 +91,12 @@ void stp_columns_sample_add(stp_columns_sample *sample, stp_separator separator,
     }
     sample->successors += sample->rows > 0 && values[0] == sample->ranges[0].last + 1.0;
     sample->repeats += sample->rows > 0 && values[0] == sample->ranges[0].last;
+    for (unsigned k = 0; sample->rows > 0 && sample->count > 1 && k < 2; k++) {
+        const double outer = values[k] - sample->ranges[k].last;
+        const bool after =
+            outer > 0.0 || (outer == 0.0 && values[1 - k] > sample->ranges[1 - k].last);
+        sample->behind[k] += !after;
+    }
     for (uint32_t i = 0; i < sample->count; i++) {
         stp_column_range *range = &sample->ranges[i];
         range->falls += sample->rows > 0 && !(values[i] >= range->last);
@@ -116,16 +126,48 @@ static bool begins_with_number(const stp_columns_sample *s)
            fractions >= 2 && (double)s->successors >= SUCCESSOR_SHARE * (double)(s->rows - 1);
 }
 
-/* Whether lines begin with a time since 1970. */
+/* Few lines say little of what numbers may be. */
+#define ROWS_LEAST 100u
+
+/* Whether the first number never falls, and has finer decimals than the next three, which differ
+ * and have fractions, as coordinates do. */
+static bool begins_with_finer(const stp_columns_sample *s)
+{
+    const stp_column_range *r = s->ranges;
+    if (s->rows < ROWS_LEAST || r[0].falls > 0 || !(r[0].min < r[0].max) || r[0].decimals < 5 ||
+        r[0].decimals == UINT32_MAX)
+        return false;
+    for (uint32_t i = 1; i < 4; i++)
+        if (r[i].written_whole || !(r[i].min < r[i].max) || r[i].decimals + 2 > r[0].decimals)
+            return false;
+    return true;
+}
+
+/* Whether lines begin with a time since 1970, or with one that has finer decimals than x y z. */
 static bool begins_with_time(const stp_columns_sample *s)
 {
     const stp_column_range *range = s->ranges;
     bool known = false;
+    if (begins_with_finer(s))
+        return true;
     for (double unit = 1.0; unit <= 1e9; unit *= 1000.0) /* of the years from 2000 to 2040 */
         known = known || (range->min >= 0.95e9 * unit && range->max <= 2.2e9 * unit);
     for (uint32_t i = 1; i < 4; i++)
         known = known && greatest_part(&range[i]) < 0.01 * range->min;
     return known && range->falls == 0;
+}
+
+/* Whether lines begin with the row and the column of the point, as FARO's do. */
+static bool begins_with_pixel(const stp_columns_sample *s)
+{
+    const stp_column_range *r = s->ranges;
+    const uint64_t few = s->rows / 100;
+    if (s->count < 6 || !r[5].written_whole)
+        return false;
+    for (uint32_t i = 0; i < 5; i++)
+        if (r[i].written_whole != (i < 2) || (i < 2 && r[i].min < 0.0))
+            return false;
+    return s->behind[0] <= few || s->behind[1] <= few;
 }
 
 /* The columns that have no meaning yet. */
@@ -171,6 +213,13 @@ static bool within(const stp_column_range *range, double limit)
     return range->count > 0 && range->min >= 0.0 && range->max <= limit;
 }
 
+/* Whether the numbers may be classes, returns or flags: whole ones of 5 bits. One number alone may
+ * as well be a channel of one colour for all, unless it is small. */
+static bool is_code(const stp_column_range *range)
+{
+    return range->written_whole && within(range, range->min < range->max ? 31.0 : 7.0);
+}
+
 static double greatest(const guess *g, uint32_t first)
 {
     const stp_column_range *r = g->sample->ranges + first;
@@ -184,6 +233,8 @@ static bool can_be_colour(const guess *g, uint32_t first)
         return false;
     for (uint32_t k = 0; k < 3; k++) {
         const stp_column_range *range = &g->sample->ranges[first + k];
+        if (g->sample->rows >= ROWS_LEAST && is_code(range) && range->max > 0.0)
+            return false;
         whole = whole && range->whole && within(range, 65535.0);
         fractions = fractions && within(range, 1.0);
     }
@@ -233,17 +284,37 @@ static bool is_time(const guess *g, uint32_t i)
            (!range->written_whole || range->max > 65535.0);
 }
 
+/* The only number that may be a class is one. */
+static void guess_class(guess *g)
+{
+    uint32_t codes = 0, place = 0;
+    for (uint32_t i = 0; i < g->sample->count; i++)
+        if (g->is_free[i] && is_code(&g->sample->ranges[i])) {
+            codes++;
+            place = i;
+        }
+    const stp_column_range *range = &g->sample->ranges[place];
+    if (codes == 1 && g->sample->rows >= ROWS_LEAST && range->min < range->max)
+        claim(g, place, STP_COLUMN_CLASS);
+}
+
 static void guess_intensity(guess *g)
 {
-    uint32_t count = 0, times = 0, place = 0;
+    uint32_t count = 0, times = 0, codes = 0, place = 0;
     for (uint32_t i = 0; i < g->sample->count; i++) {
         count += g->is_free[i];
         times += g->is_free[i] && is_time(g, i);
+        codes += g->is_free[i] && is_code(&g->sample->ranges[i]);
     }
-    const bool timed = count == 2 && times == 1; /* the time is passed over */
+    /* times and codes are passed over */
+    const bool timed = count > 1 && times == 1;
+    const bool coded = g->sample->rows >= ROWS_LEAST && codes > 0 && count > codes;
     for (uint32_t i = 0; i < g->sample->count; i++)
-        place = g->is_free[i] && !(timed && is_time(g, i)) ? i : place;
-    if (count != 1 && !timed)
+        place =
+            g->is_free[i] && !(timed && is_time(g, i)) && !(coded && is_code(&g->sample->ranges[i]))
+                ? i
+                : place;
+    if (count - (timed ? times : 0) - (coded ? codes : 0) != 1)
         return;
     const stp_column_range *range = &g->sample->ranges[place];
     const bool opaque = (range->min >= -16777216.0 && range->min < -65536.0 && range->max < 0.0) ||
@@ -260,9 +331,10 @@ bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const
     uint32_t axes = 0;
     uint32_t first = 0;
     g.columns.count = sample->count;
-    if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3] &&
-        (begins_with_number(sample) || begins_with_time(sample)))
-        first = 1;
+    if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3])
+        first = begins_with_pixel(sample)                                ? 2
+                : begins_with_number(sample) || begins_with_time(sample) ? 1
+                                                                         : 0;
     memset(g.columns.targets, STP_COLUMN_NONE, sizeof g.columns.targets);
     for (uint32_t i = first; i < sample->count; i++) {
         if (is_number[i] && axes < 3)
@@ -274,6 +346,7 @@ bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const
         return false;
     guess_normal(&g);
     guess_colour(&g, intensity_first);
+    guess_class(&g);
     guess_intensity(&g);
     *out = g.columns;
     return true;

@@ -314,9 +314,22 @@ static void find_degrees(stp_text *text, const stp_columns_sample *sample)
     text->columns.targets[places[1]] = STP_COLUMN_X;
 }
 
+/* What programs write where a grid of heights has no sample; NaN: the numbers have none. */
+static double find_no_height(const stp_text *text, const stp_columns_sample *sample)
+{
+    static const double numbers[] = {-9999.0, -32767.0, -32768.0, -99999.0};
+    const uint32_t place = stp_columns_find(&text->columns, STP_COLUMN_Z);
+    const stp_column_range *z = &sample->ranges[place];
+    for (size_t i = 0; place < sample->count && i < sizeof numbers / sizeof *numbers; i++)
+        if (z->min == numbers[i] && z->second > 0.9 * numbers[i])
+            return numbers[i];
+    return (double)NAN;
+}
+
 void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 {
     find_degrees(text, sample);
+    text->no_height = find_no_height(text, sample);
     find_packed(text, sample);
     drop_words(text, sample);
     text->attributes = stp_columns_attributes(&text->columns);
@@ -419,11 +432,14 @@ static bool rest_is_empty(stp_separator separator, const char *at, const char *e
     return true;
 }
 
-/* True if a line may end before its last column: the column is not read, and a separator begins it.
- */
-static bool may_miss_last(const stp_columns *columns, const char *begin, const char *end)
+/* True if a line may end before its last column: a separator begins it, and the column is not read,
+ * or the line is not cut off. */
+static bool may_miss_last(const stp_text *text, const char *begin, const char *end)
 {
-    return columns->targets[columns->count - 1] == STP_COLUMN_NONE && end > begin &&
+    const stp_columns *columns = &text->columns;
+    const stp_source *s = &text->source;
+    const bool whole = s->begin > 0 && s->buffer[s->begin - 1] == '\n';
+    return (whole || columns->targets[columns->count - 1] == STP_COLUMN_NONE) && end > begin &&
            columns->separator != STP_SEPARATOR_SPACE &&
            end[-1] == stp_separator_character(columns->separator);
 }
@@ -464,17 +480,20 @@ static stp_status read_values(const stp_text *text, const char *begin, const cha
         if (next) {
             at = next;
         } else if (!stp_field_next(c->separator, &at, end, &field)) {
-            if (i + 1 == c->count && may_miss_last(c, begin, end))
-                break;
-            return few_columns(text, i, err);
+            if (i + 1 < c->count || !may_miss_last(text, begin, end))
+                return few_columns(text, i, err);
+            *value = (double)NAN;
+            break;
         } else if (target == STP_COLUMN_NONE && extra == 0) {
             continue;
         } else if (target == STP_COLUMN_PACKED
                        ? !stp_field_colour(c->separator, field, c->hex, value)
                        : !stp_field_number(c->separator, field, value)) {
-            if (target != STP_COLUMN_NONE)
+            if (target == STP_COLUMN_NONE)
+                continue; /* stays missing */
+            if (!stp_field_is_missing(field))
                 return bad_number(text, i, field, err);
-            continue; /* stays missing */
+            *value = (double)NAN;
         }
         if (extra > 0)
             keep_number(numbers, extra, *value);
@@ -488,13 +507,11 @@ static stp_status read_values(const stp_text *text, const char *begin, const cha
     return STP_OK;
 }
 
-stp_status stp_text_point(const stp_text *text, const char *begin, const char *end, stp_point *out,
-                          uint8_t *numbers, stp_error *err)
+void stp_text_take(const stp_text *text, const double v[STP_COLUMN_PACKED + 1], stp_point *out)
 {
-    stp_status status = STP_OK;
-    double v[STP_COLUMN_PACKED + 1] = {0.0}; /* also of columns without a meaning */
-    STP_TRY(read_values(text, begin, end, v, numbers, err));
     *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], v[STP_COLUMN_Z]}};
+    if (v[STP_COLUMN_Z] == text->no_height)
+        out->reject = STP_REJECT_INVALID;
     if (text->attributes & STP_POINT_HAS_NORMAL)
         out->normal =
             stp_unit_normal((stp_dvec3){v[STP_COLUMN_NX], v[STP_COLUMN_NY], v[STP_COLUMN_NZ]});
@@ -510,6 +527,14 @@ stp_status stp_text_point(const stp_text *text, const char *begin, const char *e
                                              text->intensity_scale);
     if (text->attributes & STP_POINT_HAS_CLASS)
         out->class_id = stp_class_of(v[STP_COLUMN_CLASS]);
-done:
+}
+
+stp_status stp_text_point(const stp_text *text, const char *begin, const char *end, stp_point *out,
+                          uint8_t *numbers, stp_error *err)
+{
+    double v[STP_COLUMN_PACKED + 1] = {0.0}; /* also of columns without a meaning */
+    const stp_status status = read_values(text, begin, end, v, numbers, err);
+    if (status == STP_OK)
+        stp_text_take(text, v, out);
     return status;
 }

@@ -14,8 +14,12 @@
  * their extent. Nobody writes x and y in metres more finely than z. If only the second number can
  * be a longitude, it is x.
  *
+ * A least z of -9999, -32767, -32768 or -99999, if all others are more than a tenth higher, is no
+ * height: such points are rejected.
+ *
  * A line with too few, too many or unreadable numbers is an error that names the line: a
- * silent loss would be found too late. Threads: one at a time. */
+ * silent loss would be found too late. A number may be missing (stp_field_is_missing): without a
+ * coordinate the point is rejected. Threads: one at a time. */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_H
 
@@ -45,9 +49,10 @@ typedef struct stp_text {
     uint32_t attributes;                                 /* STP_POINT_HAS_* of the columns */
     double colour_scale, intensity_scale, intensity_low; /* (value - low) * scale */
     stp_text_numbers numbers;
-    bool given;   /* the user named the columns */
-    bool packed;  /* colours are in one piece */
-    bool degrees; /* x and y are longitude and latitude */
+    bool given;       /* the user named the columns */
+    bool packed;      /* colours are in one piece */
+    bool degrees;     /* x and y are longitude and latitude */
+    double no_height; /* the z of points that were not measured; NaN: none */
     stp_name_list left_out;
     char order[STP_COLUMNS_MAX * STP_ATTRIBUTE_NAME_BYTES + 64]; /* all names and their origin */
     stp_scan_note notes[3];
@@ -93,5 +98,8 @@ void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_sc
  * "missing" so far; NULL: none. Errors: CORRUPT. */
 stp_status stp_text_point(const stp_text *text, const char *begin, const char *end, stp_point *out,
                           uint8_t *numbers, stp_error *err);
+
+/* The point of these numbers, by stp_column. */
+void stp_text_take(const stp_text *text, const double v[STP_COLUMN_PACKED + 1], stp_point *out);
 
 #endif

@@ -6,6 +6,7 @@
 #include <float.h>
 #include <math.h>
 #include <string.h>
+#include <strings.h>
 
 /* Longer than any number that anyone writes on purpose. */
 #define STP_FIELD_CHARS_MAX 64
@@ -144,6 +145,17 @@ bool stp_field_number(stp_separator separator, stp_field field, double *value)
             text[used++] = *at;
     }
     return stp_number_parse(text, text + used, value);
+}
+
+bool stp_field_is_missing(stp_field field)
+{
+    static const char *const words[] = {"",       "na",      "n/a", "null", "none",
+                                        "nodata", "no data", "bad", "-",    "***"};
+    const size_t length = (size_t)(field.end - field.begin);
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strlen(words[i]) == length && strncasecmp(words[i], field.begin, length) == 0)
+            return true;
+    return false;
 }
 
 static int hex_digit(char c)

@@ -5,7 +5,7 @@
  * fields. Brackets around one field alone, as `(m)`, are. A separator at the line's end begins no
  * further field. If commas do not separate, a number may have a decimal comma. Numbers may have
  * Fortran's exponents (1.5D+03) and marks of thousands (600'000.25). A line that is blank or begins
- * with # or // does not count. Threads: any.
+ * with #, //, % or ! does not count. Threads: any.
  */
 #ifndef STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
 #define STP_FORMATS_SCAN_TEXT_TEXT_LINE_H
@@ -37,6 +37,9 @@ typedef struct stp_field {
 bool stp_field_next(stp_separator separator, const char **at, const char *end, stp_field *field);
 /* Reads the whole field as a number. False if it is none. Errors of range: as stp_number_parse. */
 bool stp_field_number(stp_separator separator, stp_field field, double *value);
+
+/* Whether the field stands for a number that is missing: nothing, or a word such as n/a or null. */
+bool stp_field_is_missing(stp_field field);
 
 /* Reads a colour in one piece as 0xRRGGBB. False if it is none. Colours are
  * - #rrggbb or #rrggbbaa; if `hex` is set, without the #, too;
@@ -79,7 +82,8 @@ static inline bool stp_line_is_comment(const char *begin, const char *end)
 {
     while (begin < end && stp_is_blank(*begin))
         begin++;
-    return begin < end && (*begin == '#' || (*begin == '/' && end - begin > 1 && begin[1] == '/'));
+    return begin < end && (*begin == '#' || *begin == '%' || *begin == '!' ||
+                           (*begin == '/' && end - begin > 1 && begin[1] == '/'));
 }
 
 /* How many groups of fields in brackets follow one another. */

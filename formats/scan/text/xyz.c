@@ -2,7 +2,9 @@
 #include "formats/scan/text/xyz.h"
 
 #include "base/memory.h"
+#include "formats/scan/number.h"
 #include "formats/scan/text/text.h"
+#include "formats/scan/text/text_count.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +18,7 @@ typedef struct line_copy {
 /* The lines that can name the columns. */
 typedef struct beginning {
     line_copy comment, header, row;
+    uint64_t points, points_line; /* that a line says, after a comment with names; where; else 0 */
 } beginning;
 
 static stp_status copy_line(const stp_text *text, line_copy *copy, const char *begin,
@@ -23,11 +26,11 @@ static stp_status copy_line(const stp_text *text, line_copy *copy, const char *b
 {
     const size_t length = (size_t)(end - begin);
     if (length > sizeof copy->text)
-        return stp_error_set(err, STP_LIMIT,
-                             "%s: line %llu has %zu characters, where a header or the first point "
-                             "has at most %zu: is it the right file?",
-                             text->source.path, (unsigned long long)text->source.line, length,
-                             sizeof copy->text);
+        return stp_error_set(
+            err, STP_LIMIT,
+            "%s: line %llu has %zu characters, where a header or the first point "
+            "has at most %zu: is it the right file? (a matrix of heights: save it as TIFF)",
+            text->source.path, (unsigned long long)text->source.line, length, sizeof copy->text);
     memcpy(copy->text, begin, length);
     copy->end = copy->text + length;
     copy->line = text->source.line;
@@ -37,11 +40,7 @@ static stp_status copy_line(const stp_text *text, line_copy *copy, const char *b
 /* Whether the line names x, y and z. */
 static bool names_axes(const line_copy *copy)
 {
-    stp_columns columns;
-    for (int h = 0; copy->end && h < STP_SEPARATOR_COUNT; h++)
-        if (stp_columns_from_header(&columns, (stp_separator)h, copy->text, copy->end))
-            return true;
-    return false;
+    return copy->end && stp_comment_names_axes(copy->text, copy->end);
 }
 
 /* Copies the names in a comment; names of axes are not lost to a later one. */
@@ -49,7 +48,7 @@ static void copy_comment(const stp_text *text, line_copy *copy, const char *begi
 {
     if (names_axes(copy))
         return;
-    while (begin < end && (stp_is_blank(*begin) || *begin == '#' || *begin == '/'))
+    while (begin < end && (stp_is_blank(*begin) || strchr("#/%!", *begin)))
         begin++;
     if ((size_t)(end - begin) <= sizeof copy->text)
         (void)copy_line(text, copy, begin, end, NULL);
@@ -82,6 +81,12 @@ static stp_status read_beginning(stp_text *text, beginning *b, stp_error *err)
         if (!stp_line_counts(begin, end))
             continue;
         STP_TRY(copy_line(text, &b->row, begin, end, err));
+        if (names_axes(&b->comment) && b->points_line == 0 && stp_text_is_count(begin, end) &&
+            stp_number_parse_u64(begin, end, &b->points)) {
+            b->points_line = text->source.line;
+            b->row.end = NULL;
+            continue;
+        }
         if (has_numbers(&b->row) || ++words > WORD_LINES)
             continue;
         if (!b->header.end || (!names_axes(&b->header) &&
@@ -166,6 +171,19 @@ static bool hides_number(stp_separator separator, const line_copy *row)
     return false;
 }
 
+/* Rows of so many numbers without names are a matrix: its first three columns are no x y z. */
+static stp_status check_matrix(const stp_text *text, const line_copy *row, stp_error *err)
+{
+    const uint32_t fields = stp_fields_count(text->columns.separator, row->text, row->end).fields;
+    if (fields <= STP_COLUMNS_MAX)
+        return STP_OK;
+    return stp_error_set(err, STP_UNSUPPORTED,
+                         "%s: line %llu has %u numbers, as a matrix of heights: save heights as "
+                         "TIFF or as an ESRI ASCII grid; if they are columns of points, name those "
+                         "that count with --columns",
+                         text->source.path, (unsigned long long)row->line, fields);
+}
+
 /* Points one after another in brackets, as in JSON, are not the columns of one. A point may have
  * its place, its normal and its colour in three of them. */
 static stp_status check_brackets(const stp_text *text, const line_copy *row,
@@ -208,8 +226,10 @@ static stp_status find_columns(stp_text *text, const beginning *b, const char *l
         sample->count = sample->open_end && named < fields ? named : fields;
         STP_TRY(stp_text_sample(text, text->columns.separator, sample, err));
     }
-    if (row->end && from[0] == 'b')
+    if (row->end && from[0] == 'b') {
         STP_TRY(check_brackets(text, row, sample, err));
+        STP_TRY(check_matrix(text, row, err));
+    }
     stp_text_decide(text, sample);
     const bool named = from[0] == 't';
     if (row->end || named)
@@ -235,6 +255,10 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     STP_TRY(read_beginning(text, b, err));
     STP_TRY(find_columns(text, b, params->columns, sample, err));
     STP_TRY(stp_text_count(text, &count, err));
+    if (count < b->points) {
+        status = stp_text_few_lines(text, b->points_line, b->points, count, err);
+        goto done;
+    }
     stp_text_rewind(text);
     stp_text_fill_info(text, sample, info);
     info->format = "XYZ text";
