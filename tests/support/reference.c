@@ -261,10 +261,12 @@ static reference_pixel pull_pixel(const reference_pyramid *pyramid, int level, i
     m.count = 0;
     for (int k = 0; k < 4; k++)
         meet(pyramid, finer, level - 1, 2 * i + (k & 1), 2 * j + (k >> 1), u, v, 1.0, &m);
+    for (int k = 0; k < m.count && pyramid->filter == REFERENCE_BOX; k++)
+        m.q[k] = m.pixels[k].radius > 0.0 ? 0.0 : INFINITY; /* a box only asks for a radius */
     if (pyramid->filter >= REFERENCE_TEMPLATE3)
         keep_carried(pyramid, level - 1, &m);
-    else /* a box only asks for an ellipse */
-        keep_reaching(&m, pyramid->filter == REFERENCE_GAUSS ? 1.0 : 1e300);
+    else
+        keep_reaching(&m, 1.0);
     if (m.count == 0)
         return (reference_pixel){0};
     const reference_pixel front = *front_of(&m);
@@ -292,23 +294,25 @@ void reference_pull(reference_pyramid *pyramid)
 
 /* ---- push ---- */
 
-/* How large q may be. If three or four pixels, not all of one disc, lie around the place and none
- * reaches it: the q of the nearest. Otherwise: 1. */
+/* How large q may be. If three or four pixels of finite q, not all of one disc, lie around the
+ * place and none reaches it: the q of the nearest. Otherwise: 1. */
 static double push_reach(const reference_pyramid *pyramid, const meeting *m)
 {
     double least = INFINITY, apart = 0.0;
+    int around = 0;
     const reference_pixel *nearest = NULL;
     for (int k = 0; k < m->count; k++) {
         const reference_pixel *p = &m->pixels[k];
         nearest = m->q[k] < least ? p : nearest;
         least = fmin(least, m->q[k]);
+        around += isfinite(m->q[k]) ? 1 : 0;
         apart = fmax(apart, hypot(p->dx - m->pixels[0].dx, p->dy - m->pixels[0].dy));
         if (reference_is_line(p))
             return 1.0;
     }
     if (!(apart > SAME_PX))
         return 1.0;
-    double most = m->count == 4 ? GAP_Q_4 : m->count == 3 ? GAP_Q_3 : 1.0;
+    double most = around == 4 ? GAP_Q_4 : around == 3 ? GAP_Q_3 : 1.0;
     most = nearest ? reference_gap(pyramid, nearest, most) : most;
     return least > 1.0 && least <= most ? least : 1.0;
 }

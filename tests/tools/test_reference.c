@@ -356,6 +356,36 @@ static void pulled_radii(void **state)
     reference_destroy(&p);
 }
 
+/* Four discs around pixel (1, 1) of 4 x 4, the nearest with q = 2.7 there: a gap. If the plane of
+ * one meets the pixel's ray behind the eye, only three lie around it, which reach as far as q = 2.
+ */
+static void gaps(void **state)
+{
+    (void)state;
+    const double f = 100.0, depth = 2.0, unit = depth / f;
+    stp_view view = check_view(4, 4, f, false);
+    reference_disc discs[4];
+    for (int k = 0; k < 4; k++) {
+        double x = k & 1 ? 3.9 : 0.05, y = k & 2 ? 3.9 : 0.05;
+        discs[k] = disc_at((x - 2.0) * unit, (y - 2.0) * unit, depth, unit);
+    }
+    for (int behind = 0; behind < 2; behind++) {
+        reference_pyramid p;
+        if (behind) {
+            discs[3].normal = stp_dvec3_normalize((stp_dvec3){-0.7, -0.7, -0.02});
+            discs[3].radius = 100.0 * unit;
+        }
+        check_ok(reference_create(&p, &view, REFERENCE_BOX, 1, err));
+        reference_project(&p, discs, 4);
+        reference_pull(&p);
+        reference_push(&p);
+        for (int k = 0; k < 4; k++)
+            assert_int_not_equal(p.levels[1].finished[k].tag, 0);
+        assert_int_equal(at(&p, 1, 1)->tag != 0, !behind);
+        reference_destroy(&p);
+    }
+}
+
 /* Averaged values must name their pyramid level; measured pixels have 0. */
 static void source_levels(void **state)
 {
@@ -414,6 +444,7 @@ int main(void)
         cmocka_unit_test(sides),
         cmocka_unit_test(odd_viewports_and_odd_discs),
         cmocka_unit_test(pulled_radii),
+        cmocka_unit_test(gaps),
         cmocka_unit_test(source_levels),
         cmocka_unit_test(shading),
     };
