@@ -155,6 +155,20 @@ stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs,
     return out;
 }
 
+stp_error_bounds stp_merge_bound_error(const stp_disc *merged, const stp_disc *discs,
+                                       unsigned count)
+{
+    stp_merge_lanes lanes;
+    double carried = 0.0;
+    assert(count > 0 && count <= STP_MERGED_MOST);
+    fill_lanes(merged, discs, count, &lanes);
+    for (unsigned i = 0; i < count; i++)
+        carried = stp_max(carried, discs[i].error);
+    const stp_merge_heights h = stp_merge_lanes_heights(&lanes, merged->normal, merged->radius);
+    const double low = stp_max(carried, stp_max(h.high, -h.low));
+    return (stp_error_bounds){low, stp_max(low, h.off + carried)};
+}
+
 double stp_colour_variation(const stp_disc *merged, const stp_disc *finest,
                             const uint8_t counts[STP_LEVEL_COUNT], int level)
 {
