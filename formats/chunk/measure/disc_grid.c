@@ -22,6 +22,7 @@
 /* Errors of floats: in coordinates, grid units, and the factor in squared distances. */
 #define FLOAT_SLACK 0x1p-21f
 #define REACH_SLACK 1.0001f
+#define FAR 1e18f /* its square is a float, too */
 
 typedef struct cell {
     int at[3];
@@ -220,12 +221,14 @@ stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, cons
                        .carry = carry,
                        .carry_around = around ? around->carry : NULL};
     g.count = g.own_count + (around ? around->count : 0);
-    stp_status status = stp_alloc_unset(&g.numbers, g.count, sizeof *g.numbers, "discs", err);
+    stp_status status =
+        stp_alloc_unset(&g.numbers, (size_t)g.count + 1, sizeof *g.numbers, "discs", err);
     if (status == STP_OK)
         status = stp_alloc_unset(&g.patch_of, g.own_count, sizeof *g.patch_of, "discs", err);
     if (status == STP_OK) {
         choose_scale(&g);
         take_discs(&g);
+        g.numbers[g.count] = (stp_lane_disc){{FAR, FAR, FAR}};
     }
     *out = g;
     return status;
