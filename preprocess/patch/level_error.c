@@ -12,6 +12,12 @@ static const stp_disc *under(const stp_level_discs *d, unsigned index, unsigned 
     return &d->finest[first];
 }
 
+/* What the code holds that an error is rounded up to. */
+static double held(double error, int exponent)
+{
+    return stp_error_decode(stp_error_encode(error, exponent), exponent);
+}
+
 double stp_level_error(const stp_level_discs *d, unsigned from, unsigned to, int exponent,
                        double worst)
 {
@@ -23,10 +29,14 @@ double stp_level_error(const stp_level_discs *d, unsigned from, unsigned to, int
         worst = stp_max(worst, e.low);
         high[i] = e.high;
     }
+    double most = held(worst, exponent);
     for (unsigned i = from; i < to; i++) {
         const stp_disc *finest = under(d, i, &count);
-        if (high[i] > stp_error_decode(stp_error_encode(worst, exponent), exponent))
-            worst = stp_max(worst, stp_merge_measure(&d->merged[i], finest, count).error);
+        // cppcheck-suppress uninitvar ; the loop above has set it
+        if (high[i] <= most)
+            continue;
+        worst = stp_merge_measure_rim(&d->merged[i], finest, count, worst);
+        most = held(worst, exponent);
     }
     return worst;
 }

@@ -224,6 +224,7 @@ static uint32_t answered(const stp_disc_grid *g, const stp_disc_rows *rows, cons
 {
     stp_over over = {STP_OVER_COST, {0}, (float)(error * g->scale), 0.0f, 0, 0};
     stp_paired_lanes lanes;
+    stp_disc_steps steps;
     stp_dvec3 points[STP_DISC_POINTS];
     float value[STP_DISC_LANES];
     const vec3s n = stp_dvec3_to_float(disc->normal);
@@ -240,7 +241,8 @@ static uint32_t answered(const stp_disc_grid *g, const stp_disc_rows *rows, cons
         const float x[3] = {lanes.point[0][i], lanes.point[1][i], lanes.point[2][i]};
         *least |= (least_of_all(g, x, &over) <= limit ? 1u : 0u) << i;
     }
-    return ~stp_disc_rows_above(rows, &over, limit, &lanes, value);
+    stp_disc_rows_steps(rows, over.normal, &steps);
+    return ~stp_disc_rows_above(rows, &steps, &over, limit, &lanes, value);
 }
 
 /* Nearly all points whose cost over some disc is small are paired with such a disc, also on slopes,

@@ -116,6 +116,7 @@ static void merged_discs(void **state)
         const stp_merge_error should = expected(&merged, discs, count);
         const stp_error_bounds bounds = stp_merge_bound_error(&merged, discs, count);
         check_near(is.error, should.error, 1e-9);
+        check_near(stp_merge_measure_rim(&merged, discs, count, bounds.low), should.error, 1e-9);
         assert_true(bounds.low <= should.error + 1e-9 && should.error <= bounds.high + 1e-9);
         check_near(is.least_error, should.least_error, 1e-9);
         check_near(is.low, should.low, 1e-9);

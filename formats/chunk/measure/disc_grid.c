@@ -54,14 +54,22 @@ static stp_carry carry_of(const stp_disc_grid *g, uint32_t disc)
 /* At least the greatest coordinate of a rim of the patch's level-0 discs. */
 static double extent_of_patch(const stp_patch *patch, const stp_sample *samples)
 {
+    uint16_t low[3] = {UINT16_MAX, UINT16_MAX, UINT16_MAX}, high[3] = {0, 0, 0};
     int64_t greatest = 0;
     uint8_t radius = 0;
     for (unsigned i = 0; i < patch->counts[0]; i++) {
         radius = samples[i].radius > radius ? samples[i].radius : radius;
         for (int a = 0; a < 3; a++) {
-            int64_t at = llabs((int64_t)patch->origin[a] + samples[i].position[a]);
-            greatest = at > greatest ? at : greatest;
+            const uint16_t at = samples[i].position[a];
+            low[a] = at < low[a] ? at : low[a];
+            high[a] = at > high[a] ? at : high[a];
         }
+    }
+    for (int a = 0; a < 3; a++) {
+        const int64_t from = llabs((int64_t)patch->origin[a] + low[a]);
+        const int64_t to = llabs((int64_t)patch->origin[a] + high[a]);
+        greatest = from > greatest ? from : greatest;
+        greatest = to > greatest ? to : greatest;
     }
     return ldexp((double)greatest, patch->exponent) + stp_radius_decode(radius, patch->exponent);
 }

@@ -162,6 +162,7 @@ void stp_lane_discs_tell(const stp_lane_disc *discs, const uint32_t index[STP_LA
     }
 }
 
+STP_WIDE
 void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],
                              float radius)
 {

@@ -41,12 +41,17 @@
 /* The cosine of the steepest disc under which holes are looked for. */
 #define LEVEL_LEAST 0.1
 
+static inline float nearest_whole(float x)
+{
+    return (x + WHOLE_ADDED) - WHOLE_ADDED;
+}
+
 /* The place of a disc. False if it is off its place. */
 static bool find_place(const stp_disc_rows *r, const float centre[3], int out[2])
 {
     for (int a = 0; a < 2; a++) {
         const float at = (centre[a] - r->first[a]) * r->inverse[a];
-        const float whole = (at + WHOLE_ADDED) - WHOLE_ADDED;
+        const float whole = nearest_whole(at);
         if (!(fabsf(at - whole) <= OFF_MOST) || fabsf(at) >= WHOLE_MOST)
             return false;
         out[a] = (int)whole;
@@ -84,22 +89,53 @@ static bool is_empty(const stp_disc_rows *r, size_t place)
     return r->disc[place] == r->none;
 }
 
+/* Finds the places of STEP discs; less than 0: beyond the rows. False if one is off its place. */
+STP_WIDE
+static bool find_places(const stp_disc_rows *r, const stp_lane_disc discs[STEP],
+                        int32_t place[STEP])
+{
+    const float most[2] = {(float)(r->columns - 1), (float)(r->rows - 1)};
+    const float first[2] = {r->first[0], r->first[1]}, inverse[2] = {r->inverse[0], r->inverse[1]};
+    const int columns = r->columns;
+    float centre[2][STEP];
+    int off = 0;
+    for (int i = 0; i < STEP; i++)
+        for (int a = 0; a < 2; a++)
+            centre[a][i] = discs[i].numbers[a];
+    for (int i = 0; i < STEP; i++) {
+        const float x = (centre[0][i] - first[0]) * inverse[0];
+        const float y = (centre[1][i] - first[1]) * inverse[1];
+        const float column = nearest_whole(x), row = nearest_whole(y);
+        const float in[2] = {fminf(fmaxf(column, 0.0f), most[0]), fminf(fmaxf(row, 0.0f), most[1])};
+        const int at = (int)in[1] * columns + (int)in[0];
+        off |= (fabsf(x - column) > OFF_MOST) | (fabsf(x) >= WHOLE_MOST);
+        off |= (fabsf(y - row) > OFF_MOST) | (fabsf(y) >= WHOLE_MOST);
+        place[i] = (in[0] == column) & (in[1] == row) ? at : -1;
+    }
+    return off == 0;
+}
+
 /* Puts all discs into their places. False if two have one place, or one is off. */
 static bool put_discs(stp_disc_rows *r, const stp_disc_grid *g)
 {
     const size_t places = (size_t)r->columns * (size_t)r->rows;
     for (size_t i = 0; i < places; i++)
         r->disc[i] = r->none;
-    for (uint32_t d = 0; d < g->count; d++) {
-        int at[2];
-        if (!find_place(r, g->numbers[d].numbers, at))
+    for (uint32_t d = 0; d < g->count; d += STEP) {
+        const uint32_t left = g->count - d, count = left < STEP ? left : STEP;
+        stp_lane_disc last[STEP];
+        int32_t place[STEP];
+        for (uint32_t i = 0; left < STEP && i < STEP; i++)
+            last[i] = g->numbers[d + (i < left ? i : 0)];
+        if (!find_places(r, left < STEP ? last : &g->numbers[d], place))
             return false;
-        if (at[0] < 0 || at[1] < 0 || at[0] >= r->columns || at[1] >= r->rows)
-            continue;
-        const size_t place = (size_t)at[1] * (size_t)r->columns + (size_t)at[0];
-        if (!is_empty(r, place))
-            return false;
-        r->disc[place] = d;
+        for (uint32_t i = 0; i < count; i++) {
+            if (place[i] < 0)
+                continue;
+            if (!is_empty(r, (size_t)place[i]))
+                return false;
+            r->disc[place[i]] = d + i;
+        }
     }
     return true;
 }
@@ -159,9 +195,9 @@ static stp_status find_holes(stp_disc_rows *r, stp_error *err)
     for (int row = 0; row < r->rows; row++) {
         uint8_t *away = r->away + (size_t)row * columns;
         sweep_along(away, r->columns);
+        uint8_t *hollow = hollow_at(r, 0, row);
         for (int i = 0; i < r->columns; i++)
-            *hollow_at(r, i, row) =
-                away[i] > *hollow_at(r, i, row) ? away[i] : *hollow_at(r, i, row);
+            hollow[i / SQUARE] = away[i] > hollow[i / SQUARE] ? away[i] : hollow[i / SQUARE];
     }
 done:
     return status;
@@ -296,13 +332,6 @@ float stp_disc_rows_least(const stp_disc_rows *r, const float x[3], const stp_ov
     return found;
 }
 
-/* Two short steps between places that span all of them. */
-typedef struct steps {
-    float by[2][2];       /* columns and rows of each */
-    float inverse[2][2];  /* how many of each a column and a row are */
-    int32_t around[STEP]; /* ways to the places one step of any kind away */
-} steps;
-
 /* A step's columns and rows are this long, and rise so much, in grid units. */
 typedef struct slope {
     float side[2], rise[2];
@@ -316,14 +345,8 @@ static float product(const slope *s, const float a[2], const float b[2])
     return a[0] * b[0] * s->side[0] * s->side[0] + a[1] * b[1] * s->side[1] * s->side[1] + up;
 }
 
-static inline float nearest_whole(float x)
-{
-    return (x + WHOLE_ADDED) - WHOLE_ADDED;
-}
-
-/* Finds short steps on a slope that has this normal: takes from the longer step as many shorter
- * ones as shorten it (Lagrange). */
-static void find_steps(const stp_disc_rows *r, const float normal[3], steps *out)
+/* Takes from the longer step as many shorter ones as shorten it (Lagrange). */
+void stp_disc_rows_steps(const stp_disc_rows *r, const float normal[3], stp_disc_steps *out)
 {
     const float up = fmaxf(fabsf(normal[2]), STEEPEST);
     const slope s = {{r->side[0], r->side[1]},
@@ -340,7 +363,7 @@ static void find_steps(const stp_disc_rows *r, const float normal[3], steps *out
     const float turn = step[0][0] * step[1][1] - step[0][1] * step[1][0]; /* 1 or -1 */
     const int one = (int)step[0][0] + (int)step[0][1] * r->columns;
     const int other = (int)step[1][0] + (int)step[1][1] * r->columns;
-    *out = (steps){
+    *out = (stp_disc_steps){
         .by = {{step[0][0], step[0][1]}, {step[1][0], step[1][1]}},
         .inverse = {{turn * step[1][1], -turn * step[1][0]},
                     {-turn * step[0][1], turn * step[0][0]}},
@@ -348,7 +371,7 @@ static void find_steps(const stp_disc_rows *r, const float normal[3], steps *out
 }
 
 /* Pairs points with the discs of the places that they are nearest to. */
-static inline void take_nearest(const stp_disc_rows *r, const steps *s,
+static inline void take_nearest(const stp_disc_rows *r, const stp_disc_steps *s,
                                 int32_t place[STP_DISC_LANES], stp_paired_lanes *lanes)
 {
     const float most[2] = {(float)(r->columns - 1), (float)(r->rows - 1)};
@@ -369,7 +392,7 @@ static inline void take_nearest(const stp_disc_rows *r, const steps *s,
 }
 
 /* The least cost of a point over the discs around its own, one or both steps away. */
-static inline float least_around(const stp_disc_rows *r, const steps *s, int32_t place,
+static inline float least_around(const stp_disc_rows *r, const stp_disc_steps *s, int32_t place,
                                  const float point[3], const stp_over *over)
 {
     const int32_t last = r->columns * r->rows - 1;
@@ -390,18 +413,17 @@ static inline float least_around(const stp_disc_rows *r, const steps *s, int32_t
 }
 
 STP_WIDE
-uint32_t stp_disc_rows_above(const stp_disc_rows *r, const stp_over *over, float limit,
-                             stp_paired_lanes *lanes, float value[STP_DISC_LANES])
+uint32_t stp_disc_rows_above(const stp_disc_rows *r, const stp_disc_steps *steps,
+                             const stp_over *over, float limit, stp_paired_lanes *lanes,
+                             float value[STP_DISC_LANES])
 {
-    steps s;
     int32_t place[STP_DISC_LANES];
-    find_steps(r, over->normal, &s);
-    take_nearest(r, &s, place, lanes);
+    take_nearest(r, steps, place, lanes);
     const uint32_t above = stp_paired_lanes_above(lanes, over, limit, value) & POINTS;
     for (uint32_t left = above; left; left &= left - 1) {
         const int i = __builtin_ctz(left);
         const float point[3] = {lanes->point[0][i], lanes->point[1][i], lanes->point[2][i]};
-        value[i] = fminf(value[i], least_around(r, &s, place[i], point, over));
+        value[i] = fminf(value[i], least_around(r, steps, place[i], point, over));
     }
     uint32_t still = 0;
     for (unsigned i = 0; i < STP_DISC_POINTS; i++)

@@ -42,11 +42,22 @@ void stp_disc_rows_clear(stp_disc_rows *rows);
 float stp_disc_rows_least(const stp_disc_rows *rows, const float x[3], const stp_over *over,
                           float stop, uint32_t *disc);
 
+/* Two short steps between places that span all of them. */
+typedef struct stp_disc_steps {
+    float by[2][2];                /* columns and rows of each */
+    float inverse[2][2];           /* how many of each a column and a row are */
+    int32_t around[STP_LANE_STEP]; /* ways to the places one step of any kind away */
+} stp_disc_steps;
+
+/* Finds short steps on a slope that has this normal. */
+void stp_disc_rows_steps(const stp_disc_rows *rows, const float normal[3], stp_disc_steps *out);
+
 /* Sets value[] to the cost of each point of a merged disc over a disc near it, or over the best one
- * of some discs about it. Returns a bit for each of the points, STP_DISC_POINTS, whose cost exceeds
- * `limit`. */
-uint32_t stp_disc_rows_above(const stp_disc_rows *rows, const stp_over *over, float limit,
-                             stp_paired_lanes *lanes, float value[STP_DISC_LANES]);
+ * of some discs about it. steps: of the slope that the points lie on. Returns a bit for each of the
+ * points, STP_DISC_POINTS, whose cost exceeds `limit`. */
+uint32_t stp_disc_rows_above(const stp_disc_rows *rows, const stp_disc_steps *steps,
+                             const stp_over *over, float limit, stp_paired_lanes *lanes,
+                             float value[STP_DISC_LANES]);
 
 /* Finds the place under a disc, at most 32 columns and rows from its centre, that is farthest from
  * all discs of the rows, if a hole of three columns and rows or more is there. Sets *out, the

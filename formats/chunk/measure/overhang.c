@@ -39,6 +39,7 @@ typedef struct measure {
     const stp_disc_grid *grid;
     const stp_disc_hints *hints;
     const stp_disc_rows *rows; /* of a check: none */
+    stp_disc_steps steps;      /* of the patch, if there are rows */
     const stp_patch *patch;
     double sine; /* of the patch's cone angle gamma: the rule never takes sin(alpha) for less */
     bool check;
@@ -236,7 +237,7 @@ static uint32_t unanswered(const measure *m, const stp_disc *disc, double slack,
     const float limit = (float)(m->greatest - slack);
     stp_paired_lanes_points(lanes, centre, axes, (float)disc->radius);
     if (m->rows->columns > 0)
-        return points & stp_disc_rows_above(m->rows, &over, limit, lanes, told);
+        return points & stp_disc_rows_above(m->rows, &m->steps, &over, limit, lanes, told);
     stp_disc_hints_pair(m->hints, lanes);
     return points & stp_paired_lanes_above(lanes, &over, limit, told);
 }
@@ -341,6 +342,8 @@ static void take_patch(measure *m, const stp_patch *patch)
 {
     m->patch = patch;
     m->sine = sin(stp_min(M_PI_2, stp_cone_angle_decode(patch->cone_angle)));
+    if (m->rows->columns > 0)
+        stp_disc_rows_steps(m->rows, stp_normal_decode(patch->cone_axis).raw, &m->steps);
 }
 
 /* All samples of quarter q at a level. */

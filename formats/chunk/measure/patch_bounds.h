@@ -83,6 +83,9 @@ typedef struct stp_error_bounds {
 } stp_error_bounds;
 stp_error_bounds stp_merge_bound_error(const stp_disc *merged, const stp_disc *discs,
                                        unsigned count);
+/* rim, or `least` if that is more. */
+double stp_merge_measure_rim(const stp_disc *merged, const stp_disc *discs, unsigned count,
+                             double least);
 
 /* How much colour a level of a patch averages away, 0 to 255. For each channel: the root of the
  * mean square, over the level-0 samples, of the difference from the merged sample above. Returns
