@@ -5,6 +5,7 @@
 #include "formats/chunk/sample/normal_grid.h"
 #include "formats/chunk/sample/sublattice.h"
 #include "preprocess/patch/left_out.h"
+#include "preprocess/patch/level_error.h"
 #include "preprocess/patch/merged_radius.h"
 #include "preprocess/patch/partition.h"
 
@@ -373,14 +374,13 @@ static void limit_to_samples(builder *b, int level, unsigned begin, unsigned end
     disc->radius = radius_below(b, disc->radius);
 }
 
-/* Merges the samples [from, to) of a level from the finer level. Returns their worst errors. */
-static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigned to, int lattice)
+/* Merges the samples [from, to) of a level from the finer level. */
+static void merge_level(builder *b, int level, unsigned from, unsigned to, int lattice)
 {
     unsigned finer_count = b->patch->counts[level - 1];
     unsigned count = b->patch->counts[level];
     const spacing on = spacing_of(b, lattice);
     const double step = b->ground->grid ? height_step(b, level, lattice) : 0.0;
-    stp_merge_error worst = {0};
     for (unsigned j = from; j < to; j++) {
         unsigned begin = stp_level_children_begin(j, count, finer_count);
         unsigned end = stp_level_children_begin(j + 1, count, finer_count);
@@ -395,15 +395,8 @@ static stp_merge_error merge_level(builder *b, int level, unsigned from, unsigne
         limit_to_samples(b, level, begin, end, lattice, &disc);
         b->places[level][j] = disc.centre;
         store(b, level, j, &disc, on, like);
-        unsigned first = stp_covered_begin(b->patch->counts, level, j, 0);
-        unsigned last = stp_covered_begin(b->patch->counts, level, j + 1, 0);
         b->areas[level][j] = area;
-        stp_merge_error e =
-            stp_merge_measure(&b->discs[level][j], &b->discs[0][first], last - first);
-        worst.error = stp_max(worst.error, e.error);
-        b->total = e;
     }
-    return worst;
 }
 
 /* Sets the cone of normals, and the bounding sphere of every disc and what it stands for. Its
@@ -508,27 +501,20 @@ static void fill_vertex(const builder *b, int lattice, stp_item *vertex)
                          .normal = {sample->normal[0], sample->normal[1], sample->normal[2]}};
 }
 
-static stp_merge_error worse(stp_merge_error a, stp_merge_error b)
+/* Worst error of level-0 samples [begin, end): what items carry (inner chunks), or the quantisation
+ * error (points). */
+static double item_error(const builder *b, unsigned begin, unsigned end)
 {
-    a.error = stp_max(a.error, b.error);
-    return a;
-}
-
-/* Errors of level-0 samples [begin, end): those that items carry (inner chunks), or the
- * quantisation error (points). */
-static stp_merge_error item_errors(const builder *b, unsigned begin, unsigned end)
-{
-    stp_merge_error worst = {.error =
-                                 ldexp(stp_sublattice_reach(b->sublattice), b->patch->exponent)};
+    double worst = ldexp(stp_sublattice_reach(b->sublattice), b->patch->exponent);
     for (unsigned i = begin; i < end; i++)
-        worst.error = stp_max(worst.error, b->discs[0][i].error);
+        worst = stp_max(worst, b->discs[0][i].error);
     return worst;
 }
 
-static uint8_t error_code(const builder *b, int level, stp_merge_error worst)
+static uint8_t error_code(const builder *b, int level, double error)
 {
     const bool rough = level > 0 && b->ground->grid && b->ground->grid->spreads;
-    const uint8_t code = stp_error_encode(worst.error, b->patch->exponent);
+    const uint8_t code = stp_error_encode(error, b->patch->exponent);
     return rough ? stp_rough_error(code) : code;
 }
 
@@ -549,24 +535,28 @@ static void merge_levels(builder *b, int vertex_lattice)
 {
     stp_patch *patch = b->patch;
     const uint8_t *counts = patch->counts;
-    stp_merge_error worst[3] = {{0}};
+    double worst[3] = {0.0};
     for (int level = 1; level < STP_LEVEL_COUNT; level++)
         patch->counts[level] = (uint8_t)stp_level_count_above(patch->counts[level - 1]);
     for (unsigned q = 0; q < counts[2]; q++) {
-        stp_merge_error e =
-            item_errors(b, stp_quarter_begin(counts, 0, q), stp_quarter_begin(counts, 0, q + 1));
-        worst[0] = worse(worst[0], e);
+        double e =
+            item_error(b, stp_quarter_begin(counts, 0, q), stp_quarter_begin(counts, 0, q + 1));
+        worst[0] = stp_max(worst[0], e);
         for (int level = 1; level <= 2; level++) {
             unsigned from = stp_quarter_begin(counts, level, q);
             unsigned to = stp_quarter_begin(counts, level, q + 1);
-            e = worse(e, merge_level(b, level, from, to, patch->exponent));
+            merge_level(b, level, from, to, patch->exponent);
+            const stp_level_discs discs = {b->discs[0], b->discs[level], counts, level};
+            e = stp_level_error(&discs, from, to, patch->exponent, e);
             patch->quarter_error[level - 1][q] = error_code(b, level, e);
-            worst[level] = worse(worst[level], e);
+            worst[level] = stp_max(worst[level], e);
         }
     }
     for (int level = 0; level <= 2; level++)
         patch->error[level] = error_code(b, level, worst[level]);
-    patch->error[3] = error_code(b, 3, worse(worst[2], merge_level(b, 3, 0, 1, vertex_lattice)));
+    merge_level(b, 3, 0, 1, vertex_lattice);
+    b->total = stp_merge_measure(b->discs[3], b->discs[0], counts[0]);
+    patch->error[3] = error_code(b, 3, stp_max(worst[2], b->total.error));
     store_variations(b);
     if (b->beside_holes)
         stp_left_out_store(patch, (const stp_disc(*)[STP_PATCH_SAMPLES])b->discs, b->spreads);

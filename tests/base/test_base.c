@@ -8,6 +8,7 @@
 #include "base/pool.h"
 #include "base/progress.h"
 #include "base/random.h"
+#include "base/sort.h"
 #include "base/vec.h"
 
 #include <setjmp.h>
@@ -334,11 +335,43 @@ static void test_endings(void **state)
     assert_false(stp_path_ends_in("az", ".laz"));
 }
 
+static int compare_doubles(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Of all orders of values, and of those that divide badly. */
+static void test_sort(void **state)
+{
+    enum { MOST = 3000, KINDS = 7 };
+    static double values[MOST], sorted[MOST];
+    (void)state;
+    for (size_t count = 0; count <= MOST; count += 1 + count / 3)
+        for (int kind = 0; kind < KINDS; kind++) {
+            for (size_t i = 0; i < count; i++) {
+                const double random = stp_random_unit((uint64_t)kind, i);
+                const double all[KINDS] = {random,
+                                           floor(4.0 * random),
+                                           1.0,
+                                           (double)i,
+                                           -(double)i,
+                                           (double)(i < count / 2 ? i : count - i),
+                                           (double)(i % 2 ? i : count)};
+                values[i] = sorted[i] = all[kind];
+            }
+            qsort(sorted, count, sizeof *sorted, compare_doubles);
+            stp_sort_doubles(values, count);
+            assert_memory_equal(values, sorted, count * sizeof *values);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_error_texts),
         cmocka_unit_test(test_error_truncates),
+        cmocka_unit_test(test_sort),
         cmocka_unit_test(test_checked),
         cmocka_unit_test(test_alloc),
         cmocka_unit_test(test_grow),

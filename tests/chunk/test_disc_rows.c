@@ -33,6 +33,11 @@ static double steep(double column, double row)
     return 6.0 * waves(column, row);
 }
 
+static double aslant(double column, double row)
+{
+    return 2.0 * (8.0 * column - 5.0 * row) + 0.1 * waves(column, row);
+}
+
 static double steps(double column, double row)
 {
     return waves(column, row) + 15.0 * ((int)(column / 11.0) + (int)(row / 13.0));
@@ -208,7 +213,73 @@ static void rows_find_the_least_cost(void **state)
     check(waves, 0.4, 0.0, POINTS * 3 / 4);
     check(waves, 2.0, 0.3, POINTS / 4);
     check(steep, 0.5, 0.1, POINTS / 8);
+    check(aslant, 1.0, 0.0, 0);
     check(steps, 0.1, 0.5, 0);
+}
+
+/* Whether each point of a disc is answered by the disc that it is paired with; as bits. least: by
+ * the disc of least cost. */
+static uint32_t answered(const stp_disc_grid *g, const stp_disc_rows *rows, const stp_disc *disc,
+                         double error, float limit, uint32_t *least)
+{
+    stp_over over = {STP_OVER_COST, {0}, (float)(error * g->scale), 0.0f, 0, 0};
+    stp_paired_lanes lanes;
+    stp_disc_steps steps;
+    stp_dvec3 points[STP_DISC_POINTS];
+    float value[STP_DISC_LANES];
+    const vec3s n = stp_dvec3_to_float(disc->normal);
+    const unsigned count = stp_disc_points(disc, points);
+    memcpy(over.normal, n.raw, sizeof over.normal);
+    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
+        const stp_dvec3 x = stp_dvec3_scale(points[i < count ? i : 0], g->scale);
+        lanes.point[0][i] = (float)x.x;
+        lanes.point[1][i] = (float)x.y;
+        lanes.point[2][i] = (float)x.z;
+    }
+    *least = 0;
+    for (unsigned i = 0; i < count; i++) {
+        const float x[3] = {lanes.point[0][i], lanes.point[1][i], lanes.point[2][i]};
+        *least |= (least_of_all(g, x, &over) <= limit ? 1u : 0u) << i;
+    }
+    stp_disc_rows_steps(rows, over.normal, &steps);
+    return ~stp_disc_rows_above(rows, &steps, &over, limit, &lanes, value);
+}
+
+/* Nearly all points whose cost over some disc is small are paired with such a disc, also on slopes,
+ * where it stands in another column and row. */
+static void points_are_paired_with_discs_beside_them(void **state)
+{
+    surface *const surfaces[] = {flat, waves, steep, aslant};
+    (void)state;
+    for (size_t s = 0; s < sizeof surfaces / sizeof *surfaces; s++) {
+        stp_chunk *chunk = make_chunk(surfaces[s], 0.0, 0.0, false);
+        stp_disc_grid grid;
+        stp_disc_rows rows;
+        int could = 0, are = 0;
+        assert_int_equal(stp_disc_grid_create(&grid, chunk, NULL, NULL, NULL), STP_OK);
+        assert_int_equal(stp_disc_grid_fill(&grid, NULL), STP_OK);
+        assert_int_equal(stp_disc_rows_create(&rows, &grid, NULL), STP_OK);
+        const float limit = 0.05f * (float)grid.radius;
+        for (uint32_t p = 0; p < chunk->patch_count; p++)
+            for (int l = 1; l <= 2; l++)
+                for (uint32_t i = 0; i < chunk->patches[p].counts[l]; i++) {
+                    const stp_disc disc = stp_disc_from_sample(
+                        &chunk->samples[l][chunk->level_begin[l][p] + i], &chunk->patches[p]);
+                    const stp_patch *patch = &chunk->patches[p];
+                    const double error = stp_error_decode(patch->error[l], patch->exponent);
+                    uint32_t least;
+                    const uint32_t paired = answered(&grid, &rows, &disc, error, limit, &least);
+                    assert_int_equal(paired & ~least & ((1u << STP_DISC_POINTS) - 1), 0);
+                    could += __builtin_popcount(least);
+                    are += __builtin_popcount(least & paired);
+                }
+        print_message("%d of %d points\n", are, could);
+        assert_true(could > 5000);
+        assert_true(are > 0.9 * could);
+        stp_disc_rows_clear(&rows);
+        stp_disc_grid_clear(&grid);
+        stp_chunk_destroy(&chunk);
+    }
 }
 
 /* Checks all places of the grid under a merged disc. Returns how many are far from all discs. */
@@ -296,6 +367,7 @@ static void other_discs_are_in_no_rows(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(rows_find_the_least_cost),
+                                       cmocka_unit_test(points_are_paired_with_discs_beside_them),
                                        cmocka_unit_test(holes_under_discs_are_measured),
                                        cmocka_unit_test(other_discs_are_in_no_rows)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -2,6 +2,7 @@
  * patch_bounds.h, disc by disc and point by point. */
 #include "base/random.h"
 #include "formats/chunk/measure/patch_bounds.h"
+#include "preprocess/patch/level_error.h"
 #include "tests/support/check.h"
 
 enum { CASES = 4000, MOST = 64 };
@@ -113,7 +114,10 @@ static void merged_discs(void **state)
         make(&next, i / MOST % 16, count, &merged, discs);
         const stp_merge_error is = stp_merge_measure(&merged, discs, count);
         const stp_merge_error should = expected(&merged, discs, count);
+        const stp_error_bounds bounds = stp_merge_bound_error(&merged, discs, count);
         check_near(is.error, should.error, 1e-9);
+        check_near(stp_merge_measure_rim(&merged, discs, count, bounds.low), should.error, 1e-9);
+        assert_true(bounds.low <= should.error + 1e-9 && should.error <= bounds.high + 1e-9);
         check_near(is.least_error, should.least_error, 1e-9);
         check_near(is.low, should.low, 1e-9);
         check_near(is.high, should.high, 1e-9);
@@ -123,8 +127,43 @@ static void merged_discs(void **state)
     }
 }
 
+/* Errors of levels have the codes that they would have if all discs were measured. */
+static void levels_round_to_the_same_code(void **state)
+{
+    static const uint8_t counts[STP_LEVEL_COUNT] = {64, 16, 4, 1};
+    (void)state;
+    uint64_t next = 0;
+    int within = 0; /* cases in which no disc need be measured */
+    for (unsigned i = 0; i < CASES; i++) {
+        const int level = 1 + (int)(i % 2), exponent = -10;
+        const unsigned share = 64u / counts[level];
+        stp_disc merged[16], finest[64];
+        for (unsigned j = 0; j < 64 / share; j++) {
+            make(&next, i % 2, share, &merged[j], &finest[share * j]);
+            if (i % 3 == 0) /* level ground: rims lie on the discs' planes */
+                for (unsigned k = 0; k < share; k++)
+                    finest[share * j + k].normal = merged[j].normal;
+        }
+        const stp_level_discs discs = {finest, merged, counts, level};
+        const double least = between(&next, 0.0, 1.0);
+        double error = least, low = least, high = 0.0;
+        for (unsigned j = 0; j < 64 / share; j++) {
+            error = fmax(error, expected(&merged[j], &finest[share * j], share).error);
+            const stp_error_bounds b = stp_merge_bound_error(&merged[j], &finest[share * j], share);
+            low = fmax(low, b.low);
+            high = fmax(high, b.high);
+        }
+        const double found = stp_level_error(&discs, 0, counts[level], exponent, least);
+        assert_int_equal(stp_error_encode(found, exponent), stp_error_encode(error, exponent));
+        within += stp_error_encode(low, exponent) == stp_error_encode(high, exponent);
+    }
+    print_message("%d of %d by bounds alone\n", within, CASES);
+    assert_true(within > CASES / 100 && within < CASES / 2);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(merged_discs)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(merged_discs),
+                                       cmocka_unit_test(levels_round_to_the_same_code)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -22,6 +22,7 @@
 /* Errors of floats: in coordinates, grid units, and the factor in squared distances. */
 #define FLOAT_SLACK 0x1p-21f
 #define REACH_SLACK 1.0001f
+#define FAR 1e18f /* its square is a float, too */
 
 typedef struct cell {
     int at[3];
@@ -53,14 +54,22 @@ static stp_carry carry_of(const stp_disc_grid *g, uint32_t disc)
 /* At least the greatest coordinate of a rim of the patch's level-0 discs. */
 static double extent_of_patch(const stp_patch *patch, const stp_sample *samples)
 {
+    uint16_t low[3] = {UINT16_MAX, UINT16_MAX, UINT16_MAX}, high[3] = {0, 0, 0};
     int64_t greatest = 0;
     uint8_t radius = 0;
     for (unsigned i = 0; i < patch->counts[0]; i++) {
         radius = samples[i].radius > radius ? samples[i].radius : radius;
         for (int a = 0; a < 3; a++) {
-            int64_t at = llabs((int64_t)patch->origin[a] + samples[i].position[a]);
-            greatest = at > greatest ? at : greatest;
+            const uint16_t at = samples[i].position[a];
+            low[a] = at < low[a] ? at : low[a];
+            high[a] = at > high[a] ? at : high[a];
         }
+    }
+    for (int a = 0; a < 3; a++) {
+        const int64_t from = llabs((int64_t)patch->origin[a] + low[a]);
+        const int64_t to = llabs((int64_t)patch->origin[a] + high[a]);
+        greatest = from > greatest ? from : greatest;
+        greatest = to > greatest ? to : greatest;
     }
     return ldexp((double)greatest, patch->exponent) + stp_radius_decode(radius, patch->exponent);
 }
@@ -220,12 +229,14 @@ stp_status stp_disc_grid_create(stp_disc_grid *out, const stp_chunk *chunk, cons
                        .carry = carry,
                        .carry_around = around ? around->carry : NULL};
     g.count = g.own_count + (around ? around->count : 0);
-    stp_status status = stp_alloc_unset(&g.numbers, g.count, sizeof *g.numbers, "discs", err);
+    stp_status status =
+        stp_alloc_unset(&g.numbers, (size_t)g.count + 1, sizeof *g.numbers, "discs", err);
     if (status == STP_OK)
         status = stp_alloc_unset(&g.patch_of, g.own_count, sizeof *g.patch_of, "discs", err);
     if (status == STP_OK) {
         choose_scale(&g);
         take_discs(&g);
+        g.numbers[g.count] = (stp_lane_disc){{FAR, FAR, FAR}};
     }
     *out = g;
     return status;

@@ -25,7 +25,7 @@ typedef struct stp_disc_grid {
     double radius;       /* geometric mean of the chunk's own radii, at least 2^-18 */
     float width, margin; /* of a cell; how far discs may reach out of their cells */
     uint32_t *begin, mask;
-    stp_lane_disc *numbers;   /* by disc */
+    stp_lane_disc *numbers;   /* by disc; then one that is far from everything */
     float low[3], high[3];    /* least and greatest coordinates of the chunk's own discs' centres */
     uint16_t *patch_of;       /* by own disc: the patch that holds it */
     stp_disc_columns columns; /* by entry */

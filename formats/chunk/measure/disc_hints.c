@@ -2,6 +2,7 @@
 #include "formats/chunk/measure/disc_hints.h"
 
 #include "base/memory.h"
+#include "base/wide.h"
 #include "formats/chunk/measure/disc_cells.h"
 
 #include <stdlib.h>
@@ -63,6 +64,7 @@ void stp_disc_hints_clear(stp_disc_hints *h)
     *h = (stp_disc_hints){0};
 }
 
+STP_WIDE
 void stp_disc_hints_pair(const stp_disc_hints *h, stp_paired_lanes *lanes)
 {
     const float scale = h->scale;
@@ -72,13 +74,12 @@ void stp_disc_hints_pair(const stp_disc_hints *h, stp_paired_lanes *lanes)
         slot[i] = slot_of(mask, stp_cell_floor(lanes->point[0][i] * scale),
                           stp_cell_floor(lanes->point[1][i] * scale),
                           stp_cell_floor(lanes->point[2][i] * scale));
-    for (unsigned i = 0; i < STP_DISC_LANES; i++) {
-        uint32_t disc = h->slots[slot[i]] & (STP_DISC_HINTS_LIMIT - 1);
-        const float *d = h->discs[disc].numbers;
-        lanes->index[i] = disc;
-        for (int c = 0; c < STP_LANE_NUMBERS; c++)
-            lanes->disc[c][i] = d[c];
-    }
+    for (unsigned i = 0; i < STP_DISC_LANES; i++)
+        lanes->index[i] = h->slots[slot[i]] & (STP_DISC_HINTS_LIMIT - 1);
+    stp_paired_lanes_take(lanes, h->discs);
+    for (unsigned i = 0; i < STP_DISC_LANES; i++)
+        for (int c = STP_LANE_CARRIED; c < STP_LANE_NUMBERS; c++)
+            lanes->disc[c][i] = h->discs[lanes->index[i]].numbers[c];
 }
 
 void stp_disc_hints_about(const stp_disc_hints *h, const float point[3],

@@ -79,14 +79,13 @@ static inline bool step(const stp_disc_columns *columns, uint32_t first, uint32_
     return better;
 }
 
-typedef float step_lanes __attribute__((vector_size(4 * STP_LANE_STEP)));
 typedef int32_t step_bits __attribute__((vector_size(4 * STP_LANE_STEP)));
 
 /* Whether some of STEP discs may be nearer to the point than `reach`: by the balls around them. */
 static inline bool may_reach(const stp_disc_columns *columns, uint32_t first, const float point[3],
                              float reach)
 {
-    step_lanes x, y, z, radius;
+    stp_step_lanes x, y, z, radius;
     uint64_t near[STEP / 2], any = 0;
     memcpy(&x, columns->of[0] + first, sizeof x);
     memcpy(&y, columns->of[1] + first, sizeof y);
@@ -151,8 +150,9 @@ void stp_lane_discs_tell(const stp_lane_disc *discs, const uint32_t index[STP_LA
     float column[STP_LANE_NUMBERS][STEP];
     const stp_over o = *over;
     const float p[3] = {point[0], point[1], point[2]};
+    stp_lane_discs_take(discs, index, column[0], STEP);
     for (uint32_t i = 0; i < STEP; i++)
-        for (int c = 0; c < STP_LANE_NUMBERS; c++)
+        for (int c = STP_LANE_CARRIED; c < STP_LANE_NUMBERS; c++)
             column[c][i] = discs[index[i]].numbers[c];
     for (uint32_t i = 0; i < STEP; i++) {
         float disc[STP_LANE_NUMBERS];
@@ -162,6 +162,7 @@ void stp_lane_discs_tell(const stp_lane_disc *discs, const uint32_t index[STP_LA
     }
 }
 
+STP_WIDE
 void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],
                              float radius)
 {

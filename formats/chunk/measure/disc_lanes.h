@@ -12,9 +12,10 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
-/* Room for 17 points, in whole steps of four. */
-#define STP_DISC_LANES 20
+/* Room for 17 points, in whole steps of eight. */
+#define STP_DISC_LANES 24
 /* Discs that are tried at a time. */
 #define STP_LANE_STEP 8u
 
@@ -95,6 +96,53 @@ static inline float stp_lane_value(const float point[3], const float disc[STP_LA
     return what == STP_OVER_NEED ? stp_lane_need(cost, squared, over) : cost;
 }
 
+typedef float stp_step_lanes __attribute__((vector_size(4 * STP_LANE_STEP)));
+/* The same, and half of it, anywhere in memory. */
+typedef float stp_lanes_at __attribute__((vector_size(4 * STP_LANE_STEP), aligned(4), may_alias));
+typedef float stp_half_at __attribute__((vector_size(2 * STP_LANE_STEP), aligned(4), may_alias));
+
+/* Four numbers of two discs. */
+static inline void stp_lane_discs_pair(const stp_lane_disc *one, const stp_lane_disc *other,
+                                       unsigned first, stp_step_lanes *out)
+{
+    const stp_half_at *a = (const stp_half_at *)&one->numbers[first];
+    const stp_half_at *b = (const stp_half_at *)&other->numbers[first];
+    *out = __builtin_shufflevector(*a, *b, 0, 1, 2, 3, 4, 5, 6, 7);
+}
+
+/* Takes four numbers from each of the discs that `index` names: of[stride i] and those after it get
+ * the ith of them. */
+static inline void stp_lane_discs_take_four(const stp_lane_disc *discs,
+                                            const uint32_t index[STP_LANE_STEP], unsigned first,
+                                            float *of, size_t stride)
+{
+    stp_step_lanes a, b, c, d;
+    stp_lane_discs_pair(&discs[index[0]], &discs[index[4]], first, &a);
+    stp_lane_discs_pair(&discs[index[1]], &discs[index[5]], first, &b);
+    stp_lane_discs_pair(&discs[index[2]], &discs[index[6]], first, &c);
+    stp_lane_discs_pair(&discs[index[3]], &discs[index[7]], first, &d);
+    const stp_step_lanes low = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+    const stp_step_lanes high = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+    const stp_step_lanes lower = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const stp_step_lanes higher = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    *(stp_lanes_at *)of = __builtin_shufflevector(low, lower, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(stp_lanes_at *)(of + stride) =
+        __builtin_shufflevector(low, lower, 2, 3, 10, 11, 6, 7, 14, 15);
+    of += 2 * stride;
+    *(stp_lanes_at *)of = __builtin_shufflevector(high, higher, 0, 1, 8, 9, 4, 5, 12, 13);
+    *(stp_lanes_at *)(of + stride) =
+        __builtin_shufflevector(high, higher, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+/* Takes centres, normals and radii of the discs that `index` names: of[stride number + disc]. */
+static inline void stp_lane_discs_take(const stp_lane_disc *discs,
+                                       const uint32_t index[STP_LANE_STEP], float *of,
+                                       size_t stride)
+{
+    stp_lane_discs_take_four(discs, index, STP_LANE_CENTRE, of, stride);
+    stp_lane_discs_take_four(discs, index, STP_LANE_NORMAL, of + STP_LANE_NORMAL * stride, stride);
+}
+
 /* Discs as columns; disc[i] says which disc entry i is. */
 typedef struct stp_disc_columns {
     float *of[STP_LANE_NUMBERS];
@@ -133,6 +181,13 @@ typedef struct stp_paired_lanes {
     float disc[STP_LANE_NUMBERS][STP_DISC_LANES];
     uint32_t index[STP_DISC_LANES]; /* which disc */
 } stp_paired_lanes;
+
+/* Takes centre, normal and radius of each point's disc. */
+static inline void stp_paired_lanes_take(stp_paired_lanes *lanes, const stp_lane_disc *discs)
+{
+    for (unsigned i = 0; i < STP_DISC_LANES; i += STP_LANE_STEP)
+        stp_lane_discs_take(discs, lanes->index + i, &lanes->disc[0][i], STP_DISC_LANES);
+}
 
 /* The points of a disc, as stp_disc_points gives them. axes: the two that span its plane. */
 void stp_paired_lanes_points(stp_paired_lanes *out, const float centre[3], const float axes[2][3],

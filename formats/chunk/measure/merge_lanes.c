@@ -44,6 +44,29 @@ stp_merge_extent stp_merge_lanes_extent(const stp_merge_lanes *discs, stp_dvec3 
     return (stp_merge_extent){low, high, most, bound, cosine};
 }
 
+STP_WIDE
+stp_merge_heights stp_merge_lanes_heights(const stp_merge_lanes *discs, stp_dvec3 normal,
+                                          double radius)
+{
+    const unsigned count = filled(discs->count);
+    double low = DBL_MAX, high = -DBL_MAX, off = 0.0;
+    for (unsigned i = 0; i < count; i++) {
+        const double x = discs->centre[0][i], y = discs->centre[1][i], z = discs->centre[2][i];
+        const double nx = discs->normal[0][i], ny = discs->normal[1][i], nz = discs->normal[2][i];
+        const double c = nx * normal.x + ny * normal.y + nz * normal.z;
+        const double sine = sqrt(stp_max(0.0, 1.0 - c * c));
+        const double height = x * normal.x + y * normal.y + z * normal.z;
+        const double lowest = discs->low[i], highest = discs->high[i];
+        const double tilt = discs->reach[i] * sine;
+        const double up = (c >= 0.0 ? highest : lowest) * c;
+        const double down = (c >= 0.0 ? lowest : highest) * c;
+        high = stp_max(high, height + up + tilt);
+        low = stp_min(low, height + down - tilt);
+        off = stp_max(off, fabs(x * nx + y * ny + z * nz) + radius * sine);
+    }
+    return (stp_merge_heights){low, high, off};
+}
+
 /* The discs by the merged disc's radius, as floats. */
 typedef struct near_discs {
     unsigned count, filled;

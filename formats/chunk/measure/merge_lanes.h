@@ -39,6 +39,16 @@ typedef struct stp_merge_extent {
 /* normal: of the merged disc, zero if it has none. */
 stp_merge_extent stp_merge_lanes_extent(const stp_merge_lanes *discs, stp_dvec3 normal);
 
+/* Least and greatest height alone, and how far any point of the merged disc may lie off the plane
+ * of any of the discs. */
+typedef struct stp_merge_heights {
+    double low, high, off;
+} stp_merge_heights;
+
+/* normal, radius: of the merged disc. */
+stp_merge_heights stp_merge_lanes_heights(const stp_merge_lanes *discs, stp_dvec3 normal,
+                                          double radius);
+
 /* The points of a merged disc. */
 typedef struct stp_merged_points {
     double at[3][STP_MERGED_POINTS];     /* by axis */

@@ -39,6 +39,7 @@ typedef struct measure {
     const stp_disc_grid *grid;
     const stp_disc_hints *hints;
     const stp_disc_rows *rows; /* of a check: none */
+    stp_disc_steps steps;      /* of the patch, if there are rows */
     const stp_patch *patch;
     double sine; /* of the patch's cone angle gamma: the rule never takes sin(alpha) for less */
     bool check;
@@ -232,13 +233,13 @@ static uint32_t unanswered(const measure *m, const stp_disc *disc, double slack,
     const float axes[2][3] = {{(float)u.x, (float)u.y, (float)u.z},
                               {(float)v.x, (float)v.y, (float)v.z}};
     const stp_over over = over_near(m, n, slack);
+    const uint32_t points = known && disc->radius > 0.0 ? (1u << STP_DISC_POINTS) - 1 : 1;
+    const float limit = (float)(m->greatest - slack);
     stp_paired_lanes_points(lanes, centre, axes, (float)disc->radius);
     if (m->rows->columns > 0)
-        stp_disc_rows_pair(m->rows, lanes);
-    else
-        stp_disc_hints_pair(m->hints, lanes);
-    uint32_t above = stp_paired_lanes_above(lanes, &over, (float)(m->greatest - slack), told);
-    return known && disc->radius > 0.0 ? above & ((1u << STP_DISC_POINTS) - 1) : above & 1;
+        return points & stp_disc_rows_above(m->rows, &m->steps, &over, limit, lanes, told);
+    stp_disc_hints_pair(m->hints, lanes);
+    return points & stp_paired_lanes_above(lanes, &over, limit, told);
 }
 
 /* Adds to the suspects those points of a merged disc over the level-0 discs [first, last) that
@@ -341,6 +342,8 @@ static void take_patch(measure *m, const stp_patch *patch)
 {
     m->patch = patch;
     m->sine = sin(stp_min(M_PI_2, stp_cone_angle_decode(patch->cone_angle)));
+    if (m->rows->columns > 0)
+        stp_disc_rows_steps(m->rows, stp_normal_decode(patch->cone_axis).raw, &m->steps);
 }
 
 /* All samples of quarter q at a level. */

@@ -1,9 +1,11 @@
 /* Errors of merged samples over the discs they replace. */
 #include "formats/chunk/measure/patch_bounds.h"
 
+#include "base/wide.h"
 #include "formats/chunk/measure/merge_lanes.h"
 
 #include <assert.h>
+#include <stddef.h>
 
 void stp_disc_axes(stp_dvec3 n, stp_dvec3 *u, stp_dvec3 *v)
 {
@@ -155,17 +157,46 @@ stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs,
     return out;
 }
 
+stp_error_bounds stp_merge_bound_error(const stp_disc *merged, const stp_disc *discs,
+                                       unsigned count)
+{
+    stp_merge_lanes lanes;
+    double carried = 0.0;
+    assert(count > 0 && count <= STP_MERGED_MOST);
+    fill_lanes(merged, discs, count, &lanes);
+    for (unsigned i = 0; i < count; i++)
+        carried = stp_max(carried, discs[i].error);
+    const stp_merge_heights h = stp_merge_lanes_heights(&lanes, merged->normal, merged->radius);
+    const double low = stp_max(carried, stp_max(h.high, -h.low));
+    return (stp_error_bounds){low, stp_max(low, h.off + carried)};
+}
+
+double stp_merge_measure_rim(const stp_disc *merged, const stp_disc *discs, unsigned count,
+                             double least)
+{
+    stp_merge_lanes lanes;
+    assert(count > 0 && count <= STP_MERGED_MOST);
+    fill_lanes(merged, discs, count, &lanes);
+    return measure_heights(merged, discs, &lanes, least);
+}
+
+/* Red, green and blue; and one more number, ignored. */
+typedef double colour_lanes __attribute__((vector_size(32), aligned(8), may_alias));
+_Static_assert(offsetof(stp_disc, rgb) + sizeof(colour_lanes) <= sizeof(stp_disc),
+               "a number follows the colours");
+
+STP_WIDE
 double stp_colour_variation(const stp_disc *merged, const stp_disc *finest,
                             const uint8_t counts[STP_LEVEL_COUNT], int level)
 {
-    double squares[3] = {0.0, 0.0, 0.0};
+    colour_lanes squares = {0.0, 0.0, 0.0, 0.0};
     for (unsigned j = 0; j < counts[level]; j++) {
+        const colour_lanes mean = *(const colour_lanes *)merged[j].rgb;
         unsigned end = stp_covered_begin(counts, level, j + 1, 0);
-        for (unsigned i = stp_covered_begin(counts, level, j, 0); i < end; i++)
-            for (int c = 0; c < 3; c++) {
-                double apart = finest[i].rgb[c] - merged[j].rgb[c], own = finest[i].colour_error;
-                squares[c] += apart * apart + own * own;
-            }
+        for (unsigned i = stp_covered_begin(counts, level, j, 0); i < end; i++) {
+            const colour_lanes apart = *(const colour_lanes *)finest[i].rgb - mean;
+            squares += apart * apart + finest[i].colour_error * finest[i].colour_error;
+        }
     }
     return sqrt(stp_max(squares[0], stp_max(squares[1], squares[2])) / counts[0]);
 }

@@ -20,6 +20,10 @@
  *    measured and stored: e  = max(side, rim)                 stp_merge_error.error
  *    a file must hold:    e >= max(min(side, extent), rim)    stp_merge_error.least_error
  *
+ * No p lies farther from the plane of any d than off, so e lies between side and max(side, off):
+ *
+ *    off    = max over d of (height of D's centre over the plane of d + r(D) sin(beta))
+ *
  * If d itself stands for originals, side and extent run over these; the height of p over d grows by
  * the error of d; and e is no less than the error of any d.
  *
@@ -73,6 +77,15 @@ stp_disc stp_disc_from_sample(const stp_sample *sample, const stp_patch *patch);
  * the greater side: the merged disc is drawn in its own plane, so what it stands for lies off that
  * plane by one side only. */
 stp_merge_error stp_merge_measure(const stp_disc *merged, const stp_disc *discs, unsigned count);
+/* The error lies between these. Nothing is looked for: cheaper than the error. */
+typedef struct stp_error_bounds {
+    double low, high;
+} stp_error_bounds;
+stp_error_bounds stp_merge_bound_error(const stp_disc *merged, const stp_disc *discs,
+                                       unsigned count);
+/* rim, or `least` if that is more. */
+double stp_merge_measure_rim(const stp_disc *merged, const stp_disc *discs, unsigned count,
+                             double least);
 
 /* How much colour a level of a patch averages away, 0 to 255. For each channel: the root of the
  * mean square, over the level-0 samples, of the difference from the merged sample above. Returns
