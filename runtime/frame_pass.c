@@ -256,6 +256,8 @@ stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws
     stp_sight_params sight = stp_frame_sight(r);
     sight.tiles = &r->tiles;
     sight.vertices = d->params->lod != STP_LOD_FULL;
+    sight.quarters =
+        sight.vertices && !splats && road_of(&r->variant, d->params->lod) == STP_LOD_COMPUTE;
     set_squares_px(r, d->params, &sight);
     STP_TRY(stp_sight_look(&r->sight, &sight, draws, count, err));
     stp_occlude_count(r, d, count);
