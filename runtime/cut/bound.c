@@ -363,6 +363,7 @@ void stp_patches_look(stp_looks *out, const stp_gpu_frame *frame, const stp_gpu_
     else
         look_at(out, &l, frame, whole);
     for (uint32_t i = 0; i < count; i++) {
+        /* NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Branch): look_at has set it */
         const bool away = l.away[i] && culls(frame) && knows_backs(frame, &briefs[i].bound);
         if (!out->visible[i] || !(away || clips))
             continue;
