@@ -30,7 +30,8 @@ static stp_status draw_cut(stp_renderer *r, stp_drawing *d, stp_error *err)
     if (stp_frame_asks_headers(r))
         STP_TRY(stp_frame_load_asked(r, d, &chosen, err));
     STP_TRY(stp_frame_ready(r, d, err));
-    STP_TRY(chosen ? stp_sight_begin(&r->sight, &r->cut, err) : stp_frame_select(r, d, err));
+    if (!r->keeps)
+        STP_TRY(chosen ? stp_sight_begin(&r->sight, &r->cut, err) : stp_frame_select(r, d, err));
     do {
         STP_TRY(stp_frame_load_draws(r, d, begin, chosen, &load, err));
         if (load.damaged) { /* the damage is now known: choose again without the block */
@@ -83,7 +84,11 @@ static stp_status draw_streaming(stp_renderer *r, stp_drawing *d, const stp_view
     bool came = stp_block_cache_has_news(r->cache);
     STP_TRY(stp_block_cache_update(r->cache, r->stamp, err));
     r->stamp++;
-    STP_TRY(stp_frame_select(r, d, err));
+    r->keeps = r->keeps && stp_frame_may_keep(r);
+    if (!r->keeps) {
+        STP_TRY(stp_frame_select(r, d, err));
+        r->chosen_state = r->moves ? 0 : stp_block_cache_state(r->cache);
+    }
     stp_frame_touch(r);
     STP_TRY(stp_frame_want_missing(r, d, ahead, err));
     d->stats.chunks_loading = (uint32_t)stp_block_cache_pending(r->cache);

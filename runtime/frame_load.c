@@ -128,10 +128,20 @@ static bool was_drawn(const void *context, uint32_t block)
     return stp_block_cache_used(r->cache, block, r->drawn_stamp);
 }
 
+bool stp_frame_may_keep(const stp_renderer *r)
+{
+    return r->still && r->occluding.used == NULL &&
+           r->looked_state == stp_block_cache_state(r->cache);
+}
+
 /* now: of what is resident; else as if everything were. */
 static stp_status select_for(stp_renderer *r, const stp_drawing *d, stp_cut *cut,
                              const cut_view *view, bool now, stp_error *err)
 {
+    if (cut == &r->cut) {
+        r->keeps = false;
+        r->chosen_state = r->looked_state = 0;
+    }
     stp_cut_params params = {
         .scene = &r->scene,
         .frame = view->frame,
@@ -329,6 +339,12 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete,
     preparing p = {.r = r, .d = d};
     const stp_idle_work idle = {prepare, &p};
     int rounds = 0;
+    if (r->keeps) {
+        r->stamp++;
+        stp_frame_touch(r);
+        *complete = true;
+        return STP_OK;
+    }
     do {
         size_t count = 0;
         cut_view view = {r, &r->frame, r->eye, r->occluding.used, NULL, false};
@@ -351,6 +367,7 @@ stp_status stp_frame_load_asked(stp_renderer *r, stp_drawing *d, bool *complete,
             stp_occlude_pause(r); /* passes choose by what is resident, so all of it is asked for */
     } while (load.count > 0 && load.there == load.count && ++rounds < ASKED_ROUNDS_LIMIT);
     *complete = load.count == 0;
+    r->chosen_state = *complete ? stp_block_cache_state(r->cache) : 0;
 done:
     d->stats.load_ms += 1e3 * (stp_clock_seconds() - begun);
     d->ready_ms = 0.0; /* in load_ms */

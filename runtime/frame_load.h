@@ -15,6 +15,10 @@ stp_gpu_frame stp_frame_describe(const stp_view *view, const stp_draw_params *pa
 /* Chooses the cut of the frame; the sight has looked at none of its draws yet. While chunks stream
  * and the camera moves, the choice depends on the last cut. Errors: OUT_OF_MEMORY. */
 stp_status stp_frame_select(stp_renderer *r, const stp_drawing *d, stp_error *err);
+/* Whether the last frame's cut and sight do: view, parameters and what is resident are the same,
+ * and nothing is left out as hidden. A view at rest draws the same again while a host moves
+ * something else, or what fades. */
+bool stp_frame_may_keep(const stp_renderer *r);
 /* Lists the blocks and levels that draws want in r->wants. headers: no finer than what tells the
  * levels of their patches. Errors: OUT_OF_MEMORY. */
 stp_status stp_frame_list_wants(stp_renderer *r, const stp_draw *draws, size_t count, bool headers,

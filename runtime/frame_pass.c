@@ -247,22 +247,45 @@ static void set_squares_px(const stp_renderer *r, const stp_draw_params *params,
                                                                 : 0.0f;
 }
 
+/* Finds what of the draws is in sight. */
+static stp_status look(stp_renderer *r, const stp_drawing *d, const stp_draw *draws, size_t count,
+                       stp_error *err)
+{
+    stp_status status = STP_OK;
+    const bool splats = r->variant.splat;
+    const uint64_t state = stp_block_cache_state(r->cache);
+    stp_sight_params sight = stp_frame_sight(r);
+    sight.tiles = &r->tiles;
+    sight.vertices = d->params->lod != STP_LOD_FULL;
+    sight.quarters =
+        sight.vertices && !splats && road_of(&r->variant, d->params->lod) == STP_LOD_COMPUTE;
+    set_squares_px(r, d->params, &sight);
+    r->looked_state = 0;
+    STP_TRY(stp_sight_look(&r->sight, &sight, draws, count, err));
+    if (d->stats.passes == 0 && count == r->cut.draw_count && state == r->chosen_state &&
+        r->occluding.used == NULL)
+        r->looked_state = state;
+done:
+    return status;
+}
+
 stp_status stp_frame_pass(stp_renderer *r, stp_drawing *d, const stp_draw *draws, size_t count,
                           stp_error *err)
 {
     stp_status status = STP_OK;
     bool first = d->stats.passes == 0, splats = r->variant.splat;
     double begun = stp_clock_seconds();
-    stp_sight_params sight = stp_frame_sight(r);
-    sight.tiles = &r->tiles;
-    sight.vertices = d->params->lod != STP_LOD_FULL;
-    set_squares_px(r, d->params, &sight);
-    STP_TRY(stp_sight_look(&r->sight, &sight, draws, count, err));
+    r->keeps = r->keeps && first && count == r->cut.draw_count;
+    if (r->keeps)
+        stp_tiles_mark_again(&r->tiles);
+    else
+        STP_TRY(look(r, d, draws, count, err));
     stp_occlude_count(r, d, count);
     if (has_squares(r, count))
         STP_TRY(stp_project_prepare_squares(&r->project, &r->variant, r->shader_folder, err));
     STP_TRY(stp_tiles_collect(&r->tiles, first, err));
-    upload_records(r, draws, count);
+    if (!r->keeps)
+        upload_records(r, draws, count);
     if (splats && first)
         clear_sums(r);
     if (d->part != STP_SPLAT_BLENDS)

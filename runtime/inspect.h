@@ -14,6 +14,7 @@ typedef struct stp_inspection {
     const stp_pyramid *pyramid;
     const stp_cut *cut;
     const stp_sight *sight;
+    bool kept;               /* cut and sight are those of the frame before */
     stp_sight_params looked; /* how the sight was looked at, as far as queries need it */
     const stp_block_cache *cache;
     const stp_gpu_frame *frame;

@@ -115,8 +115,8 @@ void stp_occlude_count(stp_renderer *r, stp_drawing *d, size_t draw_count)
 {
     if (d->stats.passes == 0)
         r->occluding.shown = 0;
-    r->occluding.shown += r->sight.lists[STP_SIGHT_PATCHES].begin[draw_count] +
-                          r->sight.lists[STP_SIGHT_VERTICES].begin[draw_count];
+    for (int i = STP_SIGHT_PATCHES; i <= STP_SIGHT_QUARTERS; i++)
+        r->occluding.shown += r->sight.lists[i].begin[draw_count];
     d->stats.patches_hidden += r->sight.hidden;
 }
 

@@ -188,6 +188,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
     bool same = r->motion.known && stp_view_equal(view, &r->motion.last);
     r->moves = stp_motion_follow(&r->motion, view, begun, &ahead);
     r->still = same && stp_draw_params_equal(params, &r->drawn);
+    r->keeps = false;
     if (!r->still)
         r->settling = (stp_settling){0};
     bool settles = stp_settle_wanted(r, d);
@@ -206,6 +207,7 @@ static stp_status draw_by_road(stp_renderer *r, stp_drawing *d, stp_error *err)
         STP_TRY(stp_tiles_begin(&r->tiles, view->width, view->height,
                                 stp_pool_thread_count(r->pool), err));
         STP_TRY(stp_occlude_begin(r, params, err));
+        r->keeps = stp_frame_may_keep(r);
         STP_TRY(stp_frame_draw(r, d, r->moves ? &ahead : NULL, err));
     }
     d->stats.frame_ms = 1e3 * (stp_clock_seconds() - begun) - d->stats.load_ms - d->ready_ms;
@@ -322,6 +324,7 @@ stp_inspection stp_renderer_inspect(const stp_renderer *r)
         .pyramid = &r->pyramid,
         .cut = &r->cut,
         .sight = &r->sight,
+        .kept = r->keeps,
         .looked = stp_frame_sight(r),
         .cache = r->cache,
         .frame = &r->frame,

@@ -45,6 +45,10 @@ struct stp_renderer {
     stp_draw_stats last;   /* of the last frame */
     bool still;            /* view and parameters are the same as in the last frame */
     uint64_t drawn_stamp;  /* of the last cut drawn */
+    /* States of the cache (stp_block_cache_state), or 0: with which the cut was chosen, complete;
+     * and with which its sight was looked at, too, all draws at once. */
+    uint64_t chosen_state, looked_state;
+    bool keeps; /* the cut, its sight and its records are taken from the last frame */
     stp_settling settling;
     stp_fade fade;
     stp_occluding occluding;

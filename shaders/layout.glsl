@@ -126,6 +126,7 @@ layout(binding = 13) uniform samplerBuffer code_texture;
 #define STP_NAME_TRIANGLE 0x40000000u
 #define STP_NAME_RIBBON 0xc0000000u
 #define STP_NAME_SAMPLE 0x1fffffffu
+#define STP_NAME_BITS 29
 // A triangle of a grid's cell (square.glsl). 19 bits: the number of the square among those drawn; 6 bits:
 // a sample's place in the square. STP_SQUARE_WHOLE: the triangle is of the whole cell, not of the sample's
 // quarter. STP_SQUARE_SECOND: it is the second triangle. STP_SQUARE_SPLAT: it is the sample's splat instead.

@@ -246,26 +246,47 @@ stp_rule_sight stp_rule_look(const stp_gpu_frame *frame, const stp_rule_bound *b
 typedef struct lanes {
     float centre[3][STP_LOOKS_LIMIT], radius[STP_LOOKS_LIMIT];
     float axis[3][STP_LOOKS_LIMIT], cone_cos[STP_LOOKS_LIMIT];
-    float error[2][STP_LOOKS_LIMIT], vertex_radius[STP_LOOKS_LIMIT], variation[STP_LOOKS_LIMIT];
+    /* Of level 3, and at most of level 2; how colours vary in 255ths. */
+    float error[2][2][STP_LOOKS_LIMIT], radius_of[2][STP_LOOKS_LIMIT],
+        colour_error[2][STP_LOOKS_LIMIT];
     uint32_t away[STP_LOOKS_LIMIT]; /* every normal, so far that no sample can be at an outline */
 } lanes;
 
-static void fill_lanes(lanes *out, const stp_gpu_chunk *chunk, const stp_patch_brief *briefs,
-                       uint32_t count)
+/* The float whose upper half this is. */
+static inline float float_of_upper(uint16_t half)
 {
-    for (uint32_t i = 0; i < count; i++) {
-        const stp_patch_brief *b = &briefs[i];
+    const uint32_t bits = (uint32_t)half << 16;
+    float number;
+    memcpy(&number, &bits, sizeof number);
+    return number;
+}
+
+/* So many lanes go side by side at most. */
+#define LANES 8u
+
+/* Repeats the last patch up to a whole number of lanes, and returns that: blocks have some 15
+ * patches, and each one left over would take as long as all lanes. */
+static uint32_t fill_lanes(lanes *out, const stp_gpu_chunk *chunk, const stp_patch_brief *briefs,
+                           uint32_t count)
+{
+    const uint32_t whole = (count + LANES - 1) / LANES * LANES;
+    for (uint32_t i = 0; i < whole; i++) {
+        const stp_patch_brief *b = &briefs[i < count ? i : count - 1];
         for (int k = 0; k < 3; k++) {
             out->centre[k][i] = b->bound.centre[k] + chunk->offset[k];
             out->axis[k][i] = b->bound.cone_axis[k];
         }
         out->radius[i] = b->bound.radius;
         out->cone_cos[i] = b->bound.cone_cos;
-        out->error[0][i] = b->vertex_error[0];
-        out->error[1][i] = b->vertex_error[1];
-        out->vertex_radius[i] = b->vertex_radius;
-        out->variation[i] = b->vertex_variation;
+        for (int k = 0; k < 2; k++) {
+            out->error[0][k][i] = b->vertex_error[k];
+            out->error[1][k][i] = float_of_upper(b->quarter_error[k]);
+            out->colour_error[k][i] = (float)b->colour_error[k];
+        }
+        out->radius_of[0][i] = b->vertex_radius;
+        out->radius_of[1][i] = (float)b->quarter_radius;
     }
+    return whole;
 }
 
 static inline stp_rule_bound bound_in(const lanes *l, uint32_t i)
@@ -276,11 +297,22 @@ static inline stp_rule_bound bound_in(const lanes *l, uint32_t i)
                             .cone_cos = l->cone_cos[i]};
 }
 
+/* Whether level 3, or level 2 as the brief tells it, does for a patch. */
+STP_INLINE bool does(const lanes *restrict l, const stp_gpu_frame *restrict frame,
+                     const stp_rule_sight *sight, int coarse, float radius, uint32_t i)
+{
+    const float threshold = frame->quality[0] > 0.0f ? frame->quality[0] : -1.0f;
+    const float error = stp_rule_error(sight->scale, sight->sin_alpha, l->error[coarse][0][i],
+                                       l->error[coarse][1][i]);
+    return sight->scale >= 0.0f &&
+           stp_rule_fits(error, sight->scale * radius, l->colour_error[coarse][i] / 255.0f,
+                         sight->error_weight, frame->terms[0], threshold, frame->quality[1]);
+}
+
 /* No branch depends on a patch, so that lanes go side by side. */
 STP_INLINE void look_at(stp_looks *restrict out, lanes *restrict l,
                         const stp_gpu_frame *restrict frame, uint32_t count)
 {
-    const float threshold = frame->quality[0] > 0.0f ? frame->quality[0] : -1.0f;
     for (uint32_t i = 0; i < count; i++) {
         const stp_rule_bound bound = bound_in(l, i);
         float eye[3];
@@ -299,14 +331,12 @@ STP_INLINE void look_at(stp_looks *restrict out, lanes *restrict l,
     for (uint32_t i = 0; i < count; i++) {
         const stp_rule_bound bound = bound_in(l, i);
         const stp_rule_sight sight = look(frame, &bound);
-        const float error =
-            stp_rule_error(sight.scale, sight.sin_alpha, l->error[0][i], l->error[1][i]);
+        const float radius = l->radius_of[0][i];
         out->scale[i] = sight.scale;
         out->sin_alpha[i] = sight.sin_alpha;
-        out->vertex[i] =
-            sight.scale >= 0.0f &&
-            stp_rule_fits(error, sight.scale * l->vertex_radius[i], l->variation[i],
-                          sight.error_weight, frame->terms[0], threshold, frame->quality[1]);
+        out->vertex[i] = does(l, frame, &sight, 0, radius, i);
+        out->quarters[i] =
+            does(l, frame, &sight, 1, radius * (l->radius_of[1][i] * STP_BRIEF_RADIUS), i);
     }
 }
 
@@ -327,12 +357,13 @@ void stp_patches_look(stp_looks *out, const stp_gpu_frame *frame, const stp_gpu_
 {
     lanes l;
     const bool clips = frame->modes[2] != 0 || frame->light[3] > 0.0f;
-    fill_lanes(&l, chunk, briefs, count);
+    const uint32_t whole = fill_lanes(&l, chunk, briefs, count);
     if (frame->modes[0] == 0 && !is_exaggerated(frame))
-        look_straight(out, &l, frame, count);
+        look_straight(out, &l, frame, whole);
     else
-        look_at(out, &l, frame, count);
+        look_at(out, &l, frame, whole);
     for (uint32_t i = 0; i < count; i++) {
+        /* NOLINTNEXTLINE(clang-analyzer-core.uninitialized.Branch): look_at has set it */
         const bool away = l.away[i] && culls(frame) && knows_backs(frame, &briefs[i].bound);
         if (!out->visible[i] || !(away || clips))
             continue;

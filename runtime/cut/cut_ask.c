@@ -187,12 +187,14 @@ static stp_cut_answer ask_block(const stp_cut *cut, const stp_cut_params *params
                                 const stp_cut_child *child, uint32_t id, bool exact, bool together)
 {
     const stp_block *b = &params->scene->blocks[id];
-    stp_rule_bound bound = stp_cut_bound(b, params->scene->entries[b->chunk].origin, params->eye);
-    float eye[3];
     const stp_cut_reference *r = &cut->references[id];
     stp_cut_answer a = {
         .kind = STP_ANSWER_HIDDEN, .limit = r->limit, .drawn = r->drawn, .gain = INFINITY};
-    if (!stp_rule_visible(params->frame, &bound, eye) || (exact && r->seen != cut->serial))
+    if (exact && r->seen != cut->serial)
+        return a;
+    stp_rule_bound bound = stp_cut_bound(b, params->scene->entries[b->chunk].origin, params->eye);
+    float eye[3];
+    if (!stp_rule_visible(params->frame, &bound, eye))
         return a;
     const bool occluded = !together && is_occluded(params, b); /* together, all say the same */
     if (occluded && !params->occlusion->asks_only) {

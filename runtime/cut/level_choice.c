@@ -85,23 +85,50 @@ static bool vertex_is_greatest(const stp_mirror_patch *patch)
     return greatest;
 }
 
+/* A number that is not negative, rounded up to the upper half of a float. */
+static uint16_t upper_half(float number)
+{
+    uint32_t bits;
+    memcpy(&bits, &number, sizeof bits);
+    return (uint16_t)((bits + 0xffffu) >> 16);
+}
+
+/* Tells what level 2 of a patch is at most. */
+static void tell_quarters(stp_patch_brief *out, const stp_mirror_patch *patch)
+{
+    float error[2] = {0.0f, 0.0f};
+    unsigned radius = 0;
+    while (radius <= UINT8_MAX &&
+           out->vertex_radius * ((float)radius * STP_BRIEF_RADIUS) < patch->radius[2])
+        radius++;
+    for (int kind = 0; kind < 2; kind++)
+        for (int q = 0; q < STP_PATCH_QUARTERS; q++)
+            error[kind] = fmaxf(error[kind], patch->quarter_error[0][kind][q]);
+    out->quarter_error[0] = upper_half(radius <= UINT8_MAX ? error[0] : INFINITY);
+    out->quarter_error[1] = upper_half(error[1]);
+    out->quarter_radius = (uint8_t)radius;
+}
+
 stp_patch_brief stp_patch_brief_of(const stp_scene *scene, uint32_t chunk,
                                    const stp_mirror_patch *patch, const stp_patch *stored)
 {
     uint16_t first_below = 0;
     uint32_t block = stp_scene_block_below(scene, chunk, stored, &first_below);
-    return (stp_patch_brief){
+    stp_patch_brief brief = {
         .bound = bound_of(patch),
         .vertex_error = {patch->vertex_error[0], patch->vertex_error[1]},
         .vertex_radius = patch->radius[STP_LEVEL_COUNT - 1],
-        .vertex_variation = variation_of(patch, STP_LEVEL_COUNT - 1),
         .block = block,
         .first_below = first_below,
+        .colour_error = {patch->colour_error[3], patch->colour_error[2]},
         .below_count = stored->counts[0],
-        .shape = patch->flags & STP_PATCH_SHAPES,
+        .shape = patch->flags & STP_PATCH_SHAPES & 7u,
+        .finest = patch->finest & 3u,
         .has_spots = patch->spots != 0,
         .vertex_greatest = vertex_is_greatest(patch),
     };
+    tell_quarters(&brief, patch);
+    return brief;
 }
 
 static stp_rule_bound bound_from_eye(stp_rule_bound bound, const stp_gpu_chunk *chunk)

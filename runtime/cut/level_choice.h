@@ -100,19 +100,28 @@ static inline float stp_frame_stretch(const stp_gpu_frame *frame)
 /* The ball around a block's samples, relative to the eye. origin: of its chunk. */
 stp_ball stp_block_ball(const stp_block *block, stp_dvec3 origin, stp_dvec3 eye);
 
+/* Unit of stp_patch_brief.quarter_radius. */
+#define STP_BRIEF_RADIUS (1.0f / 64.0f)
+
 /* The part of a patch's record that is read for every patch of a cut. It is kept apart, since a
  * frame reads some hundred thousand of them. */
 typedef struct stp_patch_brief {
-    stp_rule_bound bound;                                   /* relative to the chunk's origin */
-    float vertex_error[2], vertex_radius, vertex_variation; /* of level 3 */
+    stp_rule_bound bound;                 /* relative to the chunk's origin */
+    float vertex_error[2], vertex_radius; /* of level 3 */
     /* The block that refines the patch (stp_scene_block_below), and which of its patches. */
     uint32_t block;
     uint16_t first_below;
+    /* Of level 2, rounded up: the greatest errors of any quarter, as the upper halves of floats;
+     * the radius, in 64ths of vertex_radius. */
+    uint16_t quarter_error[2];
+    uint8_t quarter_radius;
+    uint8_t colour_error[2]; /* of levels 3 and 2 */
     uint8_t below_count;
-    uint8_t shape;        /* STP_PATCH_STRIP, STP_PATCH_TRIANGLES or neither */
-    uint8_t empty;        /* bit l: no sample of level l is drawn (runtime/stream/chosen.h) */
-    bool has_spots;       /* stp_mirror_patch.spots */
-    bool vertex_greatest; /* no level has a greater radius than vertex_radius */
+    uint8_t empty;            /* bit l: no sample of level l is drawn (runtime/stream/chosen.h) */
+    uint8_t shape : 3;        /* STP_PATCH_STRIP, STP_PATCH_TRIANGLES or neither */
+    uint8_t finest : 2;       /* resident level */
+    bool has_spots : 1;       /* stp_mirror_patch.spots */
+    bool vertex_greatest : 1; /* no level has a greater radius than vertex_radius */
 } stp_patch_brief;
 
 /* chunk: that of the patch, by its number in the scene. */
@@ -155,7 +164,8 @@ typedef struct stp_looks {
     float window[2][STP_LOOKS_LIMIT], reach_px[STP_LOOKS_LIMIT]; /* stp_window_disc */
     float scale[STP_LOOKS_LIMIT], sin_alpha[STP_LOOKS_LIMIT];    /* stp_rule_look */
     uint32_t visible[STP_LOOKS_LIMIT];
-    uint32_t vertex[STP_LOOKS_LIMIT]; /* level 3, the patch vertex, does for all of the patch */
+    uint32_t vertex[STP_LOOKS_LIMIT];   /* level 3, the patch vertex, does for all of the patch */
+    uint32_t quarters[STP_LOOKS_LIMIT]; /* level 2 does for sure; if not, it still may */
 } stp_looks;
 
 /* Looks at up to STP_LOOKS_LIMIT patches: what the functions named above say of each patch, to the

@@ -44,12 +44,20 @@ static bool look_at_next(group *g, const stp_gpu_frame *frame, const stp_residen
     return g->count > 0;
 }
 
+/* Whether patch i of the group asks for no more than is there, as its brief alone tells: the patch
+ * vertex does, or level 2. */
+static bool asks_nothing(const group *g, const stp_resident *resident, uint32_t i)
+{
+    return g->looks.vertex[i] || (g->looks.quarters[i] &&
+                                  resident->mirror.briefs[g->first + i].finest <= STP_NEED_HEADERS);
+}
+
 /* Fetches the records of the patches that may ask for something. */
 static void prefetch_patches(const group *g, const stp_resident *resident)
 {
     for (uint32_t i = 0; i < g->count; i++) {
         const stp_mirror_patch *patch = &resident->mirror.patches[g->first + i];
-        if (!g->looks.visible[i] || g->looks.vertex[i])
+        if (!g->looks.visible[i] || asks_nothing(g, resident, i))
             continue;
         __builtin_prefetch(&patch->finest);
         __builtin_prefetch(&patch->quarter_error[1]);
@@ -91,9 +99,8 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
         prefetch_patches(&g, resident);
         for (uint32_t i = 0; i < g.count; i++) {
             const stp_mirror_patch *patch = &resident->mirror.patches[g.first + i];
-            /* a patch vertex asks for nothing */
-            if (!g.looks.visible[i] || g.looks.vertex[i] ||
-                (need <= estimate && patch->finest <= estimate) ||
+            if (!g.looks.visible[i] || asks_nothing(&g, resident, i) ||
+                (need <= estimate && resident->mirror.briefs[g.first + i].finest <= estimate) ||
                 is_hidden(&g, occlusion, resident, i))
                 continue;
             const stp_rule_sight sight = stp_looks_sight(&g.looks, frame, i);

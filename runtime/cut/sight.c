@@ -182,23 +182,6 @@ typedef struct tier {
 /* A thread takes so many draws at a time: what they write shares lines of the cache. */
 #define DRAWS_AT_ONCE 32
 
-/* Appends an item to the items found for a draw. */
-static void add(const look *l, stp_sight_kind kind, size_t draw, uint32_t item)
-{
-    const stp_sight_list *list = &l->sight->lists[kind];
-    list->items[list->begin[draw] + l->found[kind][draw]++] = item;
-}
-
-static void add_patch(const look *l, size_t draw, const stp_resident *r, uint32_t patch)
-{
-    uint32_t item = r->placement.patches.begin + patch;
-    add(l, STP_SIGHT_PATCHES, draw, item);
-    if (r->mirror.briefs[patch].shape == STP_PATCH_STRIP)
-        add(l, STP_SIGHT_STRIPS, draw, item);
-    else if (r->mirror.briefs[patch].shape == STP_PATCH_TRIANGLES)
-        add(l, STP_SIGHT_TRIANGLES, draw, item);
-}
-
 /* Whether any sample of the levels from `finest` on is drawn. */
 static bool has_any(const stp_patch_brief *brief, int finest)
 {
@@ -211,7 +194,8 @@ typedef struct glance {
     const look *look;
     const stp_draw *draw;
     const stp_resident *resident;
-    size_t index, state; /* of the draw, of its block */
+    size_t index, state;             /* of the draw, of its block */
+    uint32_t *next[STP_SIGHT_COUNT]; /* item of the draw */
     unsigned worker;
     stp_gpu_chunk chunk;
     stp_looks looks; /* of the patches from `first` on */
@@ -220,6 +204,23 @@ typedef struct glance {
     float greatest_px; /* so far */
     size_t hidden;
 } glance;
+
+/* Appends an item to those found for the draw. */
+static void add(glance *g, stp_sight_kind kind, uint32_t item)
+{
+    *g->next[kind]++ = item;
+}
+
+static void add_patch(glance *g, uint32_t at)
+{
+    const uint32_t item = g->resident->placement.patches.begin + at;
+    const stp_patch_brief *brief = &g->resident->mirror.briefs[at];
+    add(g, STP_SIGHT_PATCHES, item);
+    if (brief->shape == STP_PATCH_STRIP)
+        add(g, STP_SIGHT_STRIPS, item);
+    else if (brief->shape == STP_PATCH_TRIANGLES)
+        add(g, STP_SIGHT_TRIANGLES, item);
+}
 
 /* Marks the tiles that patch i of the group may cover. vertex: only its patch vertex is drawn. */
 static void mark_patch(const glance *g, uint32_t i, bool vertex)
@@ -271,6 +272,16 @@ static bool is_marked(const glance *g, uint32_t count)
            stp_tiles_marked(g->look->params->tiles, g->worker, low, high);
 }
 
+/* Whether patch i of the group, whose vertex is too coarse, is drawn as level 2 for sure, and as
+ * points. */
+static bool is_in_quarters(const glance *g, uint32_t i)
+{
+    const stp_patch_brief *brief = &g->resident->mirror.briefs[g->first + i];
+    const int resident = brief->finest > g->draw->finest ? brief->finest : g->draw->finest;
+    return g->look->params->quarters && brief->shape == 0 &&
+           (resident == 2 || (resident < 2 && g->looks.quarters[i]));
+}
+
 /* Lists patch i of the group if it is in sight. */
 static void list_patch(glance *g, uint32_t i)
 {
@@ -301,13 +312,18 @@ static void list_patch(glance *g, uint32_t i)
     if (!has_any(brief, vertex ? STP_LEVEL_COUNT - 1 : g->draw->finest))
         return;
     if (vertex) {
-        add(l, STP_SIGHT_VERTICES, g->index,
+        add(g, STP_SIGHT_VERTICES,
             stp_name_of(r->placement.patches.begin + at, STP_LEVEL_COUNT - 1, 0));
     } else if (is_wide_square(l, g->draw, r, at, &sight)) {
-        add(l, STP_SIGHT_SQUARES, g->index, r->placement.patches.begin + at);
+        add(g, STP_SIGHT_SQUARES, r->placement.patches.begin + at);
         radius_px = square_radius_px(r, at, &sight);
     } else {
-        add_patch(l, g->index, r, at);
+        if (is_in_quarters(g, i))
+            add(g, STP_SIGHT_QUARTERS,
+                stp_name_of(r->placement.patches.begin + at, 2, 0) |
+                    ((brief->below_count + 15u) / 16u - 1u) << STP_NAME_BITS);
+        else
+            add_patch(g, at);
         /* else no level reaches farther: the patch's record need not be read */
         if (!brief->vertex_greatest || !(sight.scale >= 0.0f && radius_px <= g->greatest_px))
             radius_px =
@@ -342,6 +358,8 @@ static void look_at_draw(const look *l, size_t index, unsigned worker, float gre
     g.chunk = stp_gpu_chunk_from_draw(params->scene, draw, params->eye);
     g.greatest_px = greatest_px;
     g.hidden = 0;
+    for (int i = 0; i < STP_SIGHT_COUNT; i++)
+        g.next[i] = l->sight->lists[i].items + l->sight->lists[i].begin[index];
     for (g.first = 0; g.first < count; g.first += STP_LOOKS_LIMIT) {
         const uint32_t some = count - g.first < STP_LOOKS_LIMIT ? count - g.first : STP_LOOKS_LIMIT;
         stp_patches_look(&g.looks, params->frame, openings, &g.chunk, &r->mirror.briefs[g.first],
@@ -350,6 +368,9 @@ static void look_at_draw(const look *l, size_t index, unsigned worker, float gre
         for (uint32_t i = 0; i < some; i++)
             list_patch(&g, i);
     }
+    for (int i = 0; i < STP_SIGHT_COUNT; i++)
+        l->found[i][index] =
+            (size_t)(g.next[i] - l->sight->lists[i].items) - l->sight->lists[i].begin[index];
     l->radius_px[index] = g.greatest_px;
     l->hidden[index] = g.hidden;
 }
@@ -438,7 +459,10 @@ stp_status stp_sight_look(stp_sight *s, const stp_sight_params *params, const st
     size_t *found = NULL;
     look l = {.sight = s, .params = params, .draws = draws};
     unsigned shapes = stp_scene_shapes(params->scene);
-    const bool used[STP_SIGHT_COUNT] = {true, params->vertices, (shapes & STP_PATCH_STRIP) != 0,
+    const bool used[STP_SIGHT_COUNT] = {true,
+                                        params->vertices,
+                                        params->quarters,
+                                        (shapes & STP_PATCH_STRIP) != 0,
                                         (shapes & STP_PATCH_TRIANGLES) != 0,
                                         fminf(params->grids_px, params->maps_px) < INFINITY};
     STP_TRY(stp_alloc(&found, STP_SIGHT_COUNT * count + 1, sizeof *found, "lists of patches", err));

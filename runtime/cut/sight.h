@@ -23,6 +23,10 @@ typedef enum stp_sight_kind {
      * under STP_SIGHT_PATCHES. In a whole view of a large model they are nine patches of ten, and a
      * point costs far less than choosing a patch's levels. Empty unless asked for. */
     STP_SIGHT_VERTICES,
+    /* The patches that are drawn as level 2, a sample for each quarter; not listed under
+     * STP_SIGHT_PATCHES. The name of the first sample | (samples - 1) << STP_NAME_BITS. Empty
+     * unless asked for. */
+    STP_SIGHT_QUARTERS,
     STP_SIGHT_STRIPS,    /* those of STP_SIGHT_PATCHES that are strips */
     STP_SIGHT_TRIANGLES, /* those that are triangles */
     STP_SIGHT_SQUARES, /* squares drawn as triangles or splats of maps, not in STP_SIGHT_PATCHES */
@@ -50,6 +54,7 @@ typedef struct stp_sight_params {
     stp_pool *pool;
     stp_tiles *tiles;               /* gets marks where patches in sight may cover tiles */
     bool vertices;                  /* fill STP_SIGHT_VERTICES */
+    bool quarters;                  /* fill STP_SIGHT_QUARTERS */
     const stp_occlusion *occlusion; /* what an earlier picture hides; may be NULL */
     /* A square whose level 0 is drawn is listed under STP_SIGHT_SQUARES if its samples are seen
      * with a greater radius than this: of a grid, of a map. Infinity: none is. */

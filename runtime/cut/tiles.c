@@ -118,6 +118,11 @@ void stp_tiles_mark_all(stp_tiles *t, unsigned worker)
     memset(t->marks + worker * t->count, 1, t->count);
 }
 
+void stp_tiles_mark_again(stp_tiles *t)
+{
+    memcpy(t->marks, t->last, t->count); /* by the first worker; stp_tiles_begin has swapped them */
+}
+
 /* The cells of level l that hold any viewport pixel p with begin <= p < end, out of `across`. */
 static void cells_of(int begin, int end, int l, size_t across, size_t *first, size_t *last)
 {

@@ -50,6 +50,8 @@ void stp_tiles_mark(stp_tiles *tiles, unsigned worker, float x, float y, float r
  * a rectangle of window coordinates. */
 bool stp_tiles_marked(const stp_tiles *tiles, unsigned worker, const float low[2],
                       const float high[2]);
+/* Marks the tiles of the frame before. Call before any other mark of this one. */
+void stp_tiles_mark_again(stp_tiles *tiles);
 void stp_tiles_mark_all(stp_tiles *tiles, unsigned worker);
 /* Adds the marks to the frame's tiles. first: the first pass of the frame, which discards the tiles
  * of earlier passes. Errors: OUT_OF_MEMORY. */

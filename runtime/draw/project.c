@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "runtime/gl/shader.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 /* Compiles a program that takes patches, if it is not there yet. */
@@ -19,6 +20,21 @@ static stp_status prepare_patches(GLuint *program, const char *geometry, const c
                                                     .defines = defines,
                                                     .folder = folder},
                               err);
+}
+
+/* Compiles a program that takes samples: patch vertices, or any. */
+static stp_status prepare_samples(GLuint *program, bool vertices, const char *folder,
+                                  const char *defines, stp_error *err)
+{
+    char lines[STP_VARIANT_DEFINES_BYTES + 32];
+    if (*program != 0)
+        return STP_OK;
+    snprintf(lines, sizeof lines, "%s#define STP_VERTICES %d\n", defines, vertices);
+    return stp_program_create(
+        program,
+        &(stp_program_params){
+            .vertex = "sample.vert", .fragment = "id.frag", .defines = lines, .folder = folder},
+        err);
 }
 
 static stp_status prepare_shapes(stp_project *p, const stp_variant *variant, const char *folder,
@@ -42,14 +58,14 @@ static stp_status prepare_pixels(stp_project *p, stp_lod lod, const char *folder
                                  const char *defines, stp_error *err)
 {
     stp_status status = STP_OK;
-    stp_program_params samples = {
-        .vertex = "sample.vert", .fragment = "id.frag", .defines = defines, .folder = folder};
     if (lod == STP_LOD_COMPUTE && p->runs.program == 0)
         STP_TRY(stp_runs_create(&p->runs, folder, defines, err));
     if (lod == STP_LOD_COMPUTE && p->scatter.defines[0] == '\0')
         STP_TRY(stp_scatter_create(&p->scatter, folder, defines, err));
-    if (lod != STP_LOD_COMPUTE && p->sample_program == 0)
-        STP_TRY(stp_program_create(&p->sample_program, &samples, err));
+    if (lod == STP_LOD_GEOMETRY || lod == STP_LOD_CPU)
+        STP_TRY(prepare_samples(&p->vertex_program, true, folder, defines, err));
+    if (lod == STP_LOD_FULL || lod == STP_LOD_CPU)
+        STP_TRY(prepare_samples(&p->sample_program, false, folder, defines, err));
     if (lod == STP_LOD_GEOMETRY)
         STP_TRY(prepare_patches(&p->patch_program, "patch.geom", "id.frag", folder, defines, err));
 done:
@@ -118,6 +134,7 @@ void stp_project_destroy(stp_project *p)
 {
     glDeleteProgram(p->patch_program);
     glDeleteProgram(p->sample_program);
+    glDeleteProgram(p->vertex_program);
     stp_scatter_destroy(&p->scatter);
     glDeleteProgram(p->strip_program);
     glDeleteProgram(p->wide_program);
@@ -224,16 +241,10 @@ static void draw_points(stp_project *p, const stp_project_params *params, const 
         glDeleteSync(fences[i]); /* ignores a fence that is NULL */
 }
 
-static void use_samples(const stp_project *p, bool vertices)
-{
-    glUseProgram(p->sample_program);
-    glUniform1i(STP_UNIFORM_VERTICES, vertices);
-}
-
 static void draw_vertices(stp_project *p, const stp_project_params *params)
 {
     const stp_sight_list *vertices = &params->sight->lists[STP_SIGHT_VERTICES];
-    use_samples(p, true);
+    glUseProgram(p->vertex_program);
     draw_points(p, params, vertices->items, vertices->begin[params->draw_count]);
 }
 
@@ -286,7 +297,7 @@ static stp_status draw_listed(stp_project *p, const stp_project_params *params, 
     stp_status status = full ? list_full(p, params, err) : list_chosen(p, params, err);
     if (status != STP_OK)
         return status;
-    use_samples(p, false);
+    glUseProgram(p->sample_program);
     draw_points(p, params, p->indices, p->index_count);
     *points += p->index_count;
     return STP_OK;

@@ -16,7 +16,7 @@
 #include <stddef.h>
 
 typedef struct stp_project {
-    GLuint patch_program, sample_program;
+    GLuint patch_program, sample_program, vertex_program; /* the last: of patch vertices */
     GLuint strip_program, wide_program, triangle_program;
     stp_runs runs;
     stp_scatter scatter;

@@ -29,13 +29,13 @@ typedef struct runs_head {
     GLuint dropped[DROP_COUNTERS * DROP_STRIDE];
 } runs_head;
 
-stp_status stp_each_create(stp_each *out, const char *file, const char *folder, const char *defines,
-                           stp_error *err)
+stp_status stp_each_create(stp_each *out, const char *file, bool quarters, const char *folder,
+                           const char *defines, stp_error *err)
 {
     stp_each each = {0};
-    GLuint *const programs[2] = {&each.runs, &each.listed};
+    GLuint *const programs[3] = {&each.runs, &each.listed, &each.quarters};
     stp_status status = STP_OK;
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < (quarters ? 3 : 2); i++) {
         char lines[STP_VARIANT_DEFINES_BYTES + 64];
         snprintf(lines, sizeof lines, "%s#define STP_LISTED %d\n", defines, i);
         STP_TRY(stp_program_create(
@@ -53,6 +53,7 @@ void stp_each_destroy(stp_each *each)
 {
     glDeleteProgram(each->runs);
     glDeleteProgram(each->listed);
+    glDeleteProgram(each->quarters);
     *each = (stp_each){0};
 }
 
@@ -60,6 +61,8 @@ void stp_each_set(const stp_each *each, GLint location, GLint value)
 {
     glProgramUniform1i(each->runs, location, value);
     glProgramUniform1i(each->listed, location, value);
+    if (each->quarters != 0)
+        glProgramUniform1i(each->quarters, location, value);
 }
 
 stp_status stp_runs_create(stp_runs *out, const char *folder, const char *defines, stp_error *err)
@@ -71,6 +74,7 @@ stp_status stp_runs_create(stp_runs *out, const char *folder, const char *define
         return status;
     glCreateBuffers(1, &r.patches);
     glCreateBuffers(1, &r.listed);
+    glCreateBuffers(1, &r.quarters);
     r.software = stp_road_is_software();
     *out = r;
     return STP_OK;
@@ -78,10 +82,10 @@ stp_status stp_runs_create(stp_runs *out, const char *folder, const char *define
 
 void stp_runs_destroy(stp_runs *r)
 {
-    const GLuint buffers[4] = {r->patches, r->listed, r->runs, r->seen};
+    const GLuint buffers[5] = {r->patches, r->listed, r->quarters, r->runs, r->seen};
     glDeleteProgram(r->program);
     if (r->patches != 0)
-        glDeleteBuffers(4, buffers);
+        glDeleteBuffers(5, buffers);
     if (r->textures[0] != 0)
         glDeleteTextures(2, r->textures);
     *r = (stp_runs){0};
@@ -116,20 +120,24 @@ static size_t most_runs(const stp_project_params *params)
     return runs;
 }
 
+static void upload(GLuint buffer, const uint32_t *items, size_t count)
+{
+    glNamedBufferData(buffer, (GLsizeiptr)(count * sizeof *items), items, GL_STREAM_DRAW);
+}
+
 /* Chooses levels, and fills runs and seen. */
 static void make_runs(stp_runs *r, const stp_project_params *params)
 {
     static const runs_head head = {.groups_x = ROW_GROUPS, .groups_z = 1};
-    size_t patches = params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
-    size_t groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
-    r->most_runs = most_runs(params);
+    const size_t patches = r->patch_count, groups = (patches + GROUP_PATCHES - 1) / GROUP_PATCHES;
+    r->most_runs = patches > 0 ? most_runs(params) : 0;
     stp_runs_reserve(&r->runs, &r->textures[0], GL_RG32UI, &r->run_bytes,
                      sizeof head + r->most_runs * 2 * sizeof(uint32_t));
     stp_runs_reserve(&r->seen, &r->textures[1], GL_RGBA32UI, &r->seen_bytes, patches * SEEN_BYTES);
     glNamedBufferSubData(r->runs, 0, sizeof head, &head);
-    glNamedBufferData(r->patches,
-                      (GLsizeiptr)(patches * sizeof *params->sight->lists[STP_SIGHT_PATCHES].items),
-                      params->sight->lists[STP_SIGHT_PATCHES].items, GL_STREAM_DRAW);
+    if (patches == 0)
+        return;
+    upload(r->patches, params->sight->lists[STP_SIGHT_PATCHES].items, patches);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LISTED, r->patches);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_RUNS, r->runs);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_SEEN, r->seen);
@@ -142,22 +150,24 @@ static void make_runs(stp_runs *r, const stp_project_params *params)
 
 void stp_runs_take(stp_runs *r, const uint32_t *listed, size_t count)
 {
-    glNamedBufferData(r->listed, (GLsizeiptr)(count * sizeof *listed), listed, GL_STREAM_DRAW);
+    upload(r->listed, listed, count);
     r->listed_count = count;
-    r->chosen = false;
-    r->run_count = 0;
+    r->quarter_count = r->patch_count = r->run_count = r->most_runs = 0;
 }
 
 void stp_runs_choose(stp_runs *r, const stp_project_params *params, const uint32_t *listed,
                      size_t count, bool counts, uint64_t *points)
 {
+    const stp_sight_list *quarters = &params->sight->lists[STP_SIGHT_QUARTERS];
     runs_head head;
     stp_runs_take(r, listed, count);
     *points += count;
-    if (params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count] == 0)
+    r->patch_count = params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
+    r->quarter_count = quarters->begin[params->draw_count];
+    if (r->patch_count + r->quarter_count == 0)
         return;
+    upload(r->quarters, quarters->items, r->quarter_count);
     make_runs(r, params);
-    r->chosen = true;
     if (counts) {
         glGetNamedBufferSubData(r->runs, 0, sizeof head, &head);
         r->run_count = head.run_count;
@@ -168,12 +178,12 @@ void stp_runs_choose(stp_runs *r, const stp_project_params *params, const uint32
 uint64_t stp_runs_count_drawn(const stp_runs *r)
 {
     runs_head head;
-    if (!r->chosen)
+    if (r->patch_count + r->quarter_count == 0)
         return 0;
     glGetNamedBufferSubData(r->runs, 0, sizeof head, &head);
     uint64_t drawn = head.points_listed;
     for (int i = 0; i < DROP_COUNTERS; i++)
-        drawn -= head.dropped[i * DROP_STRIDE];
+        drawn -= (uint64_t)(int32_t)head.dropped[i * DROP_STRIDE];
     return drawn;
 }
 
@@ -184,7 +194,7 @@ size_t stp_runs_places(const stp_runs *r)
 
 size_t stp_runs_most_places(const stp_runs *r)
 {
-    return (r->chosen ? RUN_SAMPLES * r->most_runs : 0) + r->listed_count;
+    return RUN_SAMPLES * r->most_runs + STP_PATCH_QUARTERS * r->quarter_count + r->listed_count;
 }
 
 /* Starts as many groups as there are runs; on a GPU as many as there may be, since groups without
@@ -202,22 +212,33 @@ static void dispatch(const stp_runs *r)
     glDispatchComputeIndirect(0);
 }
 
+/* Runs a program for each item of a list. A software driver takes as long for a group without items
+ * as for one with some, so there are hardly any of these. */
+static void run_listed(GLuint program, GLuint list, size_t count)
+{
+    const size_t groups = (count + GROUP_SAMPLES - 1) / GROUP_SAMPLES;
+    const size_t rows = (groups + RUNS_GROUPS_LIMIT - 1) / RUNS_GROUPS_LIMIT;
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LISTED, list);
+    glUseProgram(program);
+    glUniform1ui(STP_UNIFORM_VERTICES, (GLuint)count);
+    glDispatchCompute((GLuint)((groups + rows - 1) / rows), (GLuint)rows, 1);
+}
+
 void stp_runs_each(const stp_runs *r, const stp_each *each, GLint first)
 {
-    size_t row = (size_t)ROW_GROUPS * GROUP_SAMPLES;
-    if (r->chosen) {
+    if (r->patch_count + r->quarter_count > 0)
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_RUNS, r->runs);
+    if (r->patch_count > 0) {
         glBindImageTexture(IMAGE_RUNS, r->textures[0], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RG32UI);
         glBindImageTexture(IMAGE_SEEN, r->textures[1], 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32UI);
         glUseProgram(each->runs);
         glUniform1ui(first, 0);
         dispatch(r);
     }
+    if (r->quarter_count > 0)
+        run_listed(each->quarters, r->quarters, r->quarter_count);
     if (r->listed_count > 0) {
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, STP_STORAGE_LISTED, r->listed);
-        glUseProgram(each->listed);
-        glUniform1ui(STP_UNIFORM_VERTICES, (GLuint)r->listed_count);
-        glUniform1ui(first, (GLuint)(RUN_SAMPLES * r->run_count));
-        glDispatchCompute(ROW_GROUPS, (GLuint)((r->listed_count + row - 1) / row), 1);
+        glProgramUniform1ui(each->listed, first, (GLuint)(RUN_SAMPLES * r->run_count));
+        run_listed(each->listed, r->listed, r->listed_count);
     }
 }

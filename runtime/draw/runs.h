@@ -21,27 +21,26 @@ enum { STP_UNIFORM_SETTING = 1 };
 
 typedef struct stp_runs {
     GLuint program;
-    GLuint patches, listed, runs, seen; /* buffers; patches and seen: by patch in sight */
-    GLuint textures[2];                 /* of runs, seen */
-    size_t run_bytes, seen_bytes;       /* of the buffers */
-    size_t listed_count;
+    GLuint patches, listed, quarters, runs, seen; /* buffers; patches and seen: by patch in sight */
+    GLuint textures[2];                           /* of runs, seen */
+    size_t run_bytes, seen_bytes;                 /* of the buffers */
+    size_t listed_count, quarter_count, patch_count;
     size_t most_runs; /* that there may be */
-    bool chosen;      /* there are runs */
     bool software;    /* the driver draws on the CPU */
     size_t run_count; /* samples in runs, if they were counted */
 } stp_runs;
 
-/* Two programs of one compute shader that includes shaders/splat/listed.glsl: for the samples in
- * runs, and for the listed ones. Zero: none. */
+/* Programs of one compute shader that includes shaders/splat/listed.glsl: for the samples in runs,
+ * for the listed ones, and for those of STP_SIGHT_QUARTERS, if there are any. Zero: none. */
 typedef struct stp_each {
-    GLuint runs, listed;
+    GLuint runs, listed, quarters;
 } stp_each;
 
 /* file: the shader's name; folder, defines: as in stp_program_params. Errors: GL. */
-stp_status stp_each_create(stp_each *out, const char *file, const char *folder, const char *defines,
-                           stp_error *err);
+stp_status stp_each_create(stp_each *out, const char *file, bool quarters, const char *folder,
+                           const char *defines, stp_error *err);
 void stp_each_destroy(stp_each *each);
-/* Sets a uniform of both programs. */
+/* Sets a uniform of all programs. */
 void stp_each_set(const stp_each *each, GLint location, GLint value);
 
 /* folder, defines: of the variant, as in stp_program_params. Errors: GL. */

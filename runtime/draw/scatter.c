@@ -25,9 +25,10 @@ static stp_status prepare(stp_scatter *s, bool keeps, stp_error *err)
     char defines[STP_VARIANT_DEFINES_BYTES + 32];
     snprintf(defines, sizeof defines, "%s#define STP_PLACES %d\n", s->defines, keeps);
     if (passes->depth.runs == 0)
-        STP_TRY(stp_each_create(&passes->depth, "scatter_depth.comp", s->folder, defines, err));
+        STP_TRY(
+            stp_each_create(&passes->depth, "scatter_depth.comp", true, s->folder, defines, err));
     if (passes->name.runs == 0)
-        STP_TRY(stp_each_create(&passes->name, "scatter_name.comp", s->folder, defines, err));
+        STP_TRY(stp_each_create(&passes->name, "scatter_name.comp", true, s->folder, defines, err));
 done:
     return status;
 }
@@ -75,15 +76,19 @@ static bool keeps_places(const stp_runs *runs, const stp_pyramid *pyramid)
     return runs->software && most <= PLACES_A_PIXEL * pixels && most <= PLACES_LIMIT;
 }
 
-/* Makes room for the places of the samples: the listed ones come first. */
+/* Makes room for the places of the samples: the listed ones come first, then those of quarters. */
 static void place(stp_scatter *s, const stp_scatter_passes *passes, const stp_runs *runs)
 {
+    const stp_each *const each[2] = {&passes->depth, &passes->name};
     const GLuint first = (GLuint)runs->listed_count;
     stp_runs_reserve(&s->places, &s->places_texture, GL_RG32UI, &s->place_bytes,
                      (stp_runs_most_places(runs) + 1) * PLACE_BYTES);
     glBindImageTexture(IMAGE_PLACES, s->places_texture, 0, GL_FALSE, 0, GL_READ_WRITE, GL_RG32UI);
-    glProgramUniform1ui(passes->depth.runs, UNIFORM_FIRST_PLACE, first);
-    glProgramUniform1ui(passes->name.runs, UNIFORM_FIRST_PLACE, first);
+    for (int i = 0; i < 2; i++) {
+        glProgramUniform1ui(each[i]->quarters, UNIFORM_FIRST_PLACE, first);
+        glProgramUniform1ui(each[i]->runs, UNIFORM_FIRST_PLACE,
+                            first + STP_PATCH_QUARTERS * (GLuint)runs->quarter_count);
+    }
 }
 
 stp_status stp_scatter_draw(stp_scatter *s, stp_runs *runs, const stp_project_params *params,

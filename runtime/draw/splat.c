@@ -42,7 +42,7 @@ stp_status stp_splat_create(stp_splat *out, bool maps, const char *folder, const
                      {maps ? &s.list_squares : &s.blends, maps ? NULL : "screen.vert",
                       maps ? NULL : "splat_blend.frag", maps ? "map_list.comp" : NULL}};
     if (!maps)
-        STP_TRY(stp_each_create(&s.list, "splat.comp", folder, defines, err));
+        STP_TRY(stp_each_create(&s.list, "splat.comp", false, folder, defines, err));
     for (int i = 0; i < 3; i++)
         STP_TRY(stp_program_create(programs[i].program,
                                    &(stp_program_params){.vertex = programs[i].vertex,

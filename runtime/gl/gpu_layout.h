@@ -59,6 +59,7 @@ static inline int stp_name_level(uint32_t name)
 #define STP_NAME_TRIANGLE UINT32_C(0x40000000)
 #define STP_NAME_RIBBON UINT32_C(0xc0000000)
 #define STP_NAME_SAMPLE UINT32_C(0x1fffffff)
+#define STP_NAME_BITS 29
 /* A triangle of a grid's cell, or a splat of a map. 19 bits: the number of the square among those
  * drawn; 6 bits: a sample's place in the square, in Morton order; 4 bits: which triangle. */
 #define STP_NAME_SQUARE UINT32_C(0x60000000)

@@ -15,7 +15,7 @@ layout(std430, binding = 2) buffer stp_runs_block {
     uint run_count;
     uint points_listed;
     uint unused;
-    uint dropped[STP_DROP_COUNTERS * STP_DROP_STRIDE]; // their sum: samples in runs that are not drawn
+    uint dropped[STP_DROP_COUNTERS * STP_DROP_STRIDE]; // listed samples less their sum: those drawn
     // Index of the patch in sight; number of the first sample in the patch | place of its name << 8 | samples << 16.
     uvec2 runs[];
 };

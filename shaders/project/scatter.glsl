@@ -11,8 +11,8 @@ layout(location = 6) uniform bool first_pass;
 
 const uint RAISED = 0xfffffffeu; // later passes: a nearer depth that has no name yet
 
-// If STP_PLACES, the first pass keeps where samples lie for the second one: the place of listed samples first.
-// Pixel: x | y << 16, or NOT_DRAWN; bits of the depth.
+// If STP_PLACES, the first pass keeps where samples lie for the second one: those of listed samples first, then those of
+// patches drawn at level 2. Pixel: x | y << 16, or NOT_DRAWN; bits of the depth.
 layout(rg32ui, binding = 4) uniform uimageBuffer place_image;
 layout(location = 7) uniform uint first_place;
 
@@ -23,8 +23,8 @@ bool stp_scatter_place(stp_run r, uvec4 texel, out ivec2 pixel, out uint bits)
 {
     float z;
     bool drawn = stp_place(texel, r.lattice.xyz, r.lattice.w, r.openings, pixel, z);
-    // The list holds patch vertices, the runs hold other samples.
-    z = stp_depth_apart(z, STP_LISTED != 0 ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
+    // List 1 holds patch vertices, list 2 and the runs hold other samples.
+    z = stp_depth_apart(z, STP_LISTED == 1 ? STP_ORDER_VERTEX : STP_ORDER_SAMPLE);
     bits = floatBitsToUint(z);
     return drawn;
 }

@@ -56,7 +56,7 @@ void main()
 {
     stp_frame_hold();
     bool counts = counting, met = false;
-    uint not_drawn = 0u;
+    uint miscounted = 0u;
     uint unnamed = first_pass ? STP_NO_SAMPLE : RAISED, end = stp_end_run();
     for (uint run = stp_first_run(); run < end; run += STP_RUN_STEP) {
         stp_run r = stp_run_fetch(run);
@@ -65,11 +65,11 @@ void main()
             bool drawn;
             if (is_nearest(r, run, i, pixel, drawn) && imageAtomicCompSwap(nearest_sample, pixel, unnamed, r.name + i) < RAISED)
                 met = true;
-            not_drawn += uint(!drawn);
+            miscounted += stp_miscounted(drawn);
         }
     }
-    if (counts && not_drawn > 0u)
-        stp_count_dropped(not_drawn);
+    if (counts && miscounted != 0u)
+        stp_correct_count(miscounted);
     for (uint run = met ? stp_first_run() : end; run < end; run += STP_RUN_STEP) {
         stp_run r = stp_run_fetch(run);
         for (uint i = 0u; i < stp_run_count(r); i++) {

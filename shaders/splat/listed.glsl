@@ -1,7 +1,7 @@
-// The samples that a picture projects. They are in runs, or, if STP_LISTED, in a list of names of patch
-// vertices (STP_LISTED_VERTICES) or of whatever the CPU chose, one a run. A software driver runs both sides of a
-// branch, so each needs a program of its own (stp_each in runtime/draw/runs.h). An invocation goes through the
-// samples of some runs:
+// The samples that a picture projects, by STP_LISTED. 0: in runs. 1: in a list of names of patch vertices
+// (STP_LISTED_VERTICES) or of whatever the CPU chose, one a run. 2: in a list of patches drawn at level 2, a patch a
+// run: the name of the first sample | (samples - 1) << STP_NAME_BITS. A software driver runs both sides of a branch, so
+// each needs a program of its own (stp_each in runtime/draw/runs.h). An invocation goes through the samples of some runs:
 //
 //     for (uint run = stp_first_run(); run < stp_end_run(); run += STP_RUN_STEP) {
 //         stp_run r = stp_run_fetch(run);
@@ -65,15 +65,20 @@ uint stp_end_run()
 
 uint stp_run_count(stp_run r)
 {
-    return 1u;
+    return STP_LISTED == 2 ? r.count : 1u;
 }
 
 stp_run stp_run_fetch(uint run)
 {
     stp_run r;
-    r.name = listed[run];
+    uint item = listed[run];
+    r.name = item & STP_NAME_SAMPLE;
+    r.count = 1u + (item >> STP_NAME_BITS);
     uint patch_index = stp_name_patch(r.name), slot = stp_patch_slot(patch_index);
-#ifdef STP_LISTED_VERTICES
+#if STP_LISTED == 2
+    r.number = 1u;
+    r.packing = stp_packing_fetch(patch_index);
+#elif defined(STP_LISTED_VERTICES)
     r.number = 0u;
     r.packing.vertex = stp_vertex_words(stp_patch_samples(patch_index));
 #else
@@ -88,13 +93,22 @@ stp_run stp_run_fetch(uint run)
 // The place of a sample among those of all runs.
 uint stp_run_place(uint run, uint i)
 {
-    return run;
+    return STP_LISTED == 2 ? run * STP_RUN_SAMPLES + i : run;
 }
 
-// No road checks listed samples one by one (runtime/draw/runs.h).
-void stp_count_dropped(uint count)
+#if STP_LISTED == 1
+// No road checks these samples one by one (runtime/draw/runs.h).
+uint stp_miscounted(bool drawn)
 {
+    return 0u;
 }
+#else
+// No pass has counted these samples.
+uint stp_miscounted(bool drawn)
+{
+    return 0u - uint(drawn);
+}
+#endif
 #else
 layout(rg32ui, binding = 2) readonly uniform uimageBuffer run_image;    // the buffer of runs
 layout(rgba32ui, binding = 3) readonly uniform uimageBuffer seen_image; // the buffer of patches in sight
@@ -130,9 +144,16 @@ uint stp_run_place(uint run, uint i)
     return run * STP_RUN_SAMPLES + i;
 }
 
-// Counts dropped samples of the runs.
-void stp_count_dropped(uint count)
+// How many samples too many were counted by runs.comp.
+uint stp_miscounted(bool drawn)
 {
-    atomicAdd(dropped[gl_WorkGroupID.x % STP_DROP_COUNTERS * STP_DROP_STRIDE], count);
+    return uint(!drawn);
 }
 #endif
+
+void stp_correct_count(uint miscounted)
+{
+#if STP_LISTED != 1
+    atomicAdd(dropped[gl_WorkGroupID.x % STP_DROP_COUNTERS * STP_DROP_STRIDE], miscounted);
+#endif
+}

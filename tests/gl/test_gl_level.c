@@ -17,6 +17,7 @@ enum {
 
 typedef struct choices {
     size_t patches, skipped, mixed, ties, levels[STP_LEVEL_COUNT]; /* levels: by quarter */
+    size_t asked, quarters; /* patches that ask for level 2, and those of which the brief tells */
 } choices;
 
 /* A sine that may round to 1 or not. */
@@ -50,7 +51,7 @@ static bool is_tie(const stp_inspection *look, const stp_gpu_chunk *chunk,
 
 /* Patches looked at side by side say, to the last bit, what each says alone. */
 static void check_side_by_side(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,
-                               const stp_resident *resident)
+                               const stp_resident *resident, choices *told)
 {
     const uint32_t patches = resident->placement.patches.count;
     for (uint32_t first = 0; first < patches; first += STP_LOOKS_LIMIT) {
@@ -68,10 +69,14 @@ static void check_side_by_side(const stp_gpu_frame *frame, const stp_gpu_chunk *
             assert_memory_equal(&alone, &beside, sizeof alone);
             assert_int_equal(looks.visible[i], stp_rule_visible(frame, &bound, eye));
             assert_int_equal(brief->has_spots, patch->spots != 0);
+            assert_int_equal(brief->finest, patch->finest);
+            const int asked = stp_level_asked(frame, chunk, patch, 0);
+            assert_true(!looks.quarters[i] || asked >= 2);
+            told->asked += asked == 2;
+            told->quarters += asked == 2 && looks.quarters[i];
             for (int l = 0; l < STP_LEVEL_COUNT; l++)
                 assert_true(!brief->vertex_greatest || patch->radius[l] <= brief->vertex_radius);
-            assert_int_equal(looks.vertex[i],
-                             stp_level_asked(frame, chunk, patch, 0) == STP_LEVEL_COUNT - 1);
+            assert_int_equal(looks.vertex[i], asked == STP_LEVEL_COUNT - 1);
             for (int k = 0; k < 3 && looks.visible[i]; k++)
                 assert_true(looks.eye[k][i] == eye[k]);
             if (looks.visible[i]) {
@@ -91,7 +96,7 @@ static void compare_block(const gl_levels *levels, size_t draw, int view, choice
     const stp_resident *resident = gl_fixture_resident(&levels->fixture, draw, &chunk);
     stp_inspection look = stp_renderer_inspect(levels->fixture.renderer);
     uint32_t count = look.looked.scene->blocks[resident->block].patch_count;
-    check_side_by_side(look.frame, &chunk, resident);
+    check_side_by_side(look.frame, &chunk, resident, sum);
     for (uint32_t p = 0; p < count; p++) {
         const stp_mirror_patch *patch = &resident->mirror.patches[p];
         stp_levels gpu = gl_levels_drawn(levels, resident, p);
@@ -157,12 +162,13 @@ static void judge_model(const char *name, const model_recipe *recipe, bool ortho
         }
     }
     print_message("%s: %zu patches (%zu skipped, %zu of several levels); %zu, %zu, %zu quarters of "
-                  "levels 0 to 2 and %zu of level 3; %zu ties\n",
+                  "levels 0 to 2 and %zu of level 3; %zu ties; %zu of %zu by briefs\n",
                   name, sum.patches, sum.skipped, sum.mixed, sum.levels[0], sum.levels[1],
-                  sum.levels[2], sum.levels[3], sum.ties);
+                  sum.levels[2], sum.levels[3], sum.ties, sum.quarters, sum.asked);
     for (int level = 0; level < STP_LEVEL_COUNT; level++)
         assert_true(sum.levels[level] > 100);
     assert_true(sum.mixed > 100);
+    assert_true(sum.quarters > 0.9 * (double)sum.asked);
     assert_true(sum.skipped > 100);
     free(leaves);
     gl_levels_close(&levels);

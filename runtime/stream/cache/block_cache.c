@@ -96,6 +96,11 @@ void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, st
     cache->victims_stamp = 0;
 }
 
+uint64_t stp_block_cache_state(const stp_block_cache *cache)
+{
+    return cache->from.number + cache->changes;
+}
+
 void stp_block_cache_touch(stp_block_cache *c, uint32_t block, uint64_t stamp)
 {
     if (c->slot_of[block] != STP_SLOT_NONE)
@@ -107,6 +112,7 @@ void stp_block_cache_touch(stp_block_cache *c, uint32_t block, uint64_t stamp)
 static void evict(stp_block_cache *c, uint32_t slot)
 {
     stp_resident *r = &c->slots[slot];
+    c->changes++;
     stp_object_texture_release(&c->texture, &r->placement);
     c->gpu_used -= stp_placement_bytes(&r->placement);
     stp_mirror_clear(&r->mirror);
@@ -168,6 +174,7 @@ static bool shrink_next(stp_block_cache *c, stp_status *status, stp_error *err)
         r->shown = c->from.number;
         if (!stp_patch_levels_shown(&c->from, r, c->levels))
             continue;
+        c->changes++;
         const bool shrunk = stp_shrink(&c->texture, &c->ring, r, c->levels, status, err);
         c->gpu_used -= bytes - stp_placement_bytes(&r->placement);
         return shrunk;
@@ -266,6 +273,7 @@ static void commit(stp_block_cache *c, stp_load *load, uint64_t stamp)
     stp_load_place *p = &load->place;
     stp_placement *at = &p->placement;
     uint64_t begin = stp_upload_ring_offset(p->piece), patches = stp_placement_patches(at);
+    c->changes++;
     stp_object_texture_trim(&c->texture, at, p->texels);
     stp_upload_ring_copy(&c->ring, &c->texture.samples, begin,
                          at->texels.begin * (uint64_t)STP_TEXEL_BYTES,
@@ -312,6 +320,7 @@ void stp_block_cache_take_in(stp_block_cache *c, stp_load *load, uint64_t stamp,
         c->rest = (stp_rest){0}; /* the stream rests only while there is trouble */
     } else {
         give_back(c, load);
+        c->changes++;
         if (stp_block_cache_is_damage(load))
             stp_damage_log_note(&c->damage, load->want.block, load->error.message);
         else if (load->error.status != STP_CANCELLED || !load->dropped) /* else it was given up */

@@ -66,6 +66,10 @@ const stp_resident *stp_block_cache_get(const stp_block_cache *cache, uint32_t s
 void stp_block_cache_look(stp_block_cache *cache, const stp_gpu_frame *frame, stp_dvec3 eye,
                           bool streams);
 
+/* A number that is another one as soon as the view (stp_block_cache_look), what is resident, or
+ * what is known to be damaged is another. Never 0 after a look. */
+uint64_t stp_block_cache_state(const stp_block_cache *cache);
+
 /* ---- beside the frame ---- */
 
 /* Takes in what has arrived since the last call, without waiting. Starts decoding payloads that

@@ -30,6 +30,7 @@ struct stp_block_cache {
     stp_victims victims;    /* as of victims_stamp and this view; some may no longer have to go */
     uint64_t victims_stamp; /* 0: there is no list */
     uint64_t gpu_used;      /* bytes of the Object Texture */
+    uint64_t changes;       /* of what is resident or damaged, so far */
     stp_want *wants;
     size_t want_count, want_capacity, ahead;
     bool *wanted;       /* by block: it is one of wants[0..ahead) */

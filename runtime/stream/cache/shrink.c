@@ -93,6 +93,7 @@ static void collect(const stp_object_texture *texture, const stp_upload_ring *ri
         if (finest[p] <= r->mirror.patches[p].finest)
             continue;
         r->mirror.patches[p].finest = finest[p];
+        r->mirror.briefs[p].finest = finest[p] & 3u;
         record->count = (uint8_t)((stp_gpu_patch_count(record) - 1) |
                                   (unsigned)finest[p] << STP_GPU_PATCH_FINEST_SHIFT);
     }

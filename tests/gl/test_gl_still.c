@@ -1,0 +1,121 @@
+/* Tests that a view at rest takes cut and sight from the frame before, and that whatever may change
+ * them is noticed: then, too, the picture is that of a renderer which draws its first. */
+#include "tests/fixtures/gl_model.h"
+
+enum { WIDTH = 160, HEIGHT = 120, BYTES = 4 * WIDTH * HEIGHT };
+
+typedef struct pictures {
+    uint8_t first[BYTES], next[BYTES];
+} pictures;
+
+static stp_view view_of(const stp_model *model, stp_dvec3 from)
+{
+    const stp_camera camera =
+        stp_camera_around(&model->ball, from, (stp_dvec3){0.0, 0.0, 1.0}, 40.0, WIDTH, HEIGHT);
+    stp_view view;
+    check_ok(stp_view_create(&view, &camera, &model->ball, WIDTH, HEIGHT, err));
+    return view;
+}
+
+static const stp_dvec3 front = {0.4, 0.3, 1.0}, side = {1.0, 0.2, 0.1};
+
+/* Draws, and returns whether cut and sight were kept. */
+static bool draw(const gl_fixture *f, const stp_view *view, const stp_draw_params *params,
+                 stp_draw_stats *stats, uint8_t *out)
+{
+    gl_fixture_draw(f, view, params, stats, out);
+    return stp_renderer_inspect(f->renderer).kept;
+}
+
+static void at_rest(void **state)
+{
+    const gl_fixture *f = *state;
+    static const stp_draw_params roads[] = {
+        {.lod = STP_LOD_GEOMETRY},
+        {.lod = STP_LOD_COMPUTE},
+        {.lod = STP_LOD_CPU},
+        {.lod = STP_LOD_COMPUTE, .reconstruct = STP_RECONSTRUCT_SPLAT},
+        {.lod = STP_LOD_GEOMETRY, .stream = true, .occlusion = STP_OCCLUSION_OFF},
+    };
+    const stp_view view = view_of(f->model, front), other = view_of(f->model, side);
+    static pictures p;
+    for (size_t i = 0; i < sizeof roads / sizeof *roads; i++) {
+        stp_draw_params params = roads[i];
+        stp_draw_stats first = {0}, next = {0};
+        params.threshold_px = 2.0;
+        draw(f, &other, &params, &next, p.next);
+        for (int frames = 0; !first.cut_complete || frames == 1; frames++)
+            draw(f, &view, &params, &first, p.first); /* one frame more: nothing is on its way */
+        for (int k = 0; k < 3; k++) {
+            assert_true(draw(f, &view, &params, &next, p.next));
+            assert_memory_equal(p.first, p.next, BYTES);
+            assert_int_equal(next.points_drawn, first.points_drawn);
+            assert_int_equal(next.chunks_drawn, first.chunks_drawn);
+        }
+        params.threshold_px = 3.0;
+        assert_false(draw(f, &view, &params, &next, p.next));
+        assert_false(draw(f, &other, &params, &next, p.next));
+        params.threshold_px = 2.0;
+        assert_false(draw(f, &view, &params, &next, p.next));
+        assert_true(!next.cut_complete || memcmp(p.first, p.next, BYTES) == 0);
+    }
+}
+
+/* A picture in passes leaves little of its cut resident. */
+static void little_memory(void **state)
+{
+    (void)state;
+    gl_fixture roomy;
+    model_fixture_build("plane.stipple",
+                        &(model_recipe){.shape = GEN_PLANE, .point_count = 300000});
+    gl_fixture_open(&roomy, "plane.stipple", NULL);
+    const stp_view view = view_of(roomy.model, front);
+    const stp_draw_params params = {.lod = STP_LOD_COMPUTE, .threshold_px = 0.001};
+    gl_fixture little = {.model = roomy.model};
+    stp_draw_stats stats = {0};
+    static pictures p;
+    check_ok(stp_renderer_create(&little.renderer,
+                                 &(stp_renderer_params){.model = roomy.model,
+                                                        .thread_count = 2,
+                                                        .gpu_memory_bytes = UINT64_C(3) << 19},
+                                 err));
+    draw(&roomy, &view, &params, &stats, p.first);
+    for (int k = 0; k < 3; k++) {
+        assert_false(draw(&little, &view, &params, &stats, p.next));
+        assert_true(stats.passes > 1);
+        assert_memory_equal(p.first, p.next, BYTES);
+    }
+    stp_renderer_destroy(&little.renderer);
+    gl_fixture_close(&roomy);
+}
+
+/* What an earlier picture hides may be another thing each time. */
+static void occlusion(void **state)
+{
+    const gl_fixture *f = *state;
+    const stp_view view = view_of(f->model, front);
+    const stp_draw_params params = {
+        .lod = STP_LOD_COMPUTE, .threshold_px = 1.0, .occlusion = STP_OCCLUSION_ON};
+    stp_draw_stats stats = {0};
+    static pictures p;
+    draw(f, &view, &params, &stats, p.first);
+    for (int k = 0; k < 3; k++) {
+        assert_false(draw(f, &view, &params, &stats, p.next));
+        assert_memory_equal(p.first, p.next, BYTES);
+    }
+}
+
+static int enter(void **state)
+{
+    return gl_model_enter(state, &(model_recipe){.shape = GEN_STATUE, .point_count = 60000});
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(at_rest), cmocka_unit_test(little_memory),
+                                       cmocka_unit_test(occlusion)};
+    stp_gl_context *context = gl_fixture_context();
+    int failed = cmocka_run_group_tests(tests, enter, gl_model_leave);
+    stp_gl_context_destroy(&context);
+    return failed;
+}
