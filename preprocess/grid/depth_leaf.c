@@ -16,10 +16,13 @@
 /* Of noise with deviation 1: the mean of how far four pixels are off a plane. */
 #define MEAN_OFF 1.596
 
-/* A block has the patches of so many times so many squares: what is common to it, such as its
- * rasters and its ladder, and what its odds must learn takes as much as hundreds of samples. They
- * stand in Morton order, so those of wider blocks could be too far apart (square_map.c). */
+/* A block has the patches of so many times so many squares, and of as many beside them if it has so
+ * many patches: what is common to it, such as its rasters and its ladder, and what its odds must
+ * learn takes as much as hundreds of samples. They stand in Morton order, so those of larger blocks
+ * could be too far apart (square_map.c). */
 #define BLOCK_SIDE 16u
+#define BLOCK_WIDTH 32u
+#define PATCHES_TO_WIDEN 64u
 
 typedef struct making {
     const stp_depth_images *images;
@@ -65,10 +68,11 @@ static stp_place place_of(const making *m, const stp_depth_square *square)
 }
 
 /* Whether two squares are in the same so many times so many squares of an image. */
-static bool is_near(const stp_depth_square *a, const stp_depth_square *b, uint32_t side)
+static bool is_near(const stp_depth_square *a, const stp_depth_square *b, uint32_t columns,
+                    uint32_t rows)
 {
-    return a->image == b->image && a->column / side == b->column / side &&
-           a->row / side == b->row / side;
+    return a->image == b->image && a->column / columns == b->column / columns &&
+           a->row / rows == b->row / rows;
 }
 
 /* Finds which patches lie together: in 8 x 8 squares, which blocks need, and on one surface. */
@@ -81,7 +85,7 @@ static stp_status order_squares(making *m, stp_error *err)
     STP_TRY(stp_alloc(&scratch, m->square_count, sizeof *scratch, "patches", err));
     for (uint32_t begin = 0, end = 0; begin < m->square_count; begin = end) {
         for (; end < m->square_count &&
-               is_near(&m->squares[begin], &m->squares[end], STP_SQUARE_SIDE);
+               is_near(&m->squares[begin], &m->squares[end], STP_SQUARE_SIDE, STP_SQUARE_SIDE);
              end++)
             places[end - begin] = place_of(m, &m->squares[end]);
         uint32_t *order = m->order + begin, *together = m->together + m->together_count;
@@ -207,11 +211,12 @@ static bool is_alone(const making *m)
     return m->images->leaf_count == 1 && m->images->loose_count == 0;
 }
 
-/* The last of the runs of squares, from one on, that become a block: those of BLOCK_SIDE x
- * BLOCK_SIDE squares, unless they have few samples. There normals have one grid. */
+/* The last of the runs of squares, from one on, that become a block, unless they have few samples.
+ * There normals have one grid. */
 static uint32_t block_end(const making *m, uint32_t run, uint32_t begin)
 {
     const uint32_t least = stp_block_samples_least(STP_CODEC_DRACO);
+    const stp_depth_square *first = &m->squares[m->order[begin]];
     uint32_t samples = 0;
     if (is_alone(m))
         return m->together_count - 1;
@@ -222,7 +227,8 @@ static uint32_t block_end(const making *m, uint32_t run, uint32_t begin)
         if (run + 1 == m->together_count)
             return run;
         const stp_depth_square *next = &m->squares[m->order[i + 1]];
-        if (samples >= least && !is_near(&m->squares[m->order[i]], next, BLOCK_SIDE))
+        const uint32_t width = i + 1 - begin < PATCHES_TO_WIDEN ? BLOCK_SIDE : BLOCK_WIDTH;
+        if (samples >= least && !is_near(first, next, width, BLOCK_SIDE))
             return run;
         run++;
     }
@@ -326,7 +332,8 @@ static stp_raster raster_of(const stp_depth_rays *rays, bool turned, stp_dvec3 o
 {
     const stp_dvec3 way = stp_dvec3_sub(rays->station, origin);
     const double from[3] = {way.x, way.y, way.z};
-    stp_raster out = {.axis = rays->axis,
+    stp_raster out = {.stops = true,
+                      .axis = rays->axis,
                       .first = {rays->first[turned ? 1 : 0], rays->first[turned ? 0 : 1]},
                       .side = rays->side};
     for (unsigned k = 0; k < 2; k++) {

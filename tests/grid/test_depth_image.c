@@ -196,7 +196,7 @@ static void note_square(found *f, const stp_chunk *chunk, uint32_t p, const stp_
     const stp_square *square = &chunk->squares[p];
     const stp_raster *raster = &chunk->rasters[square->raster];
     const double half = 0.501 * ldexp(1.0, chunk->patches[p].exponent);
-    assert_true(stp_raster_spreads(raster));
+    assert_true(stp_raster_spreads(raster) && raster->stops);
     unsigned slopes = 0;
     for (unsigned n = 0; n < 4; n++)
         slopes += raster->across[n / 2][4 + n % 2] != 0.0;
