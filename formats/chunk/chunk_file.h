@@ -149,6 +149,7 @@ typedef struct stp_chunk_entry {
  * relative to the chunk's origin. */
 typedef struct stp_raster {
     bool level;    /* of a survey: columns go along x, rows along y, and normals are upwards */
+    bool stops;    /* slopes of heights stop where the depth jumps (square_slope.h) */
     unsigned axis; /* 0 x, 1 y, 2 z */
     /* Encoding looks for samples of so many columns and rows, from the first ones on; 0: of any. */
     uint32_t first[2], side;

@@ -2,7 +2,6 @@
 #include "preprocess/append/append_tree.h"
 
 #include "base/memory.h"
-#include "formats/chunk/block/block_cut.h"
 #include "formats/chunk/measure/raise.h"
 
 #include <inttypes.h>
@@ -228,8 +227,7 @@ static stp_status encode_one(void *context, size_t index, unsigned worker, stp_e
     const stp_codec codec = g->a->job.tree.codec;
     (void)worker;
     if (node->old == STP_CHUNK_NONE && !stp_growth_is_root(g)) /* the root has no parent */
-        STP_TRY(stp_chunk_cut(node->built.chunk, node->built.run_ends, node->built.run_count,
-                              stp_block_samples_least(codec), err));
+        STP_TRY(stp_built_chunk_cut(&node->built, codec, err));
     STP_TRY(stp_chunk_encode(node->built.chunk, codec, &node->payload, &node->entry, err));
     node->entry.origin = node->built.origin;
     node->entry.points_under = node->points_under;

@@ -16,6 +16,14 @@
 /* Of noise with deviation 1: the mean of how far four pixels are off a plane. */
 #define MEAN_OFF 1.596
 
+/* A block has the patches of so many times so many squares, and of as many beside them if it has so
+ * many patches: what is common to it, such as its rasters and its ladder, and what its odds must
+ * learn takes as much as hundreds of samples. They stand in Morton order, so those of larger blocks
+ * could be too far apart (square_map.c). */
+#define BLOCK_SIDE 16u
+#define BLOCK_WIDTH 32u
+#define PATCHES_TO_WIDEN 64u
+
 typedef struct making {
     const stp_depth_images *images;
     const stp_point_item_params *params;
@@ -25,10 +33,11 @@ typedef struct making {
     uint32_t *order;       /* of squares: those that lie together follow each other */
     uint32_t *ends;        /* of the squares' items */
     uint32_t *together;    /* ends, among the squares, of those that lie together */
+    uint32_t *blocks;      /* ends, among the samples, of blocks */
     stp_patch_grid *grids; /* by square, in order */
     stp_dvec3 *merged;     /* by square, in order: room for merged normals */
     double *angles;        /* room for those between neighbouring normals */
-    uint32_t square_count, count, together_count;
+    uint32_t square_count, count, together_count, block_count;
 } making;
 
 /* The middle of a patch, as its camera sees it, and its mean normal. */
@@ -58,11 +67,12 @@ static stp_place place_of(const making *m, const stp_depth_square *square)
     return out;
 }
 
-/* Whether two squares are in the same 8 x 8 squares of an image. */
-static bool is_near(const stp_depth_square *a, const stp_depth_square *b)
+/* Whether two squares are in the same so many times so many squares of an image. */
+static bool is_near(const stp_depth_square *a, const stp_depth_square *b, uint32_t columns,
+                    uint32_t rows)
 {
-    return a->image == b->image && a->column / STP_SQUARE_SIDE == b->column / STP_SQUARE_SIDE &&
-           a->row / STP_SQUARE_SIDE == b->row / STP_SQUARE_SIDE;
+    return a->image == b->image && a->column / columns == b->column / columns &&
+           a->row / rows == b->row / rows;
 }
 
 /* Finds which patches lie together: in 8 x 8 squares, which blocks need, and on one surface. */
@@ -74,7 +84,9 @@ static stp_status order_squares(making *m, stp_error *err)
     STP_TRY(stp_alloc(&places, m->square_count, sizeof *places, "patches", err));
     STP_TRY(stp_alloc(&scratch, m->square_count, sizeof *scratch, "patches", err));
     for (uint32_t begin = 0, end = 0; begin < m->square_count; begin = end) {
-        for (; end < m->square_count && is_near(&m->squares[begin], &m->squares[end]); end++)
+        for (; end < m->square_count &&
+               is_near(&m->squares[begin], &m->squares[end], STP_SQUARE_SIDE, STP_SQUARE_SIDE);
+             end++)
             places[end - begin] = place_of(m, &m->squares[end]);
         uint32_t *order = m->order + begin, *together = m->together + m->together_count;
         const uint32_t runs =
@@ -193,19 +205,30 @@ static pixel_noise measure_noise(const making *m, uint32_t begin, uint32_t end)
     return out;
 }
 
-/* The last of the runs of squares, from one on, that become a block: there normals have one grid.
- */
+/* Whether the leaf is the whole model, which is one block. */
+static bool is_alone(const making *m)
+{
+    return m->images->leaf_count == 1 && m->images->loose_count == 0;
+}
+
+/* The last of the runs of squares, from one on, that become a block, unless they have few samples.
+ * There normals have one grid. */
 static uint32_t block_end(const making *m, uint32_t run, uint32_t begin)
 {
     const uint32_t least = stp_block_samples_least(STP_CODEC_DRACO);
+    const stp_depth_square *first = &m->squares[m->order[begin]];
     uint32_t samples = 0;
-    if (m->images->leaf_count == 1)
+    if (is_alone(m))
         return m->together_count - 1;
     for (uint32_t i = begin;; i++) {
         samples += (uint32_t)__builtin_popcountll(m->squares[m->order[i]].samples);
         if (i + 1 < m->together[run])
             continue;
-        if (samples >= least || run + 1 == m->together_count)
+        if (run + 1 == m->together_count)
+            return run;
+        const stp_depth_square *next = &m->squares[m->order[i + 1]];
+        const uint32_t width = i + 1 - begin < PATCHES_TO_WIDEN ? BLOCK_SIDE : BLOCK_WIDTH;
+        if (samples >= least && !is_near(first, next, width, BLOCK_SIDE))
             return run;
         run++;
     }
@@ -242,6 +265,18 @@ static void add_square(making *m, uint32_t index, const pixel_noise *noise)
     for (unsigned k = 0, i = first; k < STP_SQUARE_SAMPLES; k++)
         if (square->samples >> k & 1u)
             move_to_ray(m, square, k, finest, &m->items[i++]);
+}
+
+static stp_status cut_blocks(const making *m, stp_chunk *chunk, stp_error *err)
+{
+    if (is_alone(m))
+        return STP_OK;
+    const stp_status status =
+        stp_alloc(&chunk->block_ends, m->block_count, sizeof *chunk->block_ends, "blocks", err);
+    for (uint32_t p = 1; status == STP_OK && p <= chunk->patch_count; p++)
+        if (chunk->level_begin[0][p] == m->blocks[chunk->block_count])
+            chunk->block_ends[chunk->block_count++] = p;
+    return status;
 }
 
 /* Lets the normals of a block follow from merged ones, if they are so noisy that those are told as
@@ -297,7 +332,8 @@ static stp_raster raster_of(const stp_depth_rays *rays, bool turned, stp_dvec3 o
 {
     const stp_dvec3 way = stp_dvec3_sub(rays->station, origin);
     const double from[3] = {way.x, way.y, way.z};
-    stp_raster out = {.axis = rays->axis,
+    stp_raster out = {.stops = true,
+                      .axis = rays->axis,
                       .first = {rays->first[turned ? 1 : 0], rays->first[turned ? 0 : 1]},
                       .side = rays->side};
     for (unsigned k = 0; k < 2; k++) {
@@ -372,6 +408,7 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
     STP_TRY(stp_alloc(&m.order, m.square_count, sizeof *m.order, "patches", err));
     STP_TRY(stp_alloc(&m.ends, m.square_count, sizeof *m.ends, "patches", err));
     STP_TRY(stp_alloc(&m.together, m.square_count, sizeof *m.together, "patches", err));
+    STP_TRY(stp_alloc(&m.blocks, m.square_count, sizeof *m.blocks, "blocks", err));
     STP_TRY(stp_alloc(&m.grids, m.square_count, sizeof *m.grids, "patches", err));
     STP_TRY(stp_alloc(&m.merged, (size_t)m.square_count * STP_DEPTH_MERGED, sizeof *m.merged,
                       "normals", err));
@@ -386,6 +423,7 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
         STP_TRY(derive_normals(&m, begin, m.together[r], &noise, err));
         for (uint32_t i = begin; i < m.together[r]; i++)
             fit_radii(&m, i);
+        m.blocks[m.block_count++] = m.count;
     }
     for (uint32_t i = 0, begin = 0; i < m.square_count; begin = m.ends[i++])
         stp_depth_keep_open(images, m.squares[m.order[i]].image, m.items + begin,
@@ -399,6 +437,7 @@ stp_status stp_depth_leaf_build(const stp_depth_images *images, uint32_t leaf,
                                   .run_count = m.square_count,
                                   .together_count = m.together_count};
     STP_TRY(stp_chunk_build_leaf(out, &group, params, err));
+    STP_TRY(cut_blocks(&m, out->chunk, err));
     measure_displacement(&m, out);
     STP_TRY(add_rasters(&m, out, err));
 done:
@@ -407,6 +446,7 @@ done:
     free(m.order);
     free(m.ends);
     free(m.together);
+    free(m.blocks);
     free(m.grids);
     free(m.merged);
     free(m.angles);

@@ -249,7 +249,8 @@ static void derive_family(piece *p, uint32_t index, const square_samples *s, int
     const double side = (double)(1 << (level + 1)), alike = alike_least[level];
     stp_slope_field field[3];
     for (int k = 0; k < 3; k++)
-        field[k] = stp_slope_field_at(&above->on, level + 1, (int32_t)parent, above->value[k]);
+        field[k] =
+            stp_slope_field_at(&above->on, level + 1, (int32_t)parent, NULL, above->value[k]);
     for (unsigned i = begin; i < end; i++) {
         const double c = (s->column[level][i] - above->on.column[parent]) / side;
         const double r = (s->row[level][i] - above->on.row[parent]) / side;

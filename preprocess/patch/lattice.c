@@ -33,13 +33,13 @@ int stp_vertex_exponent(double area, double reach, int finest)
     return finest;
 }
 
-double stp_radius_on_grid(double radius, double least)
+double stp_radius_on_grid(double radius, double least, double by_octave)
 {
     if (!(radius > 0.0))
         return radius;
     const double octave = stp_floor_log2(radius);
-    double step = round((log2(radius) - octave) * STP_RADII_BY_OCTAVE);
-    while (exp2(octave + step / STP_RADII_BY_OCTAVE) < least)
+    double step = round((log2(radius) - octave) * by_octave);
+    while (exp2(octave + step / by_octave) < least)
         step += 1.0;
-    return exp2(octave + step / STP_RADII_BY_OCTAVE);
+    return exp2(octave + step / by_octave);
 }

@@ -31,8 +31,8 @@ int stp_lattice_exponent(double spacing, double radius, double precision, stp_dv
 /* Radii are rounded to this many an octave, from powers of two on. The mean distance of 16 points
  * tells a spacing to an eighth, so finer steps would be noise. */
 #define STP_RADII_BY_OCTAVE 4.0
-/* The nearest radius of that grid that is not less than `least`. */
-double stp_radius_on_grid(double radius, double least);
+/* The nearest radius of a grid of so many an octave that is not less than `least`. */
+double stp_radius_on_grid(double radius, double least, double by_octave);
 
 /* The exponent of the lattice of a patch vertex, which is also a sample of the parent. It follows
  * the sum of the items' areas. It is coarse enough to give a ball of radius `reach` a code, and no

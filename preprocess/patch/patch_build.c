@@ -346,9 +346,11 @@ static double merged_radius(const builder *b, const stp_disc *merged, int level,
                           : stp_max(reach, stp_wanted_radius(b->ground->regular, area, reach));
     if (b->ground->grid && b->ground->grid->spacing > 0.0 && !alone && radius > 0.0)
         radius = stp_radius_on_map(radius, full_radius(b, merged, level), reach);
-    const bool noisy = !b->ground->even || (b->ground->grid && b->ground->grid->spreads);
-    if ((noisy || b->ground->regular) && !alone)
-        radius = stp_radius_on_grid(radius, reach);
+    const bool spreads = b->ground->grid && b->ground->grid->spreads;
+    if (spreads && !b->ground->holes)
+        radius = stp_radius_on_image(radius, reach, alone);
+    else if ((!b->ground->even || spreads || b->ground->regular) && !alone)
+        radius = stp_radius_on_grid(radius, reach, STP_RADII_BY_OCTAVE);
     return radius > 0.0 ? stp_max(radius, ldexp(1.0, lattice)) : 0.0;
 }
 

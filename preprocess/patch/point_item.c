@@ -92,7 +92,8 @@ void stp_point_item_set(stp_item *out, const stp_point_facts *facts, int exponen
         spacing =
             stp_min(spacing, ldexp(1.0 - 0x1p-20, exponent + RADIUS_OCTAVES) / params->lambda);
     const double full = params->lambda * spacing;
-    const double radius = facts->measured ? stp_radius_on_grid(full, 0.0) : full;
+    const double radius =
+        facts->measured ? stp_radius_on_grid(full, 0.0, STP_RADII_BY_OCTAVE) : full;
     memset(out, 0, sizeof *out);
     out->disc.centre = facts->position;
     out->disc.normal = stp_dvec3_from_float(facts->normal);

@@ -2,6 +2,7 @@
 #include "preprocess/tree/built_chunk.h"
 
 #include "base/memory.h"
+#include "formats/chunk/block/block_cut.h"
 #include "formats/chunk/codec/square/square.h"
 #include "formats/chunk/measure/overhang.h"
 #include "preprocess/patch/patch_build.h"
@@ -58,6 +59,15 @@ stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surrounding
 done:
     free(overhang);
     return status;
+}
+
+stp_status stp_built_chunk_cut(const stp_built_chunk *built, stp_codec codec, stp_error *err)
+{
+    stp_chunk *chunk = built->chunk;
+    if (chunk->block_ends && stp_codec_of_part(codec) == STP_CODEC_DRACO)
+        return STP_OK;
+    return stp_chunk_cut(chunk, built->run_ends, built->run_count, stp_block_samples_least(codec),
+                         err);
 }
 
 /* Moves a pointer from one block to another. `from` may be freed: only its address counts. */

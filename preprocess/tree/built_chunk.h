@@ -27,6 +27,9 @@ typedef struct stp_built_chunk {
  * OUT_OF_MEMORY, IO. */
 stp_status stp_built_chunk_stow(stp_built_chunk *built, stp_spill *spill, stp_error *err);
 stp_placed_chunk stp_built_chunk_place(const stp_built_chunk *built);
+/* Cuts the chunk, which has a parent, into blocks, unless who made it did so for this codec.
+ * Errors: OUT_OF_MEMORY. */
+stp_status stp_built_chunk_cut(const stp_built_chunk *built, stp_codec codec, stp_error *err);
 /* Sets the tangential errors of patches and vertices. pool: its threads share the work; NULL: this
  * thread alone. Errors: OUT_OF_MEMORY. */
 stp_status stp_built_chunk_measure(stp_built_chunk *built, const stp_surroundings *around,

@@ -3,7 +3,6 @@
 #include "preprocess/tree/tree.h"
 
 #include "base/memory.h"
-#include "formats/chunk/block/block_cut.h"
 #include "formats/chunk/block/block_table.h"
 #include "preprocess/cloud/cloud_blocks.h"
 #include "preprocess/cloud/cloud_cells.h"
@@ -208,8 +207,7 @@ static stp_status finish_one(void *context, size_t index, unsigned worker, stp_e
     STP_TRY(stp_built_chunk_measure(&out->chunk, &around, alone ? t->pool : NULL, err));
     const stp_codec codec = codec_of(t, out->chunk.chunk);
     if (stp_codec_has_blocks(codec) && t->tier_count > 1) /* the root has no parent */
-        STP_TRY(stp_chunk_cut(out->chunk.chunk, out->chunk.run_ends, out->chunk.run_count,
-                              stp_block_samples_least(codec), err));
+        STP_TRY(stp_built_chunk_cut(&out->chunk, codec, err));
     STP_TRY(stp_chunk_encode(out->chunk.chunk, codec, &out->payload, &out->entry, err));
     STP_TRY(stp_block_records_of(out->chunk.chunk, out->payload, &out->entry, &out->records, err));
     out->entry.origin = out->chunk.origin;

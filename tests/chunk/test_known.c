@@ -289,6 +289,7 @@ static void test_version_2_0(void **state)
     check_codecs("rounded/tilted_2_0");
     check_codecs("steps/2_0");
     check_codecs("steps/loose_2_0");
+    check_codecs("jumps/2_0");
     check_codecs("paper/2_0");
     check_answer("paper/2_0", "paper");
 }

@@ -230,6 +230,10 @@ static void test_spread_numbers(void **state)
     const float floats[] = {NAN, INFINITY, 1e16f};
     const uint8_t axes[] = {2, 7, 10},
                   far[4] = {0, 0, 0, 0x10}; /* 2: its slopes would be squares */
+    uint8_t *kind = raster - COUNT_BYTES - HEAD_BYTES + 1;
+    const uint8_t unknown = *kind | 2;
+    assert_int_equal(*kind, 1); /* slopes stop */
+    assert_refused(&bytes, chunk, kind, &unknown, 1);
     assert_int_equal(raster[0], 4 + 2);
     for (unsigned i = 0; i < 3; i++)
         assert_refused(&bytes, chunk, raster, &axes[i], 1);

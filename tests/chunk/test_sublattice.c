@@ -313,13 +313,14 @@ static void radii_are_on_their_grid(void **state)
     for (uint64_t i = 0; i < 1000; i++) {
         const double radius = exp2(40.0 * (stp_random_unit(4, i) - 0.5));
         const double least = radius * exp2(stp_random_unit(5, i) - 1.0);
-        const double steps = 4.0 * log2(stp_radius_on_grid(radius, least));
+        const double steps = 4.0 * log2(stp_radius_on_grid(radius, least, 4.0));
         assert_true(fabs(steps - round(steps)) < 1e-6);
-        assert_true(stp_radius_on_grid(radius, least) >= least);
-        assert_true(fabs(4.0 * log2(radius) - 4.0 * log2(stp_radius_on_grid(radius, 0.0))) < 0.501);
+        assert_true(stp_radius_on_grid(radius, least, 4.0) >= least);
+        const double coarse = stp_radius_on_grid(radius, 0.0, 2.0);
+        assert_true(fabs(2.0 * log2(radius) - 2.0 * log2(coarse)) < 0.501);
         assert_true(steps < 4.0 * log2(radius) + 1.001);
     }
-    assert_true(stp_radius_on_grid(0.0, 0.0) == 0.0);
+    assert_true(stp_radius_on_grid(0.0, 0.0, 4.0) == 0.0);
 }
 
 int main(void)

@@ -196,7 +196,7 @@ static void note_square(found *f, const stp_chunk *chunk, uint32_t p, const stp_
     const stp_square *square = &chunk->squares[p];
     const stp_raster *raster = &chunk->rasters[square->raster];
     const double half = 0.501 * ldexp(1.0, chunk->patches[p].exponent);
-    assert_true(stp_raster_spreads(raster));
+    assert_true(stp_raster_spreads(raster) && raster->stops);
     unsigned slopes = 0;
     for (unsigned n = 0; n < 4; n++)
         slopes += raster->across[n / 2][4 + n % 2] != 0.0;
@@ -231,6 +231,14 @@ static void check_errors(const stp_patch *patch)
                 (patch->quarter_error[l][q] | patch->quarter_tangential_error[l][q]) & 1, 0);
 }
 
+/* Radii of merged samples are rounded to half octaves. */
+static void check_radii(const stp_chunk *chunk, uint32_t p)
+{
+    for (int l = 1; l < STP_LEVEL_COUNT; l++)
+        for (uint32_t i = chunk->level_begin[l][p]; i < chunk->level_begin[l][p + 1]; i++)
+            assert_int_equal((chunk->samples[l][i].radius - 1) % 8, 0);
+}
+
 static void note_patch(found *f, const images *m, const stp_chunk *chunk, uint32_t p,
                        const stp_chunk_entry *entry)
 {
@@ -242,6 +250,7 @@ static void note_patch(found *f, const images *m, const stp_chunk *chunk, uint32
     if (chunk->squares) {
         note_square(f, chunk, p, samples);
         check_errors(patch);
+        check_radii(chunk, p);
     }
     for (unsigned k = 0; k < patch->counts[0]; k++) {
         const uint32_t i = prep_number_of(&samples[k]), column = i % COUNT % COLUMNS,
@@ -278,6 +287,8 @@ static found *read_back(const images *m)
         stp_chunk *chunk = prep_chunk(file, id, &entry);
         for (uint32_t p = 0; entry.child_count == 0 && p < chunk->patch_count; p++)
             note_patch(f, m, chunk, p, &entry);
+        if (entry.child_count == 0 && chunk->squares) /* blocks of images are large */
+            assert_in_range(entry.block_count, 1, 1 + entry.sample_count[0] / 8192);
         f->leaves += entry.child_count == 0;
         f->square_leaves += entry.child_count == 0 && chunk->squares;
         stp_chunk_destroy(&chunk);

@@ -549,10 +549,10 @@ def squares_of(tables, rasters, patch_count, name):
 def decode(segments, patch_count, linked, name, joined=False):
     """Patches and samples of levels 0 to 3."""
     cursor = Cursor(segments[0], f"{name}, segment 0")
-    rasters, how, rungs, placed, shifts = None, None, 0, 0, (0, 0)
+    rasters, how, rungs, kind, placed, shifts = None, None, 0, 0, 0, (0, 0)
     if joined and len(cursor.data) >= 4 and cursor.data[3] == 64:
         kind = cursor.number(4)
-        require(kind & 3 << 6 != 3 << 6 and kind < 0x40000100, f"{cursor.name}: squares of kind {kind:x}")
+        require(kind & 3 << 6 != 3 << 6 and kind < 0x40000200, f"{cursor.name}: squares of kind {kind:x}")
         rasters, placed, shifts = read_rasters(cursor, patch_count, kind & 1), kind & 2, (kind >> 2 & 3, kind >> 4 & 15)
         tables, how, rungs = squares_begin(cursor, 1)
     else:
@@ -568,6 +568,8 @@ def decode(segments, patch_count, linked, name, joined=False):
     if rasters and not placed:
         places = squares_of(tables, rasters, patch_count, cursor.name)
     squares = codec_squares.Block(rasters, places, patches, cursor.name) if rasters else None
+    if squares:
+        squares.stops = bool(kind & 256)
     if placed:
         squares.place([row[1:7] for row in table.rows])
     coarsest = tables.read(patch_count, SAMPLE_COLUMNS)

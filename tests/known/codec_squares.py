@@ -119,7 +119,7 @@ class Block:
     """The samples of a block of squares as grids."""
 
     def __init__(self, rasters, squares, patches, name):
-        self.rasters, self.squares, self.patches = rasters, squares, patches
+        self.rasters, self.squares, self.patches, self.stops = rasters, squares, patches, False
         self.levels, self.first, self.size, area = [Level() for _ in range(4)], {}, {}, 0
         for raster in {s[3] for s in squares}:
             own = [[s[k] for s in squares if s[3] == raster] for k in range(2)]
@@ -209,12 +209,25 @@ class Block:
             at += p.counts[level]
         self.levels[level].z = heights
 
-    def slopes(self, level, sample, values):
+    def jump(self, level, sample):
+        """How far the heights of samples are off that tell nothing of a sample's."""
+        at = self.levels[level].z[sample] * math.ldexp(1.0, self.exponent)
+        across = self.rasters[self.levels[level].rasters[sample]].across
+        side = max(abs(a[i] + a[i + 3] * at) for a in across for i in (1, 2))
+        return side * (8.0 * (1 << level)) * math.ldexp(1.0, -self.exponent)
+
+    def beside(self, level, sample, ways, stops):
+        """The samples that tell of a sample, so many columns and rows from it."""
+        raster, column, row = self.cell(level, sample)
+        near, z = [self.at(level, raster, column + c, row + r) for c, r in ways], self.levels[level].z
+        most = self.jump(level, sample) if stops else None
+        return [-1 if stops and i >= 0 and abs(z[i] - z[sample]) > most else i for i in near]
+
+    def slopes(self, level, sample, values, stops=False):
         """By column and by row."""
         on, out = self.levels[level], []
-        raster, column, row = self.cell(level, sample)
         for axis in range(2):
-            near = [self.at(level, raster, column + (1 - axis) * k, row + axis * k) for k in (-2, -1, 1, 2)]
+            near = self.beside(level, sample, [((1 - axis) * k, axis * k) for k in (-2, -1, 1, 2)], stops)
             low, high = (n if n >= 0 else sample for n in near[1:3])
             side = 1 << level
             wide = (on.places[high][axis] - on.places[low][axis]) / side
@@ -228,9 +241,8 @@ class Block:
                 out.append(rise / wide)
         return out
 
-    def twist(self, level, sample, values):
-        raster, column, row = self.cell(level, sample)
-        near = [self.at(level, raster, column + i, row + j) for j in (-1, 1) for i in (-1, 1)]
+    def twist(self, level, sample, values, stops):
+        near = self.beside(level, sample, [(i, j) for j in (-1, 1) for i in (-1, 1)], stops)
         if min(near) < 0:
             return 0.0
         v = [values[n] for n in near]
@@ -274,8 +286,10 @@ class Family:
 
     def __init__(self, block, level, parent, values):
         self.place, self.count, self.level = block.levels[level + 1].places[parent], 0, level
-        self.values = [(v[parent], *block.slopes(level + 1, parent, v), block.twist(level + 1, parent, v))
-                       for v in values]
+        self.values = []
+        for v in values:
+            stops = block.stops and v is block.levels[level + 1].z
+            self.values.append((v[parent], *block.slopes(level + 1, parent, v, stops), block.twist(level + 1, parent, v, stops)))
 
     def expected(self, place):
         side = 2.0 ** (self.level + 1)

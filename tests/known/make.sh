@@ -346,4 +346,10 @@ for name in steps/2_0,1500 steps/loose_2_0,2050; do
     "$program" gen terrain -n "${name#*,}" --noise 0.3 --seed 17 -o middles.ply --quiet --force
     in_blocks "${name%,*}" middles.ply
 done
+# From here on slopes of images' heights stop at jumps, and radii of merged samples are rounded to half octaves.
+mkdir -p jumps
+for codec in raw draco zstd; do
+    "$program" prep depth.pgm --pinhole 60,60,35.5,19.5 --height-scale 0.001 -o "jumps/2_0_$codec.stipple" --codec $codec --quiet
+done
+python3 "$known/read.py" jumps/2_0_raw.stipple >jumps/2_0.samples
 rm turned.pcd paint.ppm turns.pgm attributes.las depth.pgm hills.asc hills.ppm steps.pgm middles.ply more.ply cm.txt grid.asc maps.ply whole.stipple leaves.ply sphere.ply sphere.txt statue.ply statue.txt tree.ply

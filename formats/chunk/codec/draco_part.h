@@ -17,12 +17,14 @@ stp_status stp_draco_part_decode(const uint8_t *bytes, size_t size, int segment,
 /* For both: */
 
 /* A tight part of squares, no other one, begins with this number, plus 1 if they are tilted, plus 2
- * if patches are placed by them, plus the shifts of their errors and axes. */
+ * if patches are placed by them, plus the shifts of their errors and axes, plus STOPS if slopes
+ * stop at jumps. */
 #define STP_TIGHT_SQUARES (UINT32_C(1) << 30)
 #define STP_TIGHT_TILTED 1u
 #define STP_TIGHT_PLACED 2u
 #define STP_TIGHT_SHIFTS_AT 2u
-#define STP_TIGHT_BITS (STP_TIGHT_SHIFTS_AT + STP_PATCH_SHIFTS_BITS)
+#define STP_TIGHT_STOPS (UINT32_C(1) << (STP_TIGHT_SHIFTS_AT + STP_PATCH_SHIFTS_BITS))
+#define STP_TIGHT_BITS (STP_TIGHT_SHIFTS_AT + STP_PATCH_SHIFTS_BITS + 1u)
 #define STP_TIGHT_SQUARES_BYTES 4u
 
 static inline void stp_set_placed(bool placed, stp_table *patches)

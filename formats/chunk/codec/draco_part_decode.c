@@ -252,6 +252,8 @@ static stp_status tight_squares_begin(table_source *from, int segment, stp_chunk
         if (from->shares)
             from->shares->bytes[STP_SHARE_FRAME] += STP_TIGHT_SQUARES_BYTES;
         STP_TRY(rasters_read(from, how & STP_TIGHT_TILTED, chunk, err));
+        for (uint32_t i = 0; i < chunk->raster_count; i++)
+            chunk->rasters[i].stops = how & STP_TIGHT_STOPS;
         from->is_tight = true;
     }
     if (from->is_tight)

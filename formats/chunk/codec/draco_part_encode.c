@@ -180,7 +180,8 @@ static stp_status squares_begin(const stp_chunk *chunk, const stp_block_squares 
     to->shifts = stp_patch_shifts_find(chunk);
     stp_put_u32(head, STP_TIGHT_SQUARES | STP_TIGHT_PLACED |
                           stp_patch_shifts_bits(&to->shifts) << STP_TIGHT_SHIFTS_AT |
-                          (stp_squares_are_tilted(chunk, squares->of) ? STP_TIGHT_TILTED : 0));
+                          (stp_squares_are_tilted(chunk, squares->of) ? STP_TIGHT_TILTED : 0) |
+                          (squares->map.stops ? STP_TIGHT_STOPS : 0));
     return stp_bytes_append(to->out, head, sizeof head, err);
 }
 

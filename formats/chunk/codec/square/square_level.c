@@ -215,6 +215,18 @@ static void find_family(const coder *c, uint32_t p, unsigned j, family *f)
     f->first = c->block->level_begin[c->level][p] + begin;
 }
 
+/* Lets slopes of heights stop at jumps of the depth. */
+STP_INLINE void stop_slopes(const coder *c, family *f)
+{
+    const int level = c->level + 1, parent = (int)f->parent;
+    const stp_slope_limit limit = stp_slope_limit_at(c->map, c->grid, level, parent);
+    const stp_slope_field own =
+        stp_slope_field_at(&c->grid->level[level], level, parent, &limit, c->values[HEIGHT]);
+    f->field.by_column[HEIGHT] = own.by_column;
+    f->field.by_row[HEIGHT] = own.by_row;
+    f->field.across[HEIGHT] = own.across;
+}
+
 STP_INLINE void begin_family(const coder *c, family *f)
 {
     const int level = c->level + 1;
@@ -262,6 +274,8 @@ static bool code_families(coder *c)
             w.f.scale = stp_scale_of_patch(&c->tables->last.scale, w.f.patch);
         }
         begin_family(c, &w.f);
+        if (c->map->stops)
+            stop_slopes(c, &w.f);
         for (unsigned k = 0; k < w.f.count; k++) {
             const table_row next = next_row(c, &w.next, k + 1 == w.f.count);
             code_child(c, &w.f, k, &next);
@@ -374,7 +388,7 @@ STP_INLINE void find_slopes(const coder *c, const stp_square_normals *normals, u
     }
     const stp_square_level *on = &c->grid->level[c->level];
     for (int i = 0; i < 2; i++) {
-        const stp_slope_samples n = stp_slope_find(on, c->level, (int32_t)sample, i == 0);
+        const stp_slope_samples n = stp_slope_find(on, c->level, (int32_t)sample, i == 0, NULL);
         out[i] = stp_slope_of(&n, on->height);
     }
 }

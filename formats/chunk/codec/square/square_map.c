@@ -265,8 +265,10 @@ stp_status stp_square_map_create(const stp_chunk *block, const stp_square *squar
         goto done;
     }
     STP_TRY(allocate(block, extents, count, planes, &map, err));
+    map.stops = true;
     for (uint32_t p = 0; p < block->patch_count; p++) {
         const stp_square_grid *grid = stp_square_grid_of(&map, p);
+        map.stops = map.stops && grid->raster->stops;
         if (!stp_raster_spreads(grid->raster) &&
             stp_square_at(&grid->level[STP_LEVEL_COUNT - 1],
                           (int)(squares[p].column - grid->column / STP_SQUARE_SIDE),

@@ -44,6 +44,7 @@ typedef struct stp_square_map {
     uint32_t first_raster, grid_count;
     double *sums;               /* of all grids, one behind the other; also values of the parents */
     int exponent;               /* of the finest lattice */
+    bool stops;                 /* slopes of heights stop at jumps: those of all rasters do */
     bool full[STP_LEVEL_COUNT]; /* no cell of the level's grids is empty */
 } stp_square_map;
 
