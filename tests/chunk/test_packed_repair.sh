@@ -64,6 +64,16 @@ repair "both headers"
 "$STIPPLE" export sound.stipple -o sound.ply --quiet && "$STIPPLE" export repaired.stipple -o repaired.ply --quiet &&
     cmp -s sound.ply repaired.ply || fail "both headers: other points"
 
+# Where the table ends is told from the metadata, which is kept.
+told() { # file
+    "$STIPPLE" info "$1" | grep -E '^(orientation|lambda|displacement) '
+}
+cp sound.stipple damaged.stipple
+wipe damaged.stipple 0 2048
+wipe damaged.stipple "$table" 300
+repair "both headers and the table"
+[ "$(told repaired.stipple)" = "$(told sound.stipple)" ] || fail "both headers and the table: the metadata is lost"
+
 # The reader from SPEC.md.
 if command -v python3 >/dev/null && command -v zstd >/dev/null; then
     run python3 -c "

@@ -199,7 +199,8 @@ done:
 }
 
 /* Makes a packed table that is lost anew from all payloads, if these give the very bytes that were
- * written: another release of zstd may give others. */
+ * written: another release of zstd may give others. If the section's checksum is lost, too, as many
+ * bytes are enough: their records are checked chunk by chunk. */
 static stp_status remake_table(stp_damaged *d, bool *mended, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -221,7 +222,7 @@ static stp_status remake_table(stp_damaged *d, bool *mended, stp_error *err)
     }
     STP_TRY(stp_table_pack(records.data, (size_t)total, &packed, err));
     *mended = packed.size > 0 && packed.size == section->bytes &&
-              stp_hash(packed.data, packed.size) == section->hash;
+              (d->header_rebuilt || stp_hash(packed.data, packed.size) == section->hash);
     if (*mended)
         STP_TRY(stp_damaged_mend(d, section->offset, packed.data, packed.size, err));
 done:
@@ -243,7 +244,7 @@ static stp_status mend_packed(stp_damaged *d, stp_error *err)
     d->sections_lost |= !mended;
     stp_damaged_say(d, "the table of blocks (at byte %" PRIu64 ") is %s",
                     stp_header_blocks(&d->header)->offset,
-                    mended ? "made anew from the payloads" : "lost");
+                    mended ? "made anew from the payloads" : "lost: it is written anew");
 done:
     return status;
 }
