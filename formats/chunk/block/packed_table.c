@@ -12,12 +12,10 @@
 enum { AT_KIND = 0, AT_COUNT = 4, AT_HASH = 8, HEAD_BYTES = 16 };
 /* Higher levels win 2 % and take five times as long. */
 #define LEVEL 12
-/* A table that becomes more times as small is not packed: few bytes would ask for much memory. */
-#define RATIO_MOST 16u
 
 static bool is_bomb(uint64_t bytes, size_t packed)
 {
-    return bytes / RATIO_MOST > packed;
+    return bytes / STP_PACKED_RATIO_MOST > packed;
 }
 
 /* Record by record to plane by plane, or back. */

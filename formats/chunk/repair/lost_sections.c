@@ -207,6 +207,8 @@ static stp_status remake_table(stp_damaged *d, bool *mended, stp_error *err)
     const stp_section *section = stp_header_blocks(&d->header);
     const uint64_t total = stp_header_block_count(&d->header);
     stp_bytes records = {0}, packed = {0}, own = {0};
+    if (total * STP_BLOCK_BYTES / STP_PACKED_RATIO_MOST > section->bytes)
+        return STP_OK; /* no table of so many records is so small */
     STP_TRY(stp_bytes_append(&records, NULL, (size_t)total * STP_BLOCK_BYTES, err));
     for (uint32_t id = 0; id < d->header.chunk_count; id++) {
         const stp_chunk_entry *e = &d->entries[id];
