@@ -135,9 +135,10 @@ done:
 }
 
 /* The kind and bytes of a table of blocks that is not found: all from `begin` to the metadata. If
- * these are as many as records would take, it is not packed. */
+ * these are as many as records would take, it is not packed. *more: that they are far more, so
+ * there were attributes. */
 static stp_status guess_blocks(const stp_damaged *d, uint64_t begin, uint64_t block_count,
-                               uint32_t *kind, uint64_t *blocks, stp_error *err)
+                               uint32_t *kind, uint64_t *blocks, bool *more, stp_error *err)
 {
     stp_status status = STP_OK;
     const uint64_t directory = d->header.directory_offset, plain = block_count * STP_BLOCK_BYTES;
@@ -151,6 +152,7 @@ static stp_status guess_blocks(const stp_damaged *d, uint64_t begin, uint64_t bl
         *kind = STP_SECTION_BLOCKS;
         *blocks = plain;
     }
+    *more = *blocks > 2 * plain && *kind == STP_SECTION_PACKED_BLOCKS;
 done:
     return status;
 }
@@ -164,6 +166,7 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
     const uint64_t begin = h->metadata_offset, own = stp_get_u32(root + 212);
     uint64_t at = h->directory_offset, attributes = 0, blocks = 0;
     uint32_t kind = 0;
+    bool more = false;
     if (begin < h->directory_offset) {
         STP_TRY(search_packed(d, begin, h->directory_offset, block_count, &at, &blocks, err));
         kind = STP_SECTION_PACKED_BLOCKS;
@@ -177,7 +180,7 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
                            stp_get_u64(root + 216), &at, err));
     }
     if (at == h->directory_offset && begin < at)
-        STP_TRY(guess_blocks(d, begin, block_count, &kind, &blocks, err));
+        STP_TRY(guess_blocks(d, begin, block_count, &kind, &blocks, &more, err));
     if (at < h->directory_offset && at > begin)
         STP_TRY(table_bytes(d, at + blocks, &attributes, err));
     if (attributes > 0)
@@ -185,7 +188,7 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
     else if (at > begin && at < h->directory_offset)
         add_section(h, STP_SECTION_FREE, at - begin, 0); /* all that can lie here besides */
     add_section(h, kind, blocks, block_count);
-    if (attributes > 0)
+    if (attributes > 0 || more) /* if nobody knows where, their loss is said */
         add_section(h, STP_SECTION_ATTRIBUTES, attributes, 0);
 done:
     return status;
