@@ -220,7 +220,9 @@ static void surroundings_find(surroundings *around, const search *s, const uint3
     const vec3s half = glms_vec3_scale(glms_vec3_sub(high, low), 0.5f);
     around->centre = stp_dvec3_add(l->origin, stp_dvec3_from_float(glms_vec3_add(low, half)));
     const vec3s farthest = glms_vec3_maxv(glms_vec3_abs(low), glms_vec3_abs(high));
-    const double slack = stp_locale_slack(farthest, reach);
+    /* the centre is rounded, too: far from zero, by as much as points are apart */
+    const double slack =
+        stp_locale_slack(farthest, reach) + 0x1p-52 * stp_dvec3_length(around->centre);
     around->size = (double)glms_vec3_norm(half) + slack;
     around->reach = reach;
     around->count = 0;

@@ -64,6 +64,27 @@ repair "both headers"
 "$STIPPLE" export sound.stipple -o sound.ply --quiet && "$STIPPLE" export repaired.stipple -o repaired.ply --quiet &&
     cmp -s sound.ply repaired.ply || fail "both headers: other points"
 
+# Where the table ends is told from the metadata, which is kept.
+told() { # file
+    "$STIPPLE" info "$1" | grep -E '^(orientation|lambda|displacement) '
+}
+cp sound.stipple damaged.stipple
+wipe damaged.stipple 0 2048
+wipe damaged.stipple "$table" 300
+repair "both headers and the table"
+[ "$(told repaired.stipple)" = "$(told sound.stipple)" ] || fail "both headers and the table: the metadata is lost"
+
+# Attributes that lay beside the table are lost with it, which is said.
+awk 'BEGIN { print "x,y,z,heat"; for (i = 0; i < 150000; i++) print i % 400, int(i / 400), sin(i / 37), i * 7919 % 9973 }' >heat.csv
+"$STIPPLE" prep heat.csv -o heat.stipple --attributes all --quiet || fail "no model with attributes"
+[ "$(head -c 204 heat.stipple | tail -c 4)" = BLK3 ] || fail "no packed table behind the attributes' numbers"
+cp heat.stipple damaged.stipple
+wipe damaged.stipple 0 2048
+wipe damaged.stipple $(($(u64 heat.stipple 208) + 200)) 300
+run "$STIPPLE" verify --repair damaged.stipple -o repaired.stipple --force
+expect_code 1
+expect_text err "its attributes are lost"
+
 # The reader from SPEC.md.
 if command -v python3 >/dev/null && command -v zstd >/dev/null; then
     run python3 -c "

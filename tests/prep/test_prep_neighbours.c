@@ -251,6 +251,18 @@ static void pile_and_a_far_point(void **state)
     check(&cloud, 16, 101);
 }
 
+/* A lattice of the least steps that doubles have 10^15 away. */
+static void far_from_zero(void **state)
+{
+    (void)state;
+    stp_cloud cloud = cloud_fixture_make(20000);
+    for (uint32_t i = 0; i < cloud.count; i++)
+        cloud.points[i].position = (stp_dvec3){1e15 + 0.125 * floor(40.0 * stp_random_unit(1, i)),
+                                               -1e15 + 0.125 * floor(40.0 * stp_random_unit(2, i)),
+                                               1e15 + 0.125 * floor(40.0 * stp_random_unit(3, i))};
+    check(&cloud, 16, 61);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -263,6 +275,7 @@ int main(void)
         cmocka_unit_test(thousands_at_one_distance),
         cmocka_unit_test(clumps_in_two_corners),
         cmocka_unit_test(pile_and_a_far_point),
+        cmocka_unit_test(far_from_zero),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

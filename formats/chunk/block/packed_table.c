@@ -12,8 +12,11 @@
 enum { AT_KIND = 0, AT_COUNT = 4, AT_HASH = 8, HEAD_BYTES = 16 };
 /* Higher levels win 2 % and take five times as long. */
 #define LEVEL 12
-/* Checksums of parts do not pack, so no writer's table becomes so many times as small. */
-#define RATIO_MOST 16u
+
+static bool is_bomb(uint64_t bytes, size_t packed)
+{
+    return bytes / STP_PACKED_RATIO_MOST > packed;
+}
 
 /* Record by record to plane by plane, or back. */
 static void turn(const uint8_t *from, size_t rows, size_t columns, uint8_t *to)
@@ -41,6 +44,9 @@ stp_status stp_table_pack(const uint8_t *records, size_t count, stp_bytes *out, 
                                ZSTD_getErrorName(packed));
         goto done;
     }
+    out->size = begin;
+    if (is_bomb(size, HEAD_BYTES + packed))
+        goto done;
     stp_put_u32(head + AT_KIND, STP_SECTION_PACKED_BLOCKS);
     stp_put_u32(head + AT_COUNT, (uint32_t)count);
     stp_put_u64(head + AT_HASH, stp_hash(head + HEAD_BYTES, packed));
@@ -67,7 +73,7 @@ stp_status stp_table_unpack(const uint8_t *packed, size_t size, uint64_t count, 
     stp_status status = STP_OK;
     uint8_t *planes = NULL, *records = NULL;
     const uint64_t bytes = count * STP_BLOCK_BYTES;
-    if (stp_packed_table_bytes(packed, size, count) != size || bytes / RATIO_MOST > size)
+    if (stp_packed_table_bytes(packed, size, count) != size || is_bomb(bytes, size))
         return stp_error_set(err, STP_CORRUPT,
                              "the table of blocks is not one of %" PRIu64 " records", count);
     STP_TRY(stp_alloc(&planes, (size_t)bytes + 1, 1, "the table of blocks", err));

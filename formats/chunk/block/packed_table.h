@@ -11,10 +11,12 @@
 
 /* Tables of fewer records are not worth a frame. */
 #define STP_PACKED_LEAST 128u
+/* A table that becomes more times as small is not packed: few bytes would ask for much memory. */
+#define STP_PACKED_RATIO_MOST 16u
 
 /* Appends a packed table of `count` records of STP_BLOCK_BYTES; nothing if they are fewer than
- * STP_PACKED_LEAST, or so many that a header has no room for their number. Errors: OUT_OF_MEMORY.
- */
+ * STP_PACKED_LEAST, so many that a header has no room for their number, or so much alike that they
+ * become more than STP_PACKED_RATIO_MOST times as small. Errors: OUT_OF_MEMORY. */
 stp_status stp_table_pack(const uint8_t *records, size_t count, stp_bytes *out, stp_error *err);
 
 /* Sets *out to the `count` records of a packed table; free with free(). Errors: CORRUPT (it is not

@@ -6,6 +6,7 @@
 #include "formats/chunk/attribute/attribute_table.h"
 #include "formats/chunk/block/packed_table.h"
 
+#include <cjson/cJSON.h>
 #include <stdlib.h>
 
 /* Bytes that are searched at a time. */
@@ -50,7 +51,8 @@ static stp_status search_packed(const stp_damaged *d, uint64_t begin, uint64_t e
     stp_status status = STP_OK;
     uint8_t *bytes = NULL;
     /* what does not pack is a little larger */
-    const size_t most = (size_t)block_count * STP_BLOCK_BYTES * 2;
+    const uint64_t packed_most = block_count * STP_BLOCK_BYTES * 2;
+    const size_t most = (size_t)(packed_most < end - begin ? packed_most : end - begin);
     *at = end;
     STP_TRY(stp_alloc(&bytes, (size_t)PART_BYTES + most, 1, "sections", err));
     for (uint64_t part = begin; part < end && *at == end; part += PART_BYTES) {
@@ -62,6 +64,43 @@ static stp_status search_packed(const stp_damaged *d, uint64_t begin, uint64_t e
             if (*size > 0)
                 *at = part + i;
         }
+    }
+done:
+    free(bytes);
+    return status;
+}
+
+static bool is_text(uint8_t byte)
+{
+    return byte >= ' ' || byte == '\t' || byte == '\n' || byte == '\r';
+}
+
+/* Looks from `begin` to `end` for the metadata: a JSON object that reaches to `end`. *at: where it
+ * begins, or `end`. */
+static stp_status search_metadata(const stp_damaged *d, uint64_t begin, uint64_t end, uint64_t *at,
+                                  stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint64_t left = end - begin;
+    const size_t size = (size_t)(left < STP_METADATA_BYTES_LIMIT ? left : STP_METADATA_BYTES_LIMIT);
+    uint8_t *bytes = NULL;
+    size_t i = size, next = 0;
+    *at = end;
+    STP_TRY(stp_alloc(&bytes, size + 1, 1, "the metadata", err));
+    STP_TRY(stp_damaged_read(d, end - size, bytes, size, err));
+    while (i > 0 && is_text(bytes[i - 1]))
+        i--;
+    for (; i < size && *at == end; i = next) {
+        const char *text = (const char *)bytes + i, *stop = NULL;
+        next = i + 1;
+        if (*text != '{')
+            continue;
+        cJSON *json = cJSON_ParseWithLengthOpts(text, size + 1 - i, &stop, true);
+        if (json)
+            *at = end - size + i;
+        else if (stop > text) /* so that each byte is looked at once */
+            next = i + (size_t)(stop - text);
+        cJSON_Delete(json);
     }
 done:
     free(bytes);
@@ -95,6 +134,29 @@ done:
     return status;
 }
 
+/* The kind and bytes of a table of blocks that is not found: all from `begin` to the metadata. If
+ * these are as many as records would take, it is not packed. *more: that they are far more, so
+ * there were attributes. */
+static stp_status guess_blocks(const stp_damaged *d, uint64_t begin, uint64_t block_count,
+                               uint32_t *kind, uint64_t *blocks, bool *more, stp_error *err)
+{
+    stp_status status = STP_OK;
+    const uint64_t directory = d->header.directory_offset, plain = block_count * STP_BLOCK_BYTES;
+    uint64_t metadata = directory;
+    STP_TRY(search_metadata(d, begin, directory, &metadata, err));
+    *kind = STP_SECTION_PACKED_BLOCKS;
+    *blocks = metadata - begin;
+    if (*blocks == block_count * STP_WIDE_BLOCK_BYTES)
+        *kind = STP_SECTION_WIDE_BLOCKS;
+    if (*blocks == plain || (metadata == directory && *blocks > plain)) {
+        *kind = STP_SECTION_BLOCKS;
+        *blocks = plain;
+    }
+    *more = *blocks > 2 * plain && *kind == STP_SECTION_PACKED_BLOCKS;
+done:
+    return status;
+}
+
 stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
                                 const uint8_t root[STP_ENTRY_BYTES], stp_error *err)
 {
@@ -104,6 +166,7 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
     const uint64_t begin = h->metadata_offset, own = stp_get_u32(root + 212);
     uint64_t at = h->directory_offset, attributes = 0, blocks = 0;
     uint32_t kind = 0;
+    bool more = false;
     if (begin < h->directory_offset) {
         STP_TRY(search_packed(d, begin, h->directory_offset, block_count, &at, &blocks, err));
         kind = STP_SECTION_PACKED_BLOCKS;
@@ -116,6 +179,8 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
             STP_TRY(search(d, begin, h->directory_offset, (size_t)own * record,
                            stp_get_u64(root + 216), &at, err));
     }
+    if (at == h->directory_offset && begin < at)
+        STP_TRY(guess_blocks(d, begin, block_count, &kind, &blocks, &more, err));
     if (at < h->directory_offset && at > begin)
         STP_TRY(table_bytes(d, at + blocks, &attributes, err));
     if (attributes > 0)
@@ -123,7 +188,7 @@ stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
     else if (at > begin && at < h->directory_offset)
         add_section(h, STP_SECTION_FREE, at - begin, 0); /* all that can lie here besides */
     add_section(h, kind, blocks, block_count);
-    if (attributes > 0)
+    if (attributes > 0 || more) /* if nobody knows where, their loss is said */
         add_section(h, STP_SECTION_ATTRIBUTES, attributes, 0);
 done:
     return status;

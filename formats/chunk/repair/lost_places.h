@@ -6,9 +6,9 @@
 
 /* Places the sections of d->header, whose metadata_offset is the end of the payloads, and moves
  * metadata_offset behind them. The table of blocks is found by the checksum that the root's entry
- * has of its records: else it is taken to follow the payloads. What lies between them is the
- * numbers of attributes, whose table follows the blocks'. Hashes stay 0. Errors: IO, OUT_OF_MEMORY.
- */
+ * has of its records, or by its own: else it is taken for all that lies between the payloads and
+ * the metadata. What lies before it is the numbers of attributes, whose table follows the blocks'.
+ * Hashes stay 0. Errors: IO, OUT_OF_MEMORY. */
 stp_status stp_lost_places_find(stp_damaged *d, uint64_t block_count,
                                 const uint8_t root[STP_ENTRY_BYTES], stp_error *err);
 
