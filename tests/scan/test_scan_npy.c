@@ -132,6 +132,30 @@ static void records(void **state)
     stp_scan_close(&scan);
 }
 
+/* Gaps and texts are passed over, and opaque colours in floats keep their bits. */
+static void records_with_gaps(void **state)
+{
+    (void)state;
+    unsigned char bytes[2 * 26] = {0};
+    stp_scan_info info;
+    for (int i = 0; i < 2; i++) {
+        const float xyz[3] = {(float)i, 2, 3};
+        const uint32_t rgb = 0xFF8050FFu;
+        memcpy(bytes + (ptrdiff_t)26 * i, xyz, 12);
+        memcpy(bytes + (ptrdiff_t)26 * i + 16, &rgb, 4);
+    }
+    write_array("gaps.npy", 1,
+                DICTIONARY("[('x', '<f4'), ('y', '<f4'), ('z', '<f4'), ('', '|V4'), "
+                           "('rgb', '<f4'), ('a,b', '<i2'), ('name', '<U1')]",
+                           "False", "(2,)"),
+                bytes, sizeof bytes);
+    stp_point *points = scan_fixture_read("gaps.npy", NULL, &info);
+    assert_int_equal(info.attributes, STP_POINT_HAS_COLOUR);
+    scan_fixture_position(&points[1], 1, 2, 3);
+    scan_fixture_rgb(&points[1], 0x80 * 257, 0x50 * 257, 65535);
+    free(points);
+}
+
 /* A pole is no column of degrees, however many digits its floats have. */
 static void a_pole_stays(void **state)
 {
@@ -166,6 +190,8 @@ static void refused(void **state)
         {DICTIONARY("'<f4'", "False", "(1, 1, 1, 12)"), STP_CORRUPT, "cannot be read"},
         {DICTIONARY("'<f4'", "False", "(3, 4"), STP_CORRUPT, "cannot be read"},
         {DICTIONARY("'<c8'", "False", "(2, 3)"), STP_UNSUPPORTED, "`<c8` are not read"},
+        {DICTIONARY("[('x', '|V4096'), ('y', '|V4096')]", "False", "(4,)"), STP_UNSUPPORTED,
+         "`|V4096` are not read"},
         {DICTIONARY("'|O'", "False", "(2, 3)"), STP_UNSUPPORTED, "no list of points"},
         {DICTIONARY("[('a', '<f4', (3,))]", "False", "(4,)"), STP_UNSUPPORTED, "no list"},
         {DICTIONARY("[('a', '<f4'), ('b', '<f4'), ('c', '<f4')]", "False", "(4,)"), STP_FORMAT,
@@ -195,8 +221,9 @@ static void refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(arrays),  cmocka_unit_test(transposed),   cmocka_unit_test(records),
-        cmocka_unit_test(refused), cmocka_unit_test(a_pole_stays),
+        cmocka_unit_test(arrays),       cmocka_unit_test(transposed),
+        cmocka_unit_test(records),      cmocka_unit_test(refused),
+        cmocka_unit_test(a_pole_stays), cmocka_unit_test(records_with_gaps),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -169,6 +169,8 @@ static void numbers_without_names(void **state)
     expect_order("A.5 B.25 C.5 D C D B\n", "x,y,z,red,green,blue,class");
     expect_order("A.5 B.25 C.5 B\n", "x,y,z,class");
     expect_order("A.5 B.25 C.5 200 100 20\n", "x,y,z,red,green,blue");
+    expect_order("A.5 B.25 C.5 200 100 5\n", "x,y,z,red,green,blue");
+    expect_order("A0 4100000 C.5 D.25 C.5 B\n", "x,y,z,_,_,class");
     expect_order("A.5 B.25 C.5 D 1 1\n", "x,y,z,intensity,_,_");
     expect_order("% x y z r g b\nA.5 B.25 C.5 D C D\n", "x,y,z,red,green,blue");
     expect_order("!X\tY\tZ\tcode\nA.5\tB.25\tC.5\tB\n", "x,y,z,_");

@@ -6,6 +6,7 @@
 #include "formats/scan/text/text.h"
 #include "formats/scan/value_range.h"
 
+#include <float.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -121,8 +122,24 @@ done:
     return status;
 }
 
+/* A float that holds the bytes of a colour, as PCL writes them, is read as those: as a number, an
+ * opaque one whose red is 128 or more is none, and would lose bits. */
+static void decide(reader *r, stp_columns_sample *sample)
+{
+    stp_text *text = &r->text;
+    const uint32_t place = stp_columns_find(&text->columns, STP_COLUMN_PACKED);
+    stp_npy_column *c = &r->header.columns[place < sample->count ? place : 0];
+    const bool floats = place < sample->count && c->kind == 'f' && c->bytes == 4;
+    if (floats && sample->ranges[place].count == 0)
+        sample->ranges[place] =
+            (stp_column_range){.count = 1, .min = -FLT_MAX, .max = -FLT_MAX, .whole = true};
+    stp_text_decide(text, sample);
+    if (floats && text->columns.targets[place] == STP_COLUMN_PACKED)
+        c->kind = 'u';
+}
+
 /* Finds the columns by the user's list, by the fields' names, or by their numbers. */
-static stp_status find_columns(reader *r, const char *list, const stp_columns_sample *sample,
+static stp_status find_columns(reader *r, const char *list, stp_columns_sample *sample,
                                stp_error *err)
 {
     stp_status status = STP_OK;
@@ -146,7 +163,7 @@ static stp_status find_columns(reader *r, const char *list, const stp_columns_sa
                              "--columns %.200s: names %u columns, but the points of %s have %u: "
                              "name those alone",
                              list, text->columns.count, text->source.path, r->header.column_count);
-    stp_text_decide(text, sample);
+    decide(r, sample);
     const bool named = !list && names[0] != '\0';
     stp_text_note_columns(text,
                           list    ? "as given"

@@ -10,6 +10,7 @@
 #define HEADER_BYTES_LIMIT 65536u
 #define PREFIX_BYTES 12u
 #define AXES_LIMIT 3u
+#define RECORD_BYTES_LIMIT 4096u
 
 /* What is left of the header's text, a dictionary as Python writes it. */
 typedef struct cursor {
@@ -85,21 +86,41 @@ static stp_status add_column(stp_npy_header *h, const cursor *c, stp_field type,
     return STP_OK;
 }
 
+/* Passes over bytes that are no number, as gaps between fields (|V4) and texts (S8, U5) are. */
+static bool skip_bytes(stp_npy_header *h, stp_field type)
+{
+    uint64_t bytes = 0;
+    if (type.end - type.begin < 3 || !strchr("VSU", type.begin[1]) ||
+        !stp_number_parse_u64(type.begin + 2, type.end, &bytes) || bytes > RECORD_BYTES_LIMIT)
+        return false;
+    h->stride += bytes * (type.begin[1] == 'U' ? 4 : 1);
+    return h->stride <= RECORD_BYTES_LIMIT;
+}
+
+/* Puts the name behind the others. Commas are between names. */
+static void add_name(stp_npy_header *h, stp_field name)
+{
+    size_t used = strlen(h->names);
+    if (h->column_count > 1)
+        h->names[used++] = ',';
+    stp_column_copy_name(h->names + used, STP_ATTRIBUTE_NAME_BYTES - 1, name);
+    for (char *c = h->names + used; *c; c++)
+        *c = *c == ',' || *c == '"' ? '_' : *c;
+}
+
 /* A list of records' fields: ('x', '<f4'), and so on. */
 static stp_status read_fields(stp_npy_header *h, cursor *c, stp_error *err)
 {
     stp_status status = STP_OK;
-    size_t used = 0;
     while (!skip(c, ']')) {
         stp_field name, type;
         if (!skip(c, '(') || !next_text(c, &name) || !skip(c, ',') || !next_text(c, &type) ||
             !skip(c, ')'))
             return no_points(c, err); /* fields of several numbers, or of other fields */
-        STP_TRY(add_column(h, c, type, err));
-        if (used > 0)
-            h->names[used++] = ',';
-        stp_column_copy_name(h->names + used, STP_ATTRIBUTE_NAME_BYTES - 1, name);
-        used += strlen(h->names + used);
+        if (!skip_bytes(h, type)) {
+            STP_TRY(add_column(h, c, type, err));
+            add_name(h, name);
+        }
         (void)skip(c, ',');
     }
 done:

@@ -2,8 +2,8 @@
  *
  * Read are arrays of N rows of 3 to 64 numbers, those of such rows in H x W, those of 3 to 64 rows
  * of more numbers (transposed), all in either order of memory, and arrays of N records whose fields
- * have names. Numbers are floats of 32 or 64 bits, integers of 8 to 64 bits, or bool, in either
- * byte order. Threads: any. */
+ * have names; their gaps and texts are passed over. Numbers are floats of 32 or 64 bits, integers
+ * of 8 to 64 bits, or bool, in either byte order. Threads: any. */
 #ifndef STP_FORMATS_SCAN_NPY_NPY_HEADER_H
 #define STP_FORMATS_SCAN_NPY_NPY_HEADER_H
 

@@ -10,7 +10,7 @@
  *
  * By content, of n numbers per line the first three are x y z. But if there are more, and the first
  * is the point's number or its time, x is the second; if the first two are its row and column, x is
- * the third. They are if both are whole and not negative, go on from line to line, in 99 of 100, as
+ * the third. They are if both are whole and of 16 bits, go on from line to line, in 99 of 100, as
  * pixels of an image do, row by row or column by column, and x y z have fractions, and then come
  * whole numbers, so that there are 6 or more. The first is a number if it is whole, grows in every
  * line, by one in 9 of 10, and at least two of the three after it have fractions, all three if the
@@ -28,7 +28,8 @@
  *   - A number directly after a colour is alpha if it is always 255 (colours 0..255) or 1
  *     (fractions).
  *   - In a hundred lines or more, whole numbers up to 31 (7, if all are equal) are classes, returns
- *     or flags: no colours, and no intensity beside another number. A lone one is the class.
+ *     or flags: no colours, unless three are one colour for all that exceeds 31; and no intensity
+ *     beside another number. A lone one is the class.
  *   - If one number is left, it is the intensity. So is one beside a time: the time never falls,
  *     and has fractions or exceeds 65535. Else, if several are left, nothing is guessed.
  *   - #rrggbb or 0xrrggbb is a colour in one piece. So is the number that is left if all are from

@@ -165,7 +165,7 @@ static bool begins_with_pixel(const stp_columns_sample *s)
     if (s->count < 6 || !r[5].written_whole)
         return false;
     for (uint32_t i = 0; i < 5; i++)
-        if (r[i].written_whole != (i < 2) || (i < 2 && r[i].min < 0.0))
+        if (r[i].written_whole != (i < 2) || (i < 2 && (r[i].min < 0.0 || r[i].max > 65535.0)))
             return false;
     return s->behind[0] <= few || s->behind[1] <= few;
 }
@@ -228,12 +228,15 @@ static double greatest(const guess *g, uint32_t first)
 
 static bool can_be_colour(const guess *g, uint32_t first)
 {
-    bool whole = true, fractions = true;
+    bool whole = true, fractions = true, one = true;
     if (!three_free(g, first))
         return false;
+    for (uint32_t k = 0; k < 3; k++)
+        one = one && g->sample->ranges[first + k].min == g->sample->ranges[first + k].max;
+    one = one && greatest(g, first) > 31.0; /* one colour for all */
     for (uint32_t k = 0; k < 3; k++) {
         const stp_column_range *range = &g->sample->ranges[first + k];
-        if (g->sample->rows >= ROWS_LEAST && is_code(range) && range->max > 0.0)
+        if (g->sample->rows >= ROWS_LEAST && !one && is_code(range) && range->max > 0.0)
             return false;
         whole = whole && range->whole && within(range, 65535.0);
         fractions = fractions && within(range, 1.0);
