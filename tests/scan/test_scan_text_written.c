@@ -134,8 +134,8 @@ static void missing_cells(void **state)
     }
 }
 
-/* Reads 200 lines in which the letters A to E stand for the numbers i, i % 7, i * 31 % 256,
- * i * 17 % 256 and i % 3 of line i. */
+/* Reads 200 lines in which the letters A to F stand for the numbers i, i % 7, i * 31 % 256,
+ * i * 17 % 256, i % 3 and i * 13 % 30 of line i. */
 static void expect_order(const char *format, const char *order)
 {
     static char text[32768];
@@ -144,8 +144,8 @@ static void expect_order(const char *format, const char *order)
     stp_scan *scan = NULL;
     for (int i = 0; i < 200; i++)
         for (const char *at = format; *at; at++) {
-            const int numbers[] = {i, i % 7, i * 31 % 256, i * 17 % 256, i % 3};
-            if (*at >= 'A' && *at <= 'E')
+            const int numbers[] = {i, i % 7, i * 31 % 256, i * 17 % 256, i % 3, i * 13 % 30};
+            if (*at >= 'A' && *at <= 'F')
                 used += (size_t)sprintf(text + used, "%d", numbers[*at - 'A']);
             else
                 text[used++] = *at;
@@ -169,6 +169,8 @@ static void numbers_without_names(void **state)
     expect_order("A.5 B.25 C.5 D C D B\n", "x,y,z,red,green,blue,class");
     expect_order("A.5 B.25 C.5 B\n", "x,y,z,class");
     expect_order("A.5 B.25 C.5 200 100 20\n", "x,y,z,red,green,blue");
+    expect_order("A.5 B.25 C.5 C D F\n", "x,y,z,red,green,blue"); /* bricks */
+    expect_order("A.5 B.25 C.5 F F F\n", "x,y,z,red,green,blue"); /* a dark room */
     expect_order("A.5 B.25 C.5 200 100 5\n", "x,y,z,red,green,blue");
     expect_order("A0 4100000 C.5 D.25 C.5 B\n", "x,y,z,_,_,class");
     expect_order("A.5 B.25 C.5 D 1 1\n", "x,y,z,intensity,_,_");

@@ -28,8 +28,9 @@
  *   - A number directly after a colour is alpha if it is always 255 (colours 0..255) or 1
  *     (fractions).
  *   - In a hundred lines or more, whole numbers up to 31 (7, if all are equal) are classes, returns
- *     or flags: no colours, unless three are one colour for all that exceeds 31; and no intensity
- *     beside another number. A lone one is the class.
+ *     or flags. Three numbers are no colours if two are such and one of these is 7 at most, unless
+ *     they are one colour for all that exceeds 31. Nor are they an intensity beside another number.
+ *     A lone one is the class.
  *   - If one number is left, it is the intensity. So is one beside a time: the time never falls,
  *     and has fractions or exceeds 65535. Else, if several are left, nothing is guessed.
  *   - #rrggbb or 0xrrggbb is a colour in one piece. So is the number that is left if all are from

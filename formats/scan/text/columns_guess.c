@@ -229,18 +229,21 @@ static double greatest(const guess *g, uint32_t first)
 static bool can_be_colour(const guess *g, uint32_t first)
 {
     bool whole = true, fractions = true, one = true;
+    unsigned codes = 0, counts = 0; /* of few returns or flags */
     if (!three_free(g, first))
         return false;
-    for (uint32_t k = 0; k < 3; k++)
-        one = one && g->sample->ranges[first + k].min == g->sample->ranges[first + k].max;
-    one = one && greatest(g, first) > 31.0; /* one colour for all */
     for (uint32_t k = 0; k < 3; k++) {
         const stp_column_range *range = &g->sample->ranges[first + k];
-        if (g->sample->rows >= ROWS_LEAST && !one && is_code(range) && range->max > 0.0)
-            return false;
+        const bool code = is_code(range) && range->max > 0.0;
+        one = one && range->min == range->max;
+        codes += code;
+        counts += code && range->max <= 7.0;
         whole = whole && range->whole && within(range, 65535.0);
         fractions = fractions && within(range, 1.0);
     }
+    one = one && greatest(g, first) > 31.0; /* one colour for all */
+    if (g->sample->rows >= ROWS_LEAST && !one && codes >= 2 && counts >= 1)
+        return false;
     return whole || fractions;
 }
 
