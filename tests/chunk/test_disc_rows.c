@@ -364,10 +364,31 @@ static void other_discs_are_in_no_rows(void **state)
     stp_chunk_destroy(&chunk);
 }
 
+/* Where cells are far longer than wide, steps lead past the last place by more than an integer
+ * holds: then the way in memory ends there. */
+static void long_cells_have_steps(void **state)
+{
+    (void)state;
+    static const float sides[] = {1.0f, 1e3f, 1e6f, 1e9f, 1e12f};
+    const float normal[3] = {0.6f, 0.5f, 0.62f};
+    for (size_t i = 0; i < 2 * (sizeof sides / sizeof *sides); i++) {
+        const float side = sides[i / 2];
+        const stp_disc_rows rows = {
+            .columns = 3000, .rows = 400, .side = {i % 2 ? side : 1.0f, i % 2 ? 1.0f : side}};
+        stp_disc_steps steps;
+        stp_disc_rows_steps(&rows, normal, &steps);
+        for (unsigned k = 0; k < STP_LANE_STEP; k++)
+            assert_true(abs(steps.around[k]) <= 2 * rows.columns * rows.rows);
+        for (unsigned k = 0; k < STP_LANE_STEP && side == 1.0f; k++)
+            assert_true(abs(steps.around[k]) <= rows.columns * 2 + 2 && steps.around[k] != 0);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(rows_find_the_least_cost),
                                        cmocka_unit_test(points_are_paired_with_discs_beside_them),
+                                       cmocka_unit_test(long_cells_have_steps),
                                        cmocka_unit_test(holes_under_discs_are_measured),
                                        cmocka_unit_test(other_discs_are_in_no_rows)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -105,6 +105,130 @@ static void occlusion(void **state)
     }
 }
 
+/* What a host may change about a view at rest. */
+static void change(int which, stp_draw_params *p, const stp_ball *ball)
+{
+    switch (which) {
+    case 0:
+        p->clip = (stp_clip){.enabled = true, .box = {{-1e9, -1e9, -1e9}, {1e9, 1e9, 1e9}}};
+        p->clip.box.max.x = ball->centre.x;
+        break;
+    case 1:
+        p->plane_count = 1;
+        p->planes[0] = (stp_plane){{0.0, 1.0, 0.0}, ball->centre.y};
+        break;
+    case 2:
+        p->hidden_classes[0] = 1;
+        break;
+    case 3:
+        p->radius_cap_px = 1.5;
+        break;
+    case 4:
+        p->terms = STP_TERM_RADIUS;
+        break;
+    case 5:
+        p->exaggerate = 2.0;
+        p->exaggerate_about = ball->centre.z;
+        break;
+    case 6:
+        p->cull = STP_CULL_BACK;
+        break;
+    case 7:
+        p->light[0] = 1.0;
+        p->edl = 1.0;
+        break;
+    case 8:
+        p->hidden_models = 1;
+        break;
+    case 9:
+        p->colour = STP_COLOUR_ELEVATION;
+        p->colour_range[1] = ball->radius;
+        break;
+    case 10:
+        p->shade = STP_SHADE_LEVEL;
+        break;
+    case 11:
+        p->every_sample = true;
+        break;
+    case 12:
+        p->reconstruct = STP_RECONSTRUCT_TEMPLATE5;
+        break;
+    default:
+        p->smooth_edges = true;
+    }
+}
+
+enum { CHANGES = 14 };
+
+/* Draws a view that the frame before did not have. */
+static void draw_anew(const gl_fixture *f, const stp_view *view, const stp_view *other,
+                      const stp_draw_params *params, uint8_t *out)
+{
+    stp_draw_stats stats = {0};
+    draw(f, other, params, &stats, out);
+    assert_false(draw(f, view, params, &stats, out));
+}
+
+/* One change after another, each with a view at rest before and after. */
+static void changes(void **state)
+{
+    const gl_fixture *f = *state;
+    static const stp_lod roads[] = {STP_LOD_GEOMETRY, STP_LOD_COMPUTE, STP_LOD_CPU};
+    const stp_ball ball = stp_model_ball(f->model);
+    const stp_view view = view_of(f->model, front), other = view_of(f->model, side);
+    static pictures p;
+    static uint8_t plain[BYTES];
+    gl_fixture fresh;
+    gl_fixture_open(&fresh, "model.stipple", NULL);
+    for (size_t i = 0; i < sizeof roads / sizeof *roads; i++) {
+        const stp_draw_params base = {.lod = roads[i], .threshold_px = 2.0};
+        stp_draw_stats stats = {0};
+        draw_anew(&fresh, &view, &other, &base, plain);
+        draw(f, &view, &base, &stats, p.next);
+        for (int which = 0; which < CHANGES; which++) {
+            stp_draw_params params = base;
+            change(which, &params, &ball);
+            draw_anew(&fresh, &view, &other, &params, p.first);
+            for (int k = 0; k < 3; k++) {
+                draw(f, &view, &params, &stats, p.next);
+                assert_memory_equal(p.first, p.next, BYTES);
+            }
+            for (int k = 0; k < 2; k++) {
+                draw(f, &view, &base, &stats, p.next);
+                assert_memory_equal(plain, p.next, BYTES);
+            }
+        }
+    }
+    gl_fixture_close(&fresh);
+}
+
+/* Shaders are loaded again, and models are set, between two frames of one view. */
+static void other_models(void **state)
+{
+    gl_fixture *f = *state;
+    const stp_view view = view_of(f->model, front);
+    const stp_draw_params params = {.lod = STP_LOD_COMPUTE, .threshold_px = 2.0};
+    stp_draw_stats stats = {0};
+    stp_model *second = NULL;
+    static pictures p, both;
+    model_fixture_build("ball.stipple", &(model_recipe){.shape = GEN_SPHERE, .point_count = 20000});
+    check_ok(stp_model_open(&second, "ball.stipple", err));
+    const stp_model *const sets[3][2] = {{f->model, second}, {second, NULL}, {f->model, NULL}};
+    draw(f, &view, &params, &stats, p.first);
+    draw(f, &view, &params, &stats, p.first);
+    check_ok(stp_renderer_reload_shaders(f->renderer, err));
+    draw(f, &view, &params, &stats, p.next);
+    assert_memory_equal(p.first, p.next, BYTES);
+    for (int i = 0; i < 3; i++) {
+        check_ok(stp_renderer_set_models(f->renderer, sets[i], i == 0 ? 2 : 1, err));
+        assert_false(draw(f, &view, &params, &stats, both.first));
+        assert_true(draw(f, &view, &params, &stats, both.next));
+        assert_memory_equal(both.first, both.next, BYTES);
+        assert_int_equal(memcmp(p.first, both.first, BYTES) == 0, i == 2);
+    }
+    stp_model_close(&second);
+}
+
 static int enter(void **state)
 {
     return gl_model_enter(state, &(model_recipe){.shape = GEN_STATUE, .point_count = 60000});
@@ -112,8 +236,9 @@ static int enter(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(at_rest), cmocka_unit_test(little_memory),
-                                       cmocka_unit_test(occlusion)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(at_rest), cmocka_unit_test(changes), cmocka_unit_test(other_models),
+        cmocka_unit_test(little_memory), cmocka_unit_test(occlusion)};
     stp_gl_context *context = gl_fixture_context();
     int failed = cmocka_run_group_tests(tests, enter, gl_model_leave);
     stp_gl_context_destroy(&context);

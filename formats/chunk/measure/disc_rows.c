@@ -345,6 +345,14 @@ static float product(const slope *s, const float a[2], const float b[2])
     return a[0] * b[0] * s->side[0] * s->side[0] + a[1] * b[1] * s->side[1] * s->side[1] + up;
 }
 
+/* The way that a step goes in memory: no farther than all places. Where cells are a million times
+ * as long as wide, it would be. */
+static int32_t way_of(const stp_disc_rows *r, const float step[2])
+{
+    const float columns = (float)r->columns, places = columns * (float)r->rows;
+    return (int32_t)fmaxf(-places, fminf(step[0] + step[1] * columns, places));
+}
+
 /* Takes from the longer step as many shorter ones as shorten it (Lagrange). */
 void stp_disc_rows_steps(const stp_disc_rows *r, const float normal[3], stp_disc_steps *out)
 {
@@ -361,8 +369,7 @@ void stp_disc_rows_steps(const stp_disc_rows *r, const float normal[3], stp_disc
             step[longer][k] -= times * step[shorter][k];
     }
     const float turn = step[0][0] * step[1][1] - step[0][1] * step[1][0]; /* 1 or -1 */
-    const int one = (int)step[0][0] + (int)step[0][1] * r->columns;
-    const int other = (int)step[1][0] + (int)step[1][1] * r->columns;
+    const int32_t one = way_of(r, step[0]), other = way_of(r, step[1]);
     *out = (stp_disc_steps){
         .by = {{step[0][0], step[0][1]}, {step[1][0], step[1][1]}},
         .inverse = {{turn * step[1][1], -turn * step[1][0]},
