@@ -61,9 +61,8 @@ static stp_status unpack_table(stp_damaged *d, stp_error *err)
         STP_TRY(stp_damaged_read_checked(d, section->offset, size, section->hash, UINT64_MAX,
                                          "the table of blocks", &bytes, &sound, err));
     }
-    status = sound
-                 ? stp_table_unpack(bytes, size, stp_header_block_count(&d->header), &d->table, err)
-                 : STP_OK;
+    if (sound)
+        status = stp_table_unpack(bytes, size, stp_header_block_count(&d->header), &d->table, err);
     if (status == STP_CORRUPT)
         status = STP_OK;
 done:

@@ -1,11 +1,11 @@
 /* Reads the points of COLMAP's sparse models. */
 #include "formats/scan/colmap/colmap.h"
 
+#include "formats/scan/las/las_bytes.h"
 #include "formats/scan/source.h"
 
 #include <inttypes.h>
 #include <math.h>
-#include <string.h>
 
 /* Places in the file and in a point's record. */
 enum { COUNT_BYTES = 8, AT_XYZ = 8, AT_RGB = 32, AT_ERROR = 35, AT_TRACK = 43, RECORD_BYTES = 51 };
@@ -19,32 +19,15 @@ typedef struct reader {
     stp_scan_note notes[2];
 } reader;
 
-/* A number of 8 bytes. */
-static uint64_t get_word(const unsigned char *bytes)
-{
-    uint64_t word = 0;
-    for (unsigned i = 8; i-- > 0;)
-        word = word << 8 | bytes[i];
-    return word;
-}
-
-static double get_double(const unsigned char *bytes)
-{
-    const uint64_t word = get_word(bytes);
-    double value;
-    memcpy(&value, &word, sizeof value);
-    return value;
-}
-
 /* Whether these bytes are a point; *size: of its record and its track. */
 static bool is_record(const unsigned char *bytes, uint64_t *size)
 {
-    const uint64_t track = get_word(bytes + AT_TRACK);
+    const uint64_t track = stp_las_u64(bytes + AT_TRACK);
     for (int k = 0; k < 3; k++)
-        if (!isfinite(get_double(bytes + AT_XYZ + 8 * k)))
+        if (!isfinite(stp_las_double(bytes + AT_XYZ + 8 * k)))
             return false;
     *size = RECORD_BYTES + track * TRACK_BYTES;
-    return track < TRACK_LIMIT && isfinite(get_double(bytes + AT_ERROR));
+    return track < TRACK_LIMIT && isfinite(stp_las_double(bytes + AT_ERROR));
 }
 
 bool stp_colmap_may_be(const char *bytes, size_t length, uint64_t file_size)
@@ -52,7 +35,7 @@ bool stp_colmap_may_be(const char *bytes, size_t length, uint64_t file_size)
     const unsigned char *b = (const unsigned char *)bytes;
     if (length < COUNT_BYTES + RECORD_BYTES)
         return false;
-    const uint64_t count = get_word(b);
+    const uint64_t count = stp_las_u64(b);
     uint64_t at = COUNT_BYTES, size = 0, points = 0;
     if (count == 0 || count > (file_size - COUNT_BYTES) / RECORD_BYTES)
         return false;
@@ -81,7 +64,7 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
     r->source.descriptor = -1;
     STP_TRY(stp_source_open(&r->source, path, err));
     STP_TRY(stp_source_peek(&r->source, COUNT_BYTES, &bytes, &available, err));
-    r->count = available < COUNT_BYTES ? 0 : get_word(bytes);
+    r->count = available < COUNT_BYTES ? 0 : stp_las_u64(bytes);
     if (available < COUNT_BYTES || r->count > (r->source.size - COUNT_BYTES) / RECORD_BYTES)
         return cut(r, err);
     stp_source_consume(&r->source, COUNT_BYTES);
@@ -105,11 +88,11 @@ static stp_status read_point(reader *r, stp_point *point, stp_error *err)
     STP_TRY(stp_source_peek(&r->source, RECORD_BYTES, &b, &available, err));
     if (available < RECORD_BYTES)
         return cut(r, err);
-    *point = (stp_point){.position = {get_double(b + AT_XYZ), get_double(b + AT_XYZ + 8),
-                                      get_double(b + AT_XYZ + 16)}};
+    *point = (stp_point){.position = {stp_las_double(b + AT_XYZ), stp_las_double(b + AT_XYZ + 8),
+                                      stp_las_double(b + AT_XYZ + 16)}};
     for (int k = 0; k < 3; k++)
         point->rgb[k] = (uint16_t)(257u * b[AT_RGB + k]);
-    const uint64_t track = get_word(b + AT_TRACK);
+    const uint64_t track = stp_las_u64(b + AT_TRACK);
     stp_source_consume(&r->source, RECORD_BYTES);
     if (track > (r->source.size - r->source.offset) / TRACK_BYTES)
         return cut(r, err);
