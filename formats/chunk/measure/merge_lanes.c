@@ -2,6 +2,7 @@
 #include "formats/chunk/measure/merge_lanes.h"
 
 #include "base/wide.h"
+#include "formats/chunk/codec/inline.h"
 #include "formats/chunk/measure/rim.h"
 
 #include <float.h>
@@ -17,6 +18,25 @@ static inline unsigned filled(unsigned count)
     return (count + STP_MERGED_STEP - 1) & ~(STP_MERGED_STEP - 1);
 }
 
+/* How a disc lies to the merged disc: cosine and sine of the angle of their normals, the height of
+ * its centre, and the least and the greatest height of its originals. */
+typedef struct lying {
+    double cosine, sine, height, low, high;
+} lying;
+
+STP_INLINE lying lie(const stp_merge_lanes *discs, unsigned i, stp_dvec3 normal)
+{
+    const double x = discs->centre[0][i], y = discs->centre[1][i], z = discs->centre[2][i];
+    const double nx = discs->normal[0][i], ny = discs->normal[1][i], nz = discs->normal[2][i];
+    const double c = nx * normal.x + ny * normal.y + nz * normal.z;
+    const double sine = sqrt(stp_max(0.0, 1.0 - c * c));
+    const double height = x * normal.x + y * normal.y + z * normal.z;
+    const double lowest = discs->low[i], highest = discs->high[i], tilt = discs->reach[i] * sine;
+    const double up = (c >= 0.0 ? highest : lowest) * c;
+    const double down = (c >= 0.0 ? lowest : highest) * c;
+    return (lying){c, sine, height, height + down - tilt, height + up + tilt};
+}
+
 STP_WIDE
 stp_merge_extent stp_merge_lanes_extent(const stp_merge_lanes *discs, stp_dvec3 normal)
 {
@@ -25,20 +45,15 @@ stp_merge_extent stp_merge_lanes_extent(const stp_merge_lanes *discs, stp_dvec3 
     for (unsigned i = 0; i < count; i++) {
         const double x = discs->centre[0][i], y = discs->centre[1][i], z = discs->centre[2][i];
         const double nx = discs->normal[0][i], ny = discs->normal[1][i], nz = discs->normal[2][i];
-        const double c = nx * normal.x + ny * normal.y + nz * normal.z;
-        const double sine = sqrt(stp_max(0.0, 1.0 - c * c));
-        const double height = x * normal.x + y * normal.y + z * normal.z;
+        const lying d = lie(discs, i, normal);
         const double squared = x * x + y * y + z * z;
-        const double across = sqrt(stp_max(0.0, squared - height * height));
-        const double lowest = discs->low[i], highest = discs->high[i], reach = discs->reach[i];
-        const double thick = stp_max(fabs(lowest), fabs(highest)), tilt = reach * sine;
-        const double up = (c >= 0.0 ? highest : lowest) * c;
-        const double down = (c >= 0.0 ? lowest : highest) * c;
+        const double across = sqrt(stp_max(0.0, squared - d.height * d.height));
+        const double thick = stp_max(fabs(discs->low[i]), fabs(discs->high[i]));
         const bool known = nx * nx + ny * ny + nz * nz > 0.5;
-        cosine = stp_min(cosine, known ? c : 1.0);
-        high = stp_max(high, height + up + tilt);
-        low = stp_min(low, height + down - tilt);
-        most = stp_max(most, across + reach + thick * sine);
+        cosine = stp_min(cosine, known ? d.cosine : 1.0);
+        high = stp_max(high, d.high);
+        low = stp_min(low, d.low);
+        most = stp_max(most, across + discs->reach[i] + thick * d.sine);
         bound = stp_max(bound, sqrt(squared) + discs->bound[i]);
     }
     return (stp_merge_extent){low, high, most, bound, cosine};
@@ -53,16 +68,10 @@ stp_merge_heights stp_merge_lanes_heights(const stp_merge_lanes *discs, stp_dvec
     for (unsigned i = 0; i < count; i++) {
         const double x = discs->centre[0][i], y = discs->centre[1][i], z = discs->centre[2][i];
         const double nx = discs->normal[0][i], ny = discs->normal[1][i], nz = discs->normal[2][i];
-        const double c = nx * normal.x + ny * normal.y + nz * normal.z;
-        const double sine = sqrt(stp_max(0.0, 1.0 - c * c));
-        const double height = x * normal.x + y * normal.y + z * normal.z;
-        const double lowest = discs->low[i], highest = discs->high[i];
-        const double tilt = discs->reach[i] * sine;
-        const double up = (c >= 0.0 ? highest : lowest) * c;
-        const double down = (c >= 0.0 ? lowest : highest) * c;
-        high = stp_max(high, height + up + tilt);
-        low = stp_min(low, height + down - tilt);
-        off = stp_max(off, fabs(x * nx + y * ny + z * nz) + radius * sine);
+        const lying d = lie(discs, i, normal);
+        high = stp_max(high, d.high);
+        low = stp_min(low, d.low);
+        off = stp_max(off, fabs(x * nx + y * ny + z * nz) + radius * d.sine);
     }
     return (stp_merge_heights){low, high, off};
 }
