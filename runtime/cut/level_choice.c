@@ -188,13 +188,17 @@ static bool must_refine(const stp_gpu_frame *frame, const stp_rule_sight *sight)
     return frame->quality[0] <= 0.0f || sight->scale < 0.0f;
 }
 
-bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                     const stp_mirror_patch *patch, int finest)
+bool stp_levels_do(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                   const stp_mirror_patch *patch, int finest)
 {
-    bool does = !must_refine(frame, sight);
-    for (int q = 0; q < STP_PATCH_QUARTERS && does; q++)
-        does = fits(frame, sight, patch, finest, q); /* a missing quarter has no error */
-    return does;
+    bool all = !must_refine(frame, sight);
+    for (int q = 0; q < STP_PATCH_QUARTERS && all; q++) { /* a missing quarter has no error */
+        bool any = false;
+        for (int l = finest; l < STP_LEVEL_COUNT && !any; l++)
+            any = fits(frame, sight, patch, l, q);
+        all = any;
+    }
+    return all;
 }
 
 /* The levels that the rule asks for, not finer than `finest`. */

@@ -130,9 +130,11 @@ stp_patch_brief stp_patch_brief_of(const stp_scene *scene, uint32_t chunk,
 /* The bound of a patch, relative to the eye. */
 stp_rule_bound stp_patch_bound(const stp_patch_brief *brief, const stp_gpu_chunk *chunk);
 
-/* Whether `finest`, the finest level drawn of the chunk, is fine enough for all of a patch. */
-bool stp_finest_does(const stp_gpu_frame *frame, const stp_rule_sight *sight,
-                     const stp_mirror_patch *patch, int finest);
+/* Whether some level, not finer than `finest`, does for each quarter of a patch. It need not be the
+ * finest: a few samples of level 0 may be wider than all of level 1. Levels that do not matter may
+ * thus be missing. */
+bool stp_levels_do(const stp_gpu_frame *frame, const stp_rule_sight *sight,
+                   const stp_mirror_patch *patch, int finest);
 /* The finest level that the rule asks of a patch, not finer than `finest`; STP_LEVEL_COUNT - 1 if
  * the patch vertex will do. */
 int stp_level_asked(const stp_gpu_frame *frame, const stp_gpu_chunk *chunk,

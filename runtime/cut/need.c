@@ -74,14 +74,13 @@ static bool is_hidden(const group *g, const stp_occlusion *occlusion, const stp_
     return stp_occlusion_hides(occlusion, b.centre, b.radius);
 }
 
-/* The finest level that a patch in sight may ask for. It is left to the block below if even its
- * level 0 is too coarse. */
+/* The finest level that a patch in sight may ask for. It is left to the block below if none of its
+ * levels does. */
 static int finest_of(const stp_gpu_frame *frame, const stp_resident *resident, uint32_t patch,
                      const stp_rule_sight *sight, const stp_need_below *below)
 {
     const uint32_t block = resident->mirror.briefs[patch].block;
-    if (block == STP_BLOCK_NONE ||
-        stp_finest_does(frame, sight, &resident->mirror.patches[patch], 0))
+    if (block == STP_BLOCK_NONE || stp_levels_do(frame, sight, &resident->mirror.patches[patch], 0))
         return 0;
     return below->level(below->context, block);
 }
@@ -134,7 +133,7 @@ void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dve
             const stp_rule_sight sight = stp_looks_sight(&g.looks, frame, i);
             refer(context, block,
                   !hidden &&
-                      !stp_finest_does(frame, &sight, &resident->mirror.patches[g.first + i], 0));
+                      !stp_levels_do(frame, &sight, &resident->mirror.patches[g.first + i], 0));
         }
     }
 }

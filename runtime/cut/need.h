@@ -28,8 +28,8 @@ typedef struct stp_need_below {
 void stp_block_prefetch(const stp_resident *resident, bool next);
 
 /* The finest level that a patch in sight of a resident block is drawn at. Patches that `occlusion`
- * hides are not in sight. In a linked chunk, patches that are too coarse even at level 0 are left
- * to the block below, and ask for no more than `below` says. estimate: the answer by the table,
+ * hides are not in sight. In a linked chunk, patches of which no level does are left to the block
+ * below, and ask for no more than `below` says. estimate: the answer by the table,
  * which is never coarser than the patches ask for. *lacks: a patch asks for a level that is not
  * resident of this patch, though it may be of others. */
 int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
@@ -37,7 +37,7 @@ int stp_block_need(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3
                    const stp_need_below *below, bool *lacks);
 
 /* Tells which blocks below a resident block need be drawn: calls `refer` for each of its patches in
- * sight that has a block below. coarse: the patch is too coarse even at level 0. */
+ * sight that has a block below. coarse: no level of the patch does. */
 void stp_block_refer(const stp_scene *scene, const stp_gpu_frame *frame, stp_dvec3 eye,
                      const stp_occlusion *occlusion, const stp_resident *resident,
                      void (*refer)(void *context, uint32_t below, bool coarse), void *context);

@@ -86,25 +86,26 @@ static bool leave_below(const look *l, size_t state, const stp_draw *draw,
                         const stp_mirror_patch *patch, const stp_patch_brief *brief,
                         const stp_rule_sight *sight)
 {
-    if (stp_finest_does(l->params->frame, sight, patch, draw->finest))
+    if (stp_levels_do(l->params->frame, sight, patch, draw->finest))
         return false;
     memset(links_of(l->sight, state, brief), true, brief->below_count);
     return true;
 }
 
 /* The greatest projected radius of the samples that a patch may be drawn with, if its patch vertex
- * is too coarse: that of the finest level, or of a coarser level up to the rule's cap. */
+ * is too coarse: up to the rule's cap that of any level, be it resident or not, so that pictures do
+ * not depend on that; if no level does, that of the finest one drawn. */
 static float patch_radius_px(const stp_gpu_frame *frame, const stp_rule_sight *sight,
                              const stp_mirror_patch *patch, int drawn)
 {
-    const bool lacks =
-        patch->finest > drawn && !stp_finest_does(frame, sight, patch, patch->finest);
-    const int finest = lacks ? patch->finest : drawn;
-    float greatest = patch->radius[finest], cap = frame->quality[1] / sight->scale;
+    const int finest = patch->finest > drawn ? patch->finest : drawn;
+    const bool does = stp_levels_do(frame, sight, patch, finest);
+    const float cap = frame->quality[1] / sight->scale;
+    float greatest = does ? 0.0f : patch->radius[finest];
     if (sight->scale < 0.0f)
         return INFINITY;
-    for (int l = finest + 1; l < STP_LEVEL_COUNT && frame->quality[0] > 0.0f; l++) {
-        float coarser = patch->radius[l] < cap ? patch->radius[l] : cap;
+    for (int l = does ? 0 : finest + 1; l < STP_LEVEL_COUNT && frame->quality[0] > 0.0f; l++) {
+        const float coarser = patch->radius[l] < cap ? patch->radius[l] : cap;
         greatest = coarser > greatest ? coarser : greatest;
     }
     return greatest * sight->scale;

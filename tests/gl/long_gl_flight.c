@@ -37,8 +37,6 @@ enum {
 #define GROWTH_BYTES (UINT64_C(16) << 20)
 #define KEYFRAME_S 4.0
 #define THRESHOLD_PX 1.0
-/* The threshold of what a moving camera may keep for a while. */
-#define LOADED_PX (0.95 * (double)STP_CUT_HYSTERESIS * THRESHOLD_PX)
 /* If a stop takes longer, the test assumes that it never ends. */
 #define STOP_S TEST_SIZE(120.0, 1200.0)
 #define SEED 20
@@ -231,9 +229,8 @@ static void replay(flight *f)
         return;
     for (int round = 0; round < 3; round++)
         for (size_t i = begin; i < begin + count; i++) {
-            judge_question question = {JUDGE_FRAME, f->views[i].view, THRESHOLD_PX};
-            if (round == 0)
-                question = (judge_question){JUDGE_LOAD, f->views[i].view, LOADED_PX};
+            const judge_task task = round == 0 ? JUDGE_LOAD : JUDGE_FRAME;
+            const judge_question question = {task, f->views[i].view, THRESHOLD_PX};
             judge_answer answer = judge_ask(&f->judge, &question, NULL);
             judge_time time = round == 0 ? f->views[i].time : answer.time;
             figures_add(&f->replayed_ms[round], time.ms);

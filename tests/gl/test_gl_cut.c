@@ -127,6 +127,8 @@ static void make_patch(made_scene *s, made_model *m, uint32_t id, uint32_t p, fl
                             .flags = STP_PATCH_TWO_SIDED,
                             .count = {leaf ? 64 : FAMILY, leaf ? 16 : 1, leaf ? 4 : 1, 1}};
     set_errors(g, finest, finest + (float)(0.02 + 0.08 * chance(s)) * (float)length);
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) /* any level may have the widest samples */
+        g->radius[l] = (float)(0.1 * chance(s)) * (float)length;
     m->stored[id][p].counts[0] = g->count[0];
 }
 
@@ -160,6 +162,10 @@ static void make_inner(made_scene *s, made_model *m, uint32_t id, bool shuffled)
         if (m->entries[id].flags & STP_CHUNK_LINKED)
             m->stored[id][p].first_below = (uint16_t)first;
         make_patch(s, m, id, p, finest);
+        m->patches[id][p].radius[0] = 0.0f; /* level 0 is the vertices below */
+        for (uint32_t i = first; i < first + FAMILY; i++)
+            m->patches[id][p].radius[0] = fmaxf(m->patches[id][p].radius[0],
+                                                m->patches[below][i].radius[STP_LEVEL_COUNT - 1]);
     }
 }
 
@@ -171,8 +177,10 @@ static void widen(stp_block *b, const stp_mirror_patch *p)
         b->box_min.raw[i] = fminf(b->box_min.raw[i], p->bound_centre[i] - p->bound_radius);
         b->box_max.raw[i] = fmaxf(b->box_max.raw[i], p->bound_centre[i] + p->bound_radius);
     }
-    for (int l = 0; l < STP_LEVEL_COUNT; l++)
+    for (int l = 0; l < STP_LEVEL_COUNT; l++) {
         b->error[l] = fmaxf(b->error[l], errors[l]);
+        b->radius_max = fmaxf(b->radius_max, p->radius[l]);
+    }
 }
 
 static stp_block make_block(const made_model *m, uint32_t id, uint32_t first, uint32_t count)
@@ -336,7 +344,7 @@ static void take_view(made_scene *s)
     s->eye = (stp_dvec3){chance(s) * LENGTH, 0.0, exp(chance(s) * log(2000.0))};
     s->frame = stp_gpu_frame_from_view(&view);
     s->frame.quality[0] = chance(s) < 0.2 ? 0.0f : (float)exp2(3.0 * chance(s) - 1.0);
-    s->frame.quality[1] = INFINITY;
+    s->frame.quality[1] = chance(s) < 0.5 ? INFINITY : s->frame.quality[0];
     s->frame.terms[1] = 1.0f;
 }
 
@@ -448,6 +456,35 @@ static int need_of(made_scene *s, const stp_draw *draw, const stp_need_below *be
     return need[0];
 }
 
+/* Whether patch p of a draw is in sight, and if so its levels; else all 0. */
+static stp_levels levels_drawn(const made_scene *s, const stp_draw *draw, uint32_t p)
+{
+    const stp_mirror *mirror = &s->cache.residents[draw->block].mirror;
+    const stp_gpu_chunk chunk = stp_gpu_chunk_from_draw(&s->scene, draw, s->eye);
+    return stp_patch_in_sight(&s->sight, &s->looked, draw, mirror->briefs, p)
+               ? stp_levels_choose(&s->frame, &chunk, &mirror->patches[p])
+               : (stp_levels){0};
+}
+
+/* Draws no more of each block than it needs: the picture is that of blocks that are there as a
+ * whole. */
+static void check_drawn(made_scene *s, const stp_draw *needed)
+{
+    static stp_levels expected[BLOCKS_LIMIT][PATCHES];
+    for (int k = 0; k < 2; k++) {
+        const stp_draw *draws = k == 0 ? s->cut.draws : needed;
+        check_ok(stp_sight_begin(&s->sight, &s->cut, err));
+        check_ok(stp_sight_look(&s->sight, &s->looked, draws, s->cut.draw_count, err));
+        for (size_t i = 0; i < s->cut.draw_count; i++)
+            for (uint32_t p = 0; p < s->scene.blocks[draws[i].block].patch_count; p++) {
+                const stp_levels levels = levels_drawn(s, &draws[i], p);
+                if (k == 0)
+                    expected[i][p] = levels;
+                assert_memory_equal(&levels, &expected[i][p], sizeof levels);
+            }
+    }
+}
+
 /* All blocks are there, and patches say which blocks below they need. Each block is asked for no
  * coarser level than its patches are drawn at. Returns how many would be asked for a finer one if
  * the blocks below did not come. While those are on their way, a block is asked for just so much of
@@ -455,6 +492,7 @@ static int need_of(made_scene *s, const stp_draw *draw, const stp_need_below *be
 static size_t check_needs(made_scene *s)
 {
     static const int levels[3] = {STP_NEED_HEADERS, 0, STP_NEED_MEANWHILE};
+    static stp_draw needed[BLOCKS_LIMIT];
     size_t less = 0;
     if (s->frame.quality[0] <= 0.0f)
         return 0;
@@ -468,7 +506,10 @@ static size_t check_needs(made_scene *s)
         const int most = need[1] > STP_NEED_MEANWHILE ? need[1] : STP_NEED_MEANWHILE;
         assert_int_equal(need[2], need[0] < most ? need[0] : most);
         less += need[1] < need[0];
+        needed[i] = *draw;
+        needed[i].finest = need[0];
     }
+    check_drawn(s, needed);
     return less;
 }
 

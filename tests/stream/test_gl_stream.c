@@ -400,7 +400,7 @@ static size_t count_left(const flight *f, size_t *coarse)
             const stp_rule_bound bound = stp_patch_bound(&r->mirror.briefs[p], &chunk);
             const stp_rule_sight sight = stp_rule_look(look.frame, &bound);
             if (r->mirror.briefs[p].block == STP_BLOCK_NONE ||
-                stp_finest_does(look.frame, &sight, &r->mirror.patches[p], 0) ||
+                stp_levels_do(look.frame, &sight, &r->mirror.patches[p], 0) ||
                 !stp_patch_in_sight(look.sight, &look.looked, draw, r->mirror.briefs, p))
                 continue;
             count++;

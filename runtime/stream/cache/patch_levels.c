@@ -28,12 +28,10 @@ static bool is_left(const stp_patch_look *look, const stp_gpu_chunk *record,
     const stp_patch_brief *brief = &resident->mirror.briefs[patch];
     const stp_rule_bound bound = stp_patch_bound(brief, record);
     const stp_rule_sight sight = stp_rule_look(&look->frame, &bound);
-    bool left = !look->ahead && look->below != NULL && brief->block != STP_BLOCK_NONE &&
+    return !look->ahead && look->below != NULL && brief->block != STP_BLOCK_NONE &&
                 look->below->level(look->below->context, brief->block) >= STP_NEED_HEADERS &&
-                (stp_scene_entry(look->scene, resident->block)->flags & STP_CHUNK_LINKED) != 0;
-    for (int l = 0; l < STP_LEVEL_COUNT && left; l++)
-        left = !stp_finest_does(&look->frame, &sight, &resident->mirror.patches[patch], l);
-    return left;
+                (stp_scene_entry(look->scene, resident->block)->flags & STP_CHUNK_LINKED) != 0 &&
+           !stp_levels_do(&look->frame, &sight, &resident->mirror.patches[patch], 0);
 }
 
 static int level_kept(const stp_patch_view *view, const stp_mirror_patch *patch)
