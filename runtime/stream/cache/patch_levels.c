@@ -29,8 +29,8 @@ static bool is_left(const stp_patch_look *look, const stp_gpu_chunk *record,
     const stp_rule_bound bound = stp_patch_bound(brief, record);
     const stp_rule_sight sight = stp_rule_look(&look->frame, &bound);
     return !look->ahead && look->below != NULL && brief->block != STP_BLOCK_NONE &&
-                look->below->level(look->below->context, brief->block) >= STP_NEED_HEADERS &&
-                (stp_scene_entry(look->scene, resident->block)->flags & STP_CHUNK_LINKED) != 0 &&
+           look->below->level(look->below->context, brief->block) >= STP_NEED_HEADERS &&
+           (stp_scene_entry(look->scene, resident->block)->flags & STP_CHUNK_LINKED) != 0 &&
            !stp_levels_do(&look->frame, &sight, &resident->mirror.patches[patch], 0);
 }
 
