@@ -63,7 +63,7 @@ typedef struct flight {
     figures ms, stop_s, rss;
     /* times of the views drawn again: streaming, resident, resident again */
     figures replayed_ms[3], replayed_processor_ms[3];
-    uint64_t frames, frames_incomplete, loaded, evicted;
+    uint64_t frames, frames_incomplete, replayed_incomplete, loaded, evicted;
     uint64_t baseline_bytes, peak_bytes;
     unsigned descriptors, threads, legs;
 } flight;
@@ -219,8 +219,9 @@ static void stop(flight *f)
     }
 }
 
-/* In every fourth leg, the judge draws some views again once all their chunks are loaded. It draws
- * them twice, to show how well such times repeat. */
+/* In every fourth leg, the judge draws some views again once all their blocks are loaded. It draws
+ * them twice, to show how well such times repeat. A block that is loaded again for a later view may
+ * have lost levels that an earlier one asks for: frames that lack some do not count. */
 static void replay(flight *f)
 {
     size_t count = f->view_count < REPLAYED ? f->view_count : REPLAYED;
@@ -233,9 +234,11 @@ static void replay(flight *f)
             const judge_question question = {task, f->views[i].view, THRESHOLD_PX};
             judge_answer answer = judge_ask(&f->judge, &question, NULL);
             judge_time time = round == 0 ? f->views[i].time : answer.time;
+            f->replayed_incomplete += !answer.complete;
+            if (!answer.complete)
+                continue;
             figures_add(&f->replayed_ms[round], time.ms);
             figures_add(&f->replayed_processor_ms[round], time.processor_ms);
-            assert_true(answer.complete);
         }
 }
 
@@ -300,6 +303,7 @@ static void print_summary(const flight *f, const double load[2])
     print_times("in flight", &f->ms);
     print_replayed("clock", f->replayed_ms);
     print_replayed("render thread", f->replayed_processor_ms);
+    printf("%llu frames drawn again lacked a level\n", (unsigned long long)f->replayed_incomplete);
     printf("flown %.0f s in %u legs (the judge %.0f s), load %.1f to %.1f, %ld processors, %s\n",
            f->flown_s, f->legs, f->judged_s, load[0], load[1], sysconf(_SC_NPROCESSORS_ONLN),
            (const char *)glGetString(GL_RENDERER));
@@ -348,6 +352,7 @@ static void flies(void **state)
     }
     getloadavg(&load[1], 1);
     print_summary(f, load);
+    assert_true(f->replayed_ms[1].count > f->replayed_incomplete);
     check_growth(f);
     land(f);
 }
