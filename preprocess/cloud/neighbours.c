@@ -61,7 +61,7 @@ typedef struct search {
     const stp_cloud *cloud;
     stp_locale *locale;
     unsigned k;
-    double last; /* k-th neighbour distance of the point before; 0: unknown */
+    double last; /* as the locale's */
     const uint64_t *places;
     uint64_t *lists;
     stp_cloud_point *points;
@@ -465,6 +465,7 @@ stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint64_t *p
     search s = {
         .cloud = locale->cloud, .locale = locale, .k = k, .places = places, .points = points};
     s.lists = lists;
+    s.last = locale->spread;
     picks_fill(&s.picks);
     STP_TRY(stp_alloc_unset(&ats, count, sizeof *ats, "neighbours", err));
     for (uint32_t i = 0; i < count; i++) {
@@ -481,6 +482,7 @@ stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint64_t *p
         else if (g.count > 0)
             STP_TRY(find_group(&s, &g, err));
     }
+    locale->spread = s.last;
     find_others(&s, ats, count);
 done:
     free(ats);
