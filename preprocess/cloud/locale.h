@@ -26,6 +26,7 @@ typedef struct stp_locale {
     double *halos;    /* by cell: width of its halo; -infinity: no halo */
     stp_dbox *parts;  /* STP_LOCALE_PARTS of each cell */
     uint32_t last;    /* the part that stp_locale_holds tries first */
+    double spread;    /* k-th neighbour distance of the last point searched; 0: unknown */
     uint64_t *places; /* in the cloud, of each position, ascending */
     size_t count, capacity;
     stp_dvec3 origin;  /* the middle one along the curve */

@@ -13,6 +13,8 @@
  * filled keeps a page in memory, so more parts at a time exceed a small memory limit. */
 #define PART_BITS 6
 #define PART_COUNT (1u << PART_BITS)
+/* Memory is asked for what a part receives after so many more points. */
+#define MOVES_AHEAD 8u
 /* Parts up to this size are sorted by keys outside the point array. */
 #define KEYED_POINTS 131072u
 /* Digits of the radix sort of keys. */
@@ -140,6 +142,7 @@ static void move_to_parts(stp_cloud_point *points, const order *o, unsigned shif
                  to = part_of(o, &moving, shift)) {
                 stp_cloud_point there = points[next[to]];
                 points[next[to]++] = moving;
+                __builtin_prefetch(&points[next[to]] + MOVES_AHEAD, 1);
                 moving = there;
                 stp_cloud_step(spill, moved++);
             }

@@ -1,6 +1,7 @@
 /* The k nearest distinct positions of points. */
 #include "preprocess/cloud/neighbours.h"
 
+#include "base/ahead.h"
 #include "base/memory.h"
 #include "base/wide.h"
 #include "preprocess/cloud/box_tree.h"
@@ -60,7 +61,7 @@ typedef struct search {
     const stp_cloud *cloud;
     stp_locale *locale;
     unsigned k;
-    double last; /* k-th neighbour distance of the point before; 0: unknown */
+    double last; /* as the locale's */
     const uint64_t *places;
     uint64_t *lists;
     stp_cloud_point *points;
@@ -97,14 +98,19 @@ typedef struct surroundings {
     float axes[3][CANDIDATES]; /* less centre */
 } surroundings;
 
-/* Stores a point's list. If points outside the locale may be as near, makes an exact list first. */
-static void finish_point(search *s, uint32_t i, stp_nearest_list *list)
+/* A position of the locale. */
+static stp_dvec3 position_of(const stp_locale *l, uint32_t at)
 {
-    const uint64_t place = s->places[i];
+    return (stp_dvec3){l->axes[0][at], l->axes[1][at], l->axes[2][at]};
+}
+
+/* Stores the list of the point at p. If points outside the locale may be as near, makes an exact
+ * list first. */
+static void finish_point(search *s, uint32_t i, stp_dvec3 p, stp_nearest_list *list)
+{
     if (!stp_nearest_list_full(list) ||
-        !stp_locale_holds(s->locale, s->cloud->points[place].position,
-                          sqrt(list->squared[list->count - 1])))
-        stp_box_tree_nearest(s->cloud, place, list);
+        !stp_locale_holds(s->locale, p, sqrt(list->squared[list->count - 1])))
+        stp_box_tree_nearest(s->cloud, s->places[i], list);
     for (size_t n = 0; s->lists && n < s->k; n++)
         s->lists[(size_t)i * s->k + n] = n < list->count ? list->place[n] : STP_PLACE_NONE;
     double last = list->count ? list->squared[list->count - 1] : 0.0;
@@ -360,7 +366,7 @@ static bool list_choose(stp_nearest_list *list, const search *s, const surroundi
                         uint32_t at)
 {
     const stp_locale *l = s->locale;
-    const stp_dvec3 p = {l->axes[0][at], l->axes[1][at], l->axes[2][at]};
+    const stp_dvec3 p = position_of(l, at);
     const double likely = stp_min(LIKELY_REACH * s->last, around->reach);
     return list_choose_within(list, s, around, p, likely) ||
            list_choose_within(list, s, around, p, around->reach);
@@ -412,21 +418,25 @@ static stp_status find_group(search *s, const group *g, stp_error *err)
     surroundings around;
     stp_nearest_list list;
     list.capacity = s->k;
+    for (int a = 0; a < 3; a++) { /* the two lines of most groups */
+        stp_ask_ahead(s->locale->axes[a], sizeof *s->locale->axes[a], g->ats[0]);
+        stp_ask_ahead(s->locale->axes[a], sizeof *s->locale->axes[a], g->ats[0] + STP_RUN_POINTS);
+    }
     surroundings_find(&around, s, g->ats, g->count, GROUP_REACH * s->last);
     for (unsigned i = 0; i < g->count; i++) {
         if (!list_choose(&list, s, &around, g->ats[i]))
             STP_TRY(find_alone(&list, s, g->ats[i], err));
-        finish_point(s, g->members[i], &list);
+        finish_point(s, g->members[i], position_of(s->locale, g->ats[i]), &list);
     }
 done:
     return status;
 }
 
 /* Searches the whole cloud for the first point's list: the next ones are guessed from it. */
-static void find_first(search *s, uint32_t i)
+static void find_first(search *s, const group *g)
 {
     stp_nearest_list list = {.capacity = s->k};
-    finish_point(s, i, &list);
+    finish_point(s, g->members[0], position_of(s->locale, g->ats[0]), &list);
 }
 
 /* Searches points outside the locale exactly. Points at one position share a list. */
@@ -435,7 +445,7 @@ static void find_others(search *s, const uint32_t *ats, uint32_t count)
     for (uint32_t i = 0; i < count; i++) {
         stp_nearest_list list = {.capacity = s->k};
         if (ats[i] == STP_LOCALE_NONE)
-            finish_point(s, i, &list);
+            finish_point(s, i, s->cloud->points[s->places[i]].position, &list);
         if (ats[i] != AT_REPEATED)
             continue;
         s->points[i].spacing = s->points[i - 1].spacing;
@@ -455,22 +465,24 @@ stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint64_t *p
     search s = {
         .cloud = locale->cloud, .locale = locale, .k = k, .places = places, .points = points};
     s.lists = lists;
+    s.last = locale->spread;
     picks_fill(&s.picks);
     STP_TRY(stp_alloc_unset(&ats, count, sizeof *ats, "neighbours", err));
     for (uint32_t i = 0; i < count; i++) {
-        bool follows = i > 0 && places[i] == places[i - 1] + 1;
-        ats[i] = follows && stp_cloud_repeats(s.cloud, places[i])
-                     ? AT_REPEATED
-                     : stp_locale_find(locale, places[i], &from);
+        const bool follows = i > 0 && places[i] == places[i - 1] + 1;
+        ats[i] = stp_locale_find(locale, places[i], &from);
+        if (ats[i] == STP_LOCALE_NONE && follows && stp_cloud_repeats(s.cloud, places[i]))
+            ats[i] = AT_REPEATED;
     }
     for (uint32_t i = 0; i < count;) {
         group g;
         i = group_gather(&g, &s, ats, i, count);
         if (g.count == 1 && s.last == 0.0)
-            find_first(&s, g.members[0]);
+            find_first(&s, &g);
         else if (g.count > 0)
             STP_TRY(find_group(&s, &g, err));
     }
+    locale->spread = s.last;
     find_others(&s, ats, count);
 done:
     free(ats);

@@ -14,8 +14,9 @@
 /* Spare reach beyond the rings and the last ring's own search, in k-th neighbour distances. */
 #define REACH_SPARE 0.25
 
-/* Points that are searched at a time: their lists are places, twice as long as numbers. */
-#define BATCH_POINTS 8192u
+/* Points that are searched at a time: few enough that their lists, of places, stay in the cache
+ * until they are numbered. */
+#define BATCH_POINTS 2048u
 
 /* Numbers of ring points, found by their places: open addressing with a power of two of slots. */
 typedef struct place_map {

@@ -1,6 +1,7 @@
 /* Joins a cell's points into pieces. */
 #include "preprocess/orient/graph.h"
 
+#include "base/ahead.h"
 #include "base/memory.h"
 #include "base/prefix_sum.h"
 #include "preprocess/cloud/nearest_list.h"
@@ -98,6 +99,8 @@ static bool is_joined(connection *c, uint32_t a, uint32_t b)
 static stp_status relate_cell(connection *c, stp_error *err)
 {
     for (uint32_t a = c->begin; a < c->begin + c->count; a++) {
+        stp_ask_ahead(c->unit->cloud.points, sizeof *c->unit->cloud.points, a);
+        stp_ask_ahead(c->unit->neighbours.indices, c->unit->neighbours.k * sizeof(uint32_t), a);
         for (unsigned i = 0; i < c->edge_count; i++) {
             uint32_t b = edges_of(c, a)[i];
             if (b == STP_NEIGHBOUR_NONE || is_joined(c, a, b) || is_repeated(c, a, b))

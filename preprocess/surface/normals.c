@@ -1,6 +1,7 @@
 /* Normals from neighbourhoods. */
 #include "preprocess/surface/normals.h"
 
+#include "base/ahead.h"
 #include "base/memory.h"
 #include "base/wide.h"
 #include "preprocess/cloud/nearest_list.h"
@@ -72,9 +73,9 @@ typedef struct estimation {
     const stp_unit *unit;
     const stp_cloud *cloud;
     const stp_neighbours *neighbours;
-    double scale; /* factor of lengths, so that floats hold their squares */
-    plane *planes;
-    grown_plane *grown; /* of this round: few, if there is little noise */
+    double scale;              /* factor of lengths, so that floats hold their squares */
+    plane *planes, *unaligned; /* unaligned: their memory */
+    grown_plane *grown;        /* of this round: few, if there is little noise */
     size_t grown_count, grown_capacity;
     vec3s *normals; /* as fitted */
     float *roundness;
@@ -184,6 +185,8 @@ static void fit(estimation *e, stp_spacings *spacings, uint32_t count)
         stp_moment_columns sums;
         stp_moments_plane fitted[STP_MOMENTS_LANES];
         const uint32_t left = count - first < STP_MOMENTS_LANES ? count - first : STP_MOMENTS_LANES;
+        for (uint32_t i = 0; i < left; i++)
+            stp_ask_ahead(e->cloud->points, sizeof *e->cloud->points, first + i);
         stp_neighbour_columns_take(&columns, e->unit, first, first + left, e->scale);
         stp_spacings_limit(spacings, e->unit, &columns, left);
         for (uint32_t i = 0; i < STP_MOMENTS_LANES; i++)
@@ -321,6 +324,8 @@ static stp_status grow_all(estimation *e, uint32_t count, float least_noise, stp
     plane wider;
     e->grown_count = 0;
     for (uint32_t i = 0; i < count; i++) {
+        stp_ask_ahead(e->planes, sizeof *e->planes, i);
+        stp_ask_ahead(e->cloud->points, sizeof *e->cloud->points, i);
         if (!grow(e, i, least_noise, &wider))
             continue;
         STP_TRY(stp_grow(&e->grown, &e->grown_capacity, e->grown_count + 1, sizeof *e->grown,
@@ -420,6 +425,17 @@ static void add_errors(const estimation *e, uint32_t count, stp_normal_errors *e
     }
 }
 
+/* Makes room for planes that each lie in one line of the cache. */
+static stp_status planes_alloc(estimation *e, uint32_t count, stp_error *err)
+{
+    stp_status status = STP_OK;
+    STP_TRY(stp_alloc_unset(&e->unaligned, (size_t)count + 1, sizeof *e->planes, "normals", err));
+    const size_t over = (uintptr_t)e->unaligned % sizeof *e->planes;
+    e->planes = (plane *)((char *)e->unaligned + (over > 0 ? sizeof *e->planes - over : 0));
+done:
+    return status;
+}
+
 stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors *errors,
                                 stp_error *err)
 {
@@ -435,7 +451,7 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
     STP_TRY(stp_alloc_unset(&unit->roundness, count, sizeof *unit->roundness, "normals", err));
     e.roundness = unit->roundness;
     if (wanted)
-        STP_TRY(stp_alloc_unset(&e.planes, count, sizeof *e.planes, "normals", err));
+        STP_TRY(planes_alloc(&e, count, err));
     STP_TRY(stp_spacings_create(&spacings, count, err));
     fit(&e, &spacings, count);
     stp_spacings_smooth(&spacings, unit);
@@ -456,13 +472,15 @@ stp_status stp_normals_estimate(stp_unit *unit, vec3s *shifts, stp_normal_errors
         e.normals[i] = points[i].given ? points[i].normal : e.planes[i].normal;
     count = stp_unit_inner(unit, 2 + ROUNDS);
     for (uint32_t i = 0; i < count; i++) {
+        stp_ask_ahead(points, sizeof *points, i);
+        stp_ask_ahead(e.normals, sizeof *e.normals, i);
         if (points[i].given || glms_vec3_norm2(e.normals[i]) == 0.0f)
             continue;
         points[i].normal = points[i].spacing > 0.0f ? smooth(&e, i) : e.normals[i];
     }
 done:
     stp_spacings_clear(&spacings);
-    free(e.planes);
+    free(e.unaligned);
     free(e.grown);
     free(e.normals);
     return status;
