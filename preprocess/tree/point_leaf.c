@@ -83,11 +83,10 @@ static void make_places(const void *context, stp_dvec3 origin, stp_place *places
         const stp_cloud_point *point = &l->cloud->points[at];
         const vec3s p = stp_dvec3_to_float(stp_dvec3_sub(point->position, origin));
         const vec3s n = stp_cloud_normal(l->cloud, at);
-        places[i] = (stp_place){
-            .key = {p.x, p.y, p.z, n.x, n.y, n.z},
-            .spacing = (float)stp_point_spacing_on((double)point->spacing, l->points[i].exponent,
-                                                   l->params),
-            .sheet = l->cloud->sheets[at]};
+        places[i] = (stp_place){.key = {p.x, p.y, p.z, n.x, n.y, n.z},
+                                .spacing = (float)stp_point_spacing_on(
+                                    (double)point->spacing, l->points[i].exponent, l->params),
+                                .sheet = l->cloud->sheets[at]};
     }
 }
 

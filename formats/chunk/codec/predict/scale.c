@@ -97,7 +97,7 @@ void stp_scale_find(const stp_chunk *chunk, stp_scale *out)
     double step = 1.0;
     for (int k = 0; k < STEPS_TRIED; k++, step /= 10.0) {
         stp_scale scale = {.step = step};
-        bool found = serves(chunk, &scale); /* on a coarse lattice any fine step would do */
+        bool found = serves(chunk, &scale);   /* on a coarse lattice any fine step would do */
         for (int a = 2; a >= 0 && found; a--) /* heights of grids tell first */
             found = find_phase(chunk, step, a, &scale.phase[a]);
         if (found && holds(chunk, &scale)) {
