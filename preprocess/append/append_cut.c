@@ -147,7 +147,7 @@ void stp_append_items(const stp_append *a, stp_item *items, uint32_t begin, uint
                       const stp_point_item_params *params)
 {
     const stp_cloud *cloud = &a->job.cloud;
-    stp_point_items_make(items, cloud, begin, begin + count, NULL, params);
+    stp_point_items_make(items, cloud, begin, begin + count, params);
     for (uint32_t i = 0; i < count; i++) {
         const uint64_t source = cloud->points[begin + i].source;
         if (source >= a->read_count)

@@ -265,16 +265,16 @@ STP_INLINE void set_item(stp_item *out, const tile *t, const found *s, stp_dvec3
 }
 
 /* stp_run_maker, of a tile: a run is a square. */
-static void make_items(const void *context, uint32_t begin, uint32_t end, stp_item *items)
+static void make_items(const void *context, const uint32_t *order, uint32_t count, stp_item *items)
 {
     const tile *t = context;
-    const found *first = &t->found[begin];
+    const found *first = &t->found[order[0]];
     const stp_raster_frame frame =
         frame_at(t->grid, t->column + (first->column & ~(STP_SQUARE_SIDE - 1u)),
                  t->row + (first->row & ~(STP_SQUARE_SIDE - 1u)));
-    for (uint32_t i = begin; i < end; i++) {
-        const found *s = &t->found[i];
-        set_item(&items[i - begin], t, s, place_of(t, &frame, s->column, s->row));
+    for (uint32_t i = 0; i < count; i++) {
+        const found *s = &t->found[order[i]];
+        set_item(&items[i], t, s, place_of(t, &frame, s->column, s->row));
     }
 }
 

@@ -47,6 +47,23 @@ bool stp_point_is_rounded(stp_dvec3 p, int exponent)
     return size > 0.0 && exponent < stp_floor_log2(size) - ROUNDING_OCTAVES;
 }
 
+int stp_point_finest(double side)
+{
+    return side > 0.0 ? stp_floor_log2(side) - CHUNK_OCTAVES : INT_MIN;
+}
+
+int stp_point_exponent_lifted(stp_dvec3 p, int exponent, int finest)
+{
+    return exponent < finest && stp_point_is_rounded(p, exponent) ? finest : exponent;
+}
+
+double stp_point_spacing_on(double spacing, int exponent, const stp_point_item_params *params)
+{
+    if (!params->resolution.exact)
+        return spacing;
+    return stp_min(spacing, ldexp(1.0 - 0x1p-20, exponent + RADIUS_OCTAVES) / params->lambda);
+}
+
 uint8_t stp_point_intensity(uint16_t intensity, uint32_t greatest)
 {
     if (intensity >= greatest)
@@ -87,10 +104,7 @@ static double loose_of(const stp_point_facts *facts, int exponent, const stp_res
 void stp_point_item_set(stp_item *out, const stp_point_facts *facts, int exponent,
                         const stp_point_item_params *params)
 {
-    double spacing = facts->spacing;
-    if (params->resolution.exact)
-        spacing =
-            stp_min(spacing, ldexp(1.0 - 0x1p-20, exponent + RADIUS_OCTAVES) / params->lambda);
+    const double spacing = stp_point_spacing_on(facts->spacing, exponent, params);
     const double full = params->lambda * spacing;
     const double radius =
         facts->measured ? stp_radius_on_grid(full, 0.0, STP_RADII_BY_OCTAVE) : full;
@@ -115,7 +129,7 @@ void stp_point_item_set(stp_item *out, const stp_point_facts *facts, int exponen
 }
 
 static void set_item(stp_item *out, const stp_cloud *cloud, uint64_t i, double spacing,
-                     bool measured, const stp_point_item_params *params)
+                     bool measured, int exponent, const stp_point_item_params *params)
 {
     const stp_cloud_point *point = &cloud->points[i];
     const stp_point_facts facts = {
@@ -131,41 +145,33 @@ static void set_item(stp_item *out, const stp_cloud *cloud, uint64_t i, double s
         .intensity = stp_point_intensity(point->intensity, params->intensity_max),
         .class_id = point->class_id,
         .flags = flags_of(cloud, i)};
-    stp_point_item_set(out, &facts, stp_point_exponent(facts.position, spacing, params), params);
+    stp_point_item_set(out, &facts, exponent, params);
 }
 
 stp_item stp_point_item_of(const stp_cloud *cloud, uint64_t i, double spacing,
                            const stp_point_item_params *params)
 {
     stp_item item;
-    set_item(&item, cloud, i, spacing, false, params);
+    set_item(&item, cloud, i, spacing, false,
+             stp_point_exponent(cloud->points[i].position, spacing, params), params);
     return item;
 }
 
-/* Points that only rounding separates ask for lattices too fine for any chunk's width. They get the
- * finest lattice on which all points of the chunk fit. */
-static void lift_rounding(stp_item *items, uint32_t count)
+void stp_point_item_make(stp_item *out, const stp_cloud *cloud, uint64_t i, int exponent,
+                         const stp_point_item_params *params)
 {
-    stp_dbox box = stp_dbox_empty();
-    for (uint32_t i = 0; i < count; i++)
-        stp_dbox_add(&box, items[i].disc.centre);
-    const double side = stp_dbox_side(&box);
-    if (!(side > 0.0))
-        return;
-    const int finest = stp_floor_log2(side) - CHUNK_OCTAVES;
-    for (uint32_t i = 0; i < count; i++)
-        if (items[i].exponent < finest &&
-            stp_point_is_rounded(items[i].disc.centre, items[i].exponent))
-            items[i].exponent = finest;
+    set_item(out, cloud, i, (double)cloud->points[i].spacing, true, exponent, params);
 }
 
-uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint64_t begin, uint64_t end,
-                              const uint64_t *only, const stp_point_item_params *params)
+void stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint64_t begin, uint64_t end,
+                          const stp_point_item_params *params)
 {
-    uint32_t count = 0;
-    for (uint64_t i = begin; i < end; i++)
-        if (!only || only[(i - cloud->first) / 64] >> (i - cloud->first) % 64 & 1u)
-            set_item(&items[count++], cloud, i, (double)cloud->points[i].spacing, true, params);
-    lift_rounding(items, count);
-    return count;
+    const stp_dbox box = stp_points_box(cloud->points + begin, end - begin);
+    const int finest = stp_point_finest(stp_dbox_side(&box));
+    for (uint64_t i = begin; i < end; i++) {
+        const stp_cloud_point *p = &cloud->points[i];
+        const int exponent = stp_point_exponent(p->position, (double)p->spacing, params);
+        stp_point_item_make(&items[i - begin], cloud, i,
+                            stp_point_exponent_lifted(p->position, exponent, finest), params);
+    }
 }

@@ -22,6 +22,14 @@ int stp_point_exponent(stp_dvec3 position, double spacing, const stp_point_item_
  * its neighbours. */
 bool stp_point_is_rounded(stp_dvec3 position, int exponent);
 
+/* The finest lattice on which all points of a chunk with this side fit. */
+int stp_point_finest(double side);
+/* The point's exponent among the points of its chunk, of which `finest` is told: those that only
+ * rounding separates ask for lattices too fine for any chunk's width. */
+int stp_point_exponent_lifted(stp_dvec3 position, int exponent, int finest);
+/* The spacing that the disc of a point on such a lattice has. */
+double stp_point_spacing_on(double spacing, int exponent, const stp_point_item_params *params);
+
 /* Scales an intensity so that a byte covers the range that the scan uses. Scaled by all 16 bits, a
  * scan with 12 bits would keep only 4. greatest: of all points. */
 uint8_t stp_point_intensity(uint16_t intensity, uint32_t greatest);
@@ -48,10 +56,11 @@ void stp_point_item_set(stp_item *out, const stp_point_facts *facts, int exponen
 /* Makes a point of a cloud an item whose disc has a spacing of its own. */
 stp_item stp_point_item_of(const stp_cloud *cloud, uint64_t i, double spacing,
                            const stp_point_item_params *params);
-/* Makes points [begin, end) of a sorted cloud into items of one chunk. only: by point of the cloud,
- * bits, from place cloud->first on, of those that become one; NULL: all do. Returns their number.
- */
-uint32_t stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint64_t begin, uint64_t end,
-                              const uint64_t *only, const stp_point_item_params *params);
+/* Makes a point of a sorted cloud an item on a lattice. */
+void stp_point_item_make(stp_item *out, const stp_cloud *cloud, uint64_t i, int exponent,
+                         const stp_point_item_params *params);
+/* Makes points [begin, end) of a sorted cloud into items of one chunk. */
+void stp_point_items_make(stp_item *items, const stp_cloud *cloud, uint64_t begin, uint64_t end,
+                          const stp_point_item_params *params);
 
 #endif

@@ -6,7 +6,6 @@
 #include "formats/chunk/sample/normal_grid.h"
 #include "formats/chunk/sample/patch.h"
 #include "preprocess/patch/middle.h"
-#include "preprocess/patch/partition.h"
 #include "preprocess/tree/vertex_item.h"
 
 #include <limits.h>
@@ -216,6 +215,10 @@ static stp_status build_run(assembly *a, const stp_item *items, const uint32_t *
 
 static void fill_places(const stp_item_group *group, stp_dvec3 origin, stp_place *places)
 {
+    if (group->places) {
+        group->places(group->context, origin, places);
+        return;
+    }
     for (uint32_t i = 0; i < group->count; i++) {
         const stp_item *item = &group->items[i];
         vec3s p = stp_dvec3_to_float(stp_dvec3_sub(item->disc.centre, origin));
@@ -341,6 +344,9 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
     const uint32_t *ends = group->run_ends;
     uint32_t run_count = group->run_count, next = 0;
     stp_item made[STP_PATCH_SAMPLES];
+    uint32_t in_order[STP_PATCH_SAMPLES]; /* made items are in the order of their run */
+    for (uint32_t i = 0; i < STP_PATCH_SAMPLES; i++)
+        in_order[i] = i;
     STP_TRY(stp_alloc(&order, group->count, sizeof *order, "samples", err));
     for (uint32_t i = 0; i < group->count; i++)
         order[i] = i;
@@ -350,12 +356,12 @@ static stp_status build_group(assembly *a, const stp_item_group *group, uint8_t 
         ends = own_ends;
     }
     for (uint32_t run = 0; run < run_count; run++) {
-        const uint32_t begin = run ? ends[run - 1] : 0;
+        const uint32_t begin = run ? ends[run - 1] : 0, count = ends[run] - begin;
         const stp_patch_grid *grid = group->run_grids ? &group->run_grids[run] : NULL;
         if (group->make)
-            group->make(group->context, begin, ends[run], made);
-        STP_TRY(build_run(a, group->make ? made : group->items, order + (group->make ? 0 : begin),
-                          ends[run] - begin, child, grid, err));
+            group->make(group->context, order + begin, count, made);
+        STP_TRY(build_run(a, group->make ? made : group->items,
+                          group->make ? in_order : order + begin, count, child, grid, err));
         STP_TRY(end_together(a, group, run, &next, err));
     }
 done:

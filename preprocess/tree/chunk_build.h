@@ -4,6 +4,7 @@
 #ifndef STP_PREPROCESS_TREE_CHUNK_BUILD_H
 #define STP_PREPROCESS_TREE_CHUNK_BUILD_H
 
+#include "preprocess/patch/partition.h"
 #include "preprocess/patch/patch_build.h"
 #include "preprocess/patch/point_item.h"
 #include "preprocess/tree/built_chunk.h"
@@ -28,16 +29,20 @@ typedef struct stp_chunk_extent {
     int finest, coarsest; /* exponents of lattices */
 } stp_chunk_extent;
 
-/* Makes items [begin, end), at most STP_PATCH_SAMPLES. */
-typedef void stp_run_maker(const void *context, uint32_t begin, uint32_t end, stp_item *items);
+/* Makes the items that `order` names, at most STP_PATCH_SAMPLES. */
+typedef void stp_run_maker(const void *context, const uint32_t *order, uint32_t count,
+                           stp_item *items);
+/* Makes the places of all items, by which runs are found. */
+typedef void stp_place_maker(const void *context, stp_dvec3 origin, stp_place *places);
 
 /* Items that one child chunk refines. All items of a leaf are one group. */
 typedef struct stp_item_group {
     const stp_kept_patches *kept; /* in place of items; NULL: none */
     const stp_item *items;
-    /* In place of items, of a leaf whose runs are known: makes those of a run just before they
-     * become a patch, lest large items of all samples go through memory. NULL: items has them. */
+    /* In place of items, of a leaf: makes those of a run just before they become a patch, lest
+     * large items of all samples go through memory. NULL: items has them. */
     stp_run_maker *make;
+    stp_place_maker *places; /* then, unless runs are known */
     const void *context;
     const stp_chunk_extent *extent; /* then: of all items */
     /* The ends of the runs of items that become patches, linked to the child's. NULL: the build

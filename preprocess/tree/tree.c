@@ -9,6 +9,7 @@
 #include "preprocess/patch/world_lattice.h"
 #include "preprocess/tree/cell_cut.h"
 #include "preprocess/tree/leaf_order.h"
+#include "preprocess/tree/point_leaf.h"
 #include "preprocess/tree/tier_file.h"
 #include "preprocess/tree/tier_numbers.h"
 
@@ -73,23 +74,6 @@ typedef struct tree {
     stp_tree_stats stats;
 } tree;
 
-/* Of images of depth cameras, a cell has those points alone that are in no image. */
-static stp_status build_cell(const tree *t, const stp_cell *cell, built *out, stp_error *err)
-{
-    stp_status status = STP_OK;
-    const stp_depth_images *images = t->params->sources.depths;
-    const uint64_t *only = images ? images->loose : NULL;
-    stp_item *items = NULL;
-    STP_TRY(stp_alloc_unset(&items, cell->end - cell->begin, sizeof *items, "samples", err));
-    const uint32_t count =
-        stp_point_items_make(items, t->cloud, cell->begin, cell->end, only, &t->items);
-    stp_item_group group = {.items = items, .count = count};
-    STP_TRY(stp_chunk_build_leaf(&out->chunk, &group, &t->items, err));
-done:
-    free(items);
-    return status;
-}
-
 static stp_status build_leaf(const tree *t, stp_leaf_place leaf, built *out, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -106,8 +90,9 @@ static stp_status build_leaf(const tree *t, stp_leaf_place leaf, built *out, stp
         STP_TRY(stp_depth_leaf_build(from->depths, leaf.index, &t->items, &out->chunk, err));
     else if (leaf.kind == STP_LEAF_TILE)
         STP_TRY(stp_height_grid_leaf(from->grid, leaf.index, &t->items, &out->chunk, err));
-    else
-        STP_TRY(build_cell(t, &t->cloud->cells[leaf.index], out, err));
+    else /* of images of depth cameras, a cell has those points alone that are in no image */
+        STP_TRY(stp_point_leaf_build(&out->chunk, t->cloud, &t->cloud->cells[leaf.index],
+                                     from->depths ? from->depths->loose : NULL, &t->items, err));
     const stp_chunk *chunk = out->chunk.chunk;
     out->entry.points_under = chunk->level_begin[0][chunk->patch_count];
     /* quantisation moves points a little: the file's box holds them as stored */

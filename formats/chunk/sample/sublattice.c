@@ -87,9 +87,10 @@ static void nearest_slanted(unsigned sublattice, const double place[3], double o
     const int64_t sum = (int64_t)whole[0] + 2 * (int64_t)whole[1] + 4 * (int64_t)whole[2];
     const int32_t parts = stp_slanted_parts(sublattice), odd = (int32_t)(sum % parts);
     const int32_t rest = odd < 0 ? odd + parts : odd;
-    for (int x = -SLANTED_WAY; x <= SLANTED_WAY; x++)
-        for (int y = -SLANTED_WAY; y <= SLANTED_WAY; y++) {
-            const double aside = (off[0] - x) * (off[0] - x) + (off[1] - y) * (off[1] - y);
+    for (int x = -SLANTED_WAY; x <= SLANTED_WAY; x++) {
+        const double along = (off[0] - x) * (off[0] - x);
+        for (int y = -SLANTED_WAY; y <= SLANTED_WAY && along < least; y++) {
+            const double aside = along + (off[1] - y) * (off[1] - y);
             if (aside >= least)
                 continue;
             const int z = up[rest + x + 2 * y];
@@ -101,6 +102,7 @@ static void nearest_slanted(unsigned sublattice, const double place[3], double o
             out[1] = whole[1] + y;
             out[2] = whole[2] + z;
         }
+    }
 }
 
 void stp_sublattice_nearest(unsigned sublattice, const double place[3], double out[3])

@@ -83,12 +83,21 @@ static bool holds(const stp_chunk *chunk, const stp_scale *scale)
     return used;
 }
 
+/* Whether some patch would be coded by the scale. */
+static bool serves(const stp_chunk *chunk, const stp_scale *scale)
+{
+    bool used = false;
+    for (uint32_t p = 0; p < chunk->patch_count && !used; p++)
+        used = stp_scale_of_patch(scale, &chunk->patches[p]).used;
+    return used;
+}
+
 void stp_scale_find(const stp_chunk *chunk, stp_scale *out)
 {
     double step = 1.0;
     for (int k = 0; k < STEPS_TRIED; k++, step /= 10.0) {
         stp_scale scale = {.step = step};
-        bool found = true;
+        bool found = serves(chunk, &scale);   /* on a coarse lattice any fine step would do */
         for (int a = 2; a >= 0 && found; a--) /* heights of grids tell first */
             found = find_phase(chunk, step, a, &scale.phase[a]);
         if (found && holds(chunk, &scale)) {
