@@ -182,6 +182,13 @@ refused "nothing to write" "$FOLDER/none.ply"
 head -c 2000 "$FOLDER/more.ply" >"$FOLDER/short.ply"
 refused "short.ply" "$FOLDER/short.ply"
 refused "is also an input" "$model"
+cp "$old" "$model"
+append "$model" "$FOLDER/more.ply" "$FOLDER/short.ply" --quiet
+expect_code 1
+expect_text err "1 of 2 inputs could not be read, as said above: $model has the points of the others"
+expect_points "$model" $((80000 + count)) "with an input that cannot be read"
+append "$model" "$FOLDER/more.ply" --codec zstd
+expect_usage "--append"
 append "$model" "$FOLDER/more.ply" --maps
 expect_usage "--append"
 "$STIPPLE" prep "$FOLDER/scan.ply" -o "$FOLDER/maps.stipple" --maps --quiet || fail "no maps"
