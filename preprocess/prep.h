@@ -217,10 +217,12 @@ stp_status stp_prep_check_count(const stp_prep_source *source, const stp_prep_pa
                                 stp_error *err);
 /* How much a run over this source with these parameters has to prepare. */
 stp_prep_size stp_prep_size_of(const stp_prep_source *source, const stp_prep_params *params);
-/* Plans a run. Errors: IO (no such folder, not enough space in it), LIMIT (too little memory for
- * any model), OUT_OF_MEMORY. */
+/* Plans a run. Errors: IO (no such folder), LIMIT (too little memory for any model), OUT_OF_MEMORY.
+ */
 stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_prep_size *size,
                               const stp_prep_params *params, unsigned thread_count, stp_error *err);
+/* Errors: IO (fewer bytes are free than the run needs). */
+stp_status stp_prep_plan_check(const stp_prep_plan *plan, stp_error *err);
 void stp_prep_plan_clear(stp_prep_plan *plan);
 
 /* Runs preprocessing. Errors: EMPTY (no valid point, line or triangle), LIMIT (more

@@ -66,7 +66,7 @@ enum {
 /* Decides what the parameters and the source leave open, and empties the statistics. */
 void stp_prep_job_begin(stp_prep_job *job);
 /* Plans memory and temporary files for a run of that size, in place of any plan before, and creates
- * the spill. Errors: those of stp_prep_plan_make and stp_spill_create. */
+ * the spill. Errors: those of stp_prep_plan_make, stp_prep_plan_check and stp_spill_create. */
 stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_error *err);
 /* Notes the stage's time and memory and reports that the next stage begins. Errors: CANCELLED. */
 stp_status stp_prep_end_stage(stp_prep_job *job, int stage, stp_error *err);

@@ -102,7 +102,7 @@ static stp_status folder_of(const char *path, char **out, stp_error *err)
     return status;
 }
 
-static stp_status check_room(stp_prep_plan *plan, stp_error *err)
+static stp_status look_at_folder(stp_prep_plan *plan, stp_error *err)
 {
     struct statvfs room;
     if (statvfs(plan->folder, &room) != 0)
@@ -110,6 +110,11 @@ static stp_status check_room(stp_prep_plan *plan, stp_error *err)
                              "%s: no folder for temporary files: %s: give another (--temp)",
                              plan->folder, strerror(errno));
     plan->free_bytes = (uint64_t)room.f_bavail * room.f_frsize;
+    return STP_OK;
+}
+
+stp_status stp_prep_plan_check(const stp_prep_plan *plan, stp_error *err)
+{
     if (plan->free_bytes < plan->temporary_bytes)
         return stp_error_set(
             err, STP_IO,
@@ -172,7 +177,7 @@ stp_status stp_prep_plan_make(stp_prep_plan *out, const char *path, const stp_pr
         plan.temporary_bytes = plan.own_bytes > 0 ? FILES_BYTES : needed;
         plan.most_temporary_bytes =
             most > plan.own_bytes + FILES_BYTES ? most - plan.own_bytes : FILES_BYTES;
-        STP_TRY(check_room(&plan, err));
+        STP_TRY(look_at_folder(&plan, err));
     }
     *out = plan;
     plan.folder = NULL;
@@ -226,6 +231,7 @@ stp_status stp_prep_plan_room(stp_prep_job *job, const stp_prep_size *size, stp_
     stp_prep_plan_clear(&job->plan);
     STP_TRY(stp_prep_plan_make(&job->plan, job->path, size, job->params,
                                stp_pool_thread_count(job->pool), err));
+    STP_TRY(stp_prep_plan_check(&job->plan, err));
     const stp_spill_params room = {.memory_bytes =
                                        job->plan.temporary_bytes ? job->plan.memory_bytes : 0,
                                    .own_bytes = job->plan.own_bytes,

@@ -74,15 +74,18 @@ static uint32_t free_end(const stp_cloud *cloud, uint32_t begin, uint32_t end, d
     return end;
 }
 
-/* The mean side of the model's leaves. */
-static double leaf_side(const stp_append *a)
+/* How wide a leaf of the points that join none may be: as the model's leaves on average, or as full
+ * leaves of a surface of these points, which may be sparser than the model's. */
+static double free_side(const stp_append *a, uint32_t begin, uint32_t end)
 {
     double sum = 0.0;
     for (uint32_t i = 0; i < a->leaf_count; i++) {
         const stp_dbox box = stp_chunk_entry_box(stp_append_leaf(a, i));
         sum += stp_dbox_side(&box);
     }
-    return sum / a->leaf_count;
+    const stp_dbox box = stp_points_box(a->job.cloud.points + begin, end - begin);
+    const double leaves = fmax(1.0, (double)(end - begin) / STP_CELL_POINTS);
+    return fmax(sum / a->leaf_count, stp_dbox_side(&box) / sqrt(leaves));
 }
 
 /* Cuts each leaf's points into cells. */
@@ -91,7 +94,7 @@ static stp_status cut_leaves(const ordering *o, stp_error *err)
     stp_status status = STP_OK;
     stp_append *a = o->a;
     stp_cloud *cloud = &a->job.cloud;
-    const double side = leaf_side(a);
+    const double side = free_side(a, o->ends[a->leaf_count - 1], o->ends[a->leaf_count]);
     for (uint32_t s = 0, begin = 0; s <= a->leaf_count; s++)
         while (begin < o->ends[s]) {
             const uint32_t end =

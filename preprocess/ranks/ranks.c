@@ -266,8 +266,8 @@ stp_status stp_ranks_agree(stp_ranks *ranks, uint64_t number, const char *what, 
     }
     if (odd > 0)
         status = stp_error_set(err, STP_INVALID_ARGUMENT,
-                               "%s has %s %s: all machines must see the same files under the same "
-                               "names, and be of one kind",
+                               "%s has %s %s: all ranks must have the same options, see the same "
+                               "files under the same names, and be of one kind",
                                ranks->names[odd], what, ranks->names[0]);
 done:
     return status;

@@ -161,6 +161,15 @@ for file in few one; do
 done
 has_all "$FOLDER/few.ply" "$FOLDER/one.ply" || fail "points far from one leaf changed its points"
 
+# Points that are sparser than the model become full leaves, not one for each width of its leaves: that
+# would be 2300 here.
+awk 'BEGIN { for (i = 0; i < 10000; i++) print 20 + i % 100, int(i / 100), sin(i / 900) }' >"$FOLDER/sparse.xyz"
+cp "$old" "$model"
+append "$model" "$FOLDER/sparse.xyz"
+expect_code 0
+grep -Eq '^[0-9]+ chunks stay, [1-9] are new' "$FOLDER/err" || fail "sparse points: $(grep stay, "$FOLDER/err")"
+expect_sound "$model" "sparse points"
+
 # ---- what is refused leaves the model as it was ----
 refused() { # text, arguments
     cp "$old" "$model"
@@ -173,6 +182,13 @@ refused "nothing to write" "$FOLDER/none.ply"
 head -c 2000 "$FOLDER/more.ply" >"$FOLDER/short.ply"
 refused "short.ply" "$FOLDER/short.ply"
 refused "is also an input" "$model"
+cp "$old" "$model"
+append "$model" "$FOLDER/more.ply" "$FOLDER/short.ply" --quiet
+expect_code 1
+expect_text err "1 of 2 inputs could not be read, as said above: $model has the points of the others"
+expect_points "$model" $((80000 + count)) "with an input that cannot be read"
+append "$model" "$FOLDER/more.ply" --codec zstd
+expect_usage "--append"
 append "$model" "$FOLDER/more.ply" --maps
 expect_usage "--append"
 "$STIPPLE" prep "$FOLDER/scan.ply" -o "$FOLDER/maps.stipple" --maps --quiet || fail "no maps"

@@ -19,13 +19,17 @@ plan
 expect_text out "points           110000"
 expect_text out "temporary files  none"
 # The file is as large as it says.
-forecast=$(sed -n 's/^file  *about \(.*\) to \(.*\) MB .*/\1 \2/p' "$FOLDER/plan")
-run "$STIPPLE" "${words[@]}" --quiet
-expect_code 0
-stat -c %s "$FOLDER/models/m.stipple" |
-    awk -v f="$forecast" '{ split(f, mb); exit !(mb[1] <= 1e-6 * $1 && 1e-6 * $1 <= mb[2]) }' ||
-    fail "$(stat -c %s "$FOLDER/models/m.stipple") bytes, expected $forecast MB"
-rm -r "$FOLDER/models"/*
+check_size() { # words of prep
+    local forecast
+    forecast=$(sed -n 's/^file  *about \(.*\) to \(.*\) MB .*/\1 \2/p' "$FOLDER/plan")
+    run "$STIPPLE" "$@" --quiet
+    expect_code 0
+    stat -c %s "$FOLDER/models/m.stipple" |
+        awk -v f="$forecast" '{ split(f, mb); exit !(mb[1] <= 1e-6 * $1 && 1e-6 * $1 <= mb[2]) }' ||
+        fail "$*: $(stat -c %s "$FOLDER/models/m.stipple") bytes, expected $forecast MB"
+    rm "$FOLDER/models"/*
+}
+check_size "${words[@]}"
 [ "$(grep -cE '^ *[0-9]+( +[0-9]+[.][0-9]){8}$' "$FOLDER/plan")" = 8 ] || fail "no table: $(cat "$FOLDER/plan")"
 
 # Triangles between maps need 140 bytes a point more, here 15 MB.
@@ -33,6 +37,19 @@ plan --maps --memory 336M
 expect_text out "temporary files  none"
 plan --maps --gaps fill --memory 336M
 expect_text out "temporary files  about"
+
+# Grids take fewer bytes; lines and triangles count by their vertices.
+points=("${words[@]}")
+awk 'BEGIN { print "P2\n500 500\n255"; for (i = 0; i < 250000; i++) print 99 + int(90 * sin(i % 500 / 99)) }' >"$FOLDER/g.pgm"
+"$STIPPLE" gen tree -n 4000 -o "$FOLDER/leaves.ply" --mesh "$FOLDER/tree.ply" --quiet || fail "no tree"
+words=(prep "$FOLDER/g.pgm" -o "$FOLDER/models/m.stipple")
+plan
+check_size "${words[@]}"
+words=(prep "$FOLDER/tree.ply" --lines auto -o "$FOLDER/models/m.stipple")
+plan
+expect_text out "lines, triangles"
+check_size "${words[@]}"
+words=("${points[@]}")
 
 # The temporary files are those that the run announces.
 plan --memory 140M
@@ -77,6 +94,13 @@ many 4900000000 "$FOLDER/big/c.pfm" --spacing 1,1
 vertices "$FOLDER/halves/d.ply" 2500000000
 vertices "$FOLDER/halves/e.ply" 2500000000
 many 5000000000 "$FOLDER/halves"
+# What does not fit on this disk is planned, too.
+vertices "$FOLDER/big/g.ply" 200000000000
+run timeout 60 "$STIPPLE" prep "$FOLDER/big/g.ply" -o "$FOLDER/models/big.stipple" --memory 1G --plan
+expect_code 1
+expect_text err "GB of temporary files are needed"
+expect_text out "file             about 800.00 to 1800.00 GB"
+grep -Eq '^ *1024 ' "$FOLDER/out" || fail "no times"
 vertices "$FOLDER/big/f.ply" 300000000000
 refuse "274877906943 points in a model" "$FOLDER/big/f.ply"
 run timeout 60 "$STIPPLE" prep --append "$FOLDER/big/b.las" -o "$FOLDER/models/m.stipple"
@@ -84,6 +108,11 @@ expect_failure "append them in several runs"
 
 run "$STIPPLE" "${words[@]}" --force --plan --append
 expect_usage "--plan plans a new model"
+echo no scan >"$FOLDER/bad.ply"
+run "$STIPPLE" "${words[@]}" "$FOLDER/bad.ply" --plan --force
+expect_code 1
+expect_text out "points           110000"
+expect_text err "1 of 3 inputs could not be read, as said above: the plan is of the others"
 run "$STIPPLE" prep "$FOLDER/none.ply" -o "$FOLDER/models/n.stipple" --plan
 expect_failure "none.ply"
 end_test

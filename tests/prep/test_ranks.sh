@@ -231,6 +231,10 @@ expect_held "" "$FOLDER/depths"
 expect_held "some part of the inputs could not be read by itself" "$FOLDER/broken"
 expect_held "" "$FOLDER/mixed/b.ply"
 expect_held "" "$FOLDER/heights.asc"
+# What could not be read is said by rank 0, and the end after it.
+run "${launch[@]}" -n 3 "$STIPPLE" prep "$FOLDER/broken" -o "$model" --threads 1 --quiet --force
+[ "$(sed -n 's/^stipple prep: \(.*\), as said above.*/\1/p; s/^not read: .*/left out/p' "$FOLDER/err")" = \
+    "left out"$'\n'"1 of 3 inputs could not be read" ] || fail "$command: $(cat "$FOLDER/err")"
 rm -f "$model"
 # A rank with less memory must find the same closed surfaces.
 both=("$STIPPLE" prep "$FOLDER/mixed/a.las" "$FOLDER/mixed/b.ply" --threads 1 --quiet --force)
@@ -252,6 +256,8 @@ run "${launch[@]}" -n 1 "${one[@]}" : -n 2 "$STIPPLE" prep "$FOLDER/mixed/b.ply"
 expect_end "has another $FOLDER/statue.ply than rank 0"
 run "${launch[@]}" -n 2 "${one[@]}" : -n 1 "${one[@]}" --memory 90M --temp "$FOLDER/none"
 expect_end "rank 2 on "
+run "${launch[@]}" -n 2 "${one[@]}" : -n 1 "${one[@]}" --neighbours 20
+expect_end "rank 2 on $(hostname) has other options than rank 0"
 run "${launch[@]}" -n 3 "${one[@]}" --neighbours 1
 expect_end "--neighbours: give 3 to 64"
 run "${launch[@]}" -n 3 "$STIPPLE" prep "$FOLDER/none.ply" -o "$model"

@@ -55,7 +55,7 @@ static stp_status run_stages(const prep_options *o, prep_inputs *in, stp_prep_pa
     stp_mesh *mesh = NULL;
     bool is_added = false;
     STP_TRY(prep_inputs_survey(in, &source, err));
-    STP_TRY(prep_ranks_agree(params->ranks, in, err));
+    STP_TRY(prep_ranks_agree(&o->ranks, in, err));
     if (params->maps)
         STP_TRY(prep_meshes_read(in, &mesh, err));
     source.mesh = mesh;
@@ -156,6 +156,18 @@ done:
     return status;
 }
 
+/* What was made although some inputs could not be read. */
+static stp_status say_unreadable(const prep_options *o, const prep_inputs *in, stp_error *err)
+{
+    return stp_error_set(err, STP_IO, "%zu of %zu inputs could not be read, as said above: %s%s%s",
+                         prep_inputs_unreadable(in), in->count,
+                         o->plan ? "the plan is of the others" : o->output,
+                         o->plan     ? ""
+                         : o->append ? " has the points of the others"
+                                     : " was written of the others",
+                         o->plan ? "" : " (--strict: nothing then)");
+}
+
 static stp_status run_prep(const prep_options *o, const char *const *arguments, size_t count,
                            stp_error *err)
 {
@@ -198,13 +210,11 @@ static stp_status run_prep(const prep_options *o, const char *const *arguments, 
     if (o->append)
         STP_TRY(prep_append_begin(&in.system, o->output, err));
     status = run_stages(o, &in, &params, progress, err);
-    const size_t unreadable = prep_inputs_unreadable(&in);
     prep_report_unreadable(&in);
-    if (status == STP_OK && unreadable > 0)
-        status = stp_error_set(err, STP_IO,
-                               "%zu of %zu inputs could not be read, as said above: %s was written "
-                               "of the others (--strict: nothing then)",
-                               unreadable, in.count, o->output);
+    if (status == STP_OK && prep_inputs_unreadable(&in) > 0) {
+        STP_TRY(prep_ranks_let_first_end(&o->ranks, err));
+        status = say_unreadable(o, &in, err);
+    }
 done:
     prep_run_end();
     prep_inputs_clear(&in);
@@ -318,10 +328,10 @@ static int check_options(const prep_options *o)
                                     "--format 1");
     if (o->append &&
         (o->outliers != STP_OUTLIERS_KEEP || o->layers == 1 || o->attributes || o->hybrid ||
-         o->lines == 1 || o->format == 0 || o->shade == 1 || o->grid.holes == 1 || o->maps.wanted))
+         o->lines == 1 || o->codec != 0 || o->format == 0 || o->shade == 1 || o->grid.holes == 1 || o->maps.wanted))
         return cli_usage(&cli_prep, "--append: the model has its form; leave out --outliers, "
-                                    "--layers, --attributes, --hybrid, --lines, --format, "
-                                    "--shade, --holes and --maps");
+                                    "--layers, --attributes, --hybrid, --lines, --codec, "
+                                    "--format, --shade, --holes and --maps");
     if (o->append && o->plan)
         return cli_usage(&cli_prep, "--plan plans a new model: leave out --append");
     if (o->append && o->ranks.meeting)
@@ -429,7 +439,7 @@ static int prep_main(int argc, char **argv)
     prep_options o = {.orient = "auto", .format = DEFAULT_FORMAT};
     size_t count = 0;
     stp_error error = {0};
-    if (prep_ranks_begin(&o.ranks, &error) != STP_OK)
+    if (prep_ranks_begin(&o.ranks, argc, argv, &error) != STP_OK)
         return cli_fail(&cli_prep, &error);
     int code = parse(&o, argc, argv, paths, &count);
     if (code == CLI_CONTINUE)

@@ -5,7 +5,7 @@
 #include "preprocess/prep.h"
 
 /* Prints the plan on stdout, for ranks with `threads` threads each. Errors: those of
- * stp_prep_plan_make and stp_prep_check_count. */
+ * stp_prep_check_count and stp_prep_plan_make; after all is printed, of stp_prep_plan_check. */
 stp_status prep_plan_print(const char *output, const stp_prep_source *source,
                            const stp_prep_params *params, unsigned threads, stp_error *err);
 

@@ -20,9 +20,29 @@ static void silence(prep_ranks *r)
     close(nowhere);
 }
 
-stp_status prep_ranks_begin(prep_ranks *out, stp_error *err)
+/* A number of the words of the command line, but for options that may differ from rank to rank. */
+static uint64_t number_of(int argc, char **argv)
 {
-    prep_ranks r = {.messages = -1};
+    static const char *const own[] = {"--memory", "--temp",     "--threads",
+                                      "--stats",  "--progress", "--rejects"};
+    uint64_t number = 0;
+    for (int i = 1; i < argc; i++) {
+        const size_t length = strcspn(argv[i], "=");
+        bool is_own = strcmp(argv[i], "--quiet") == 0;
+        for (size_t k = 0; k < sizeof own / sizeof *own && !is_own; k++)
+            if (strlen(own[k]) == length && strncmp(argv[i], own[k], length) == 0) {
+                is_own = true;
+                i += argv[i][length] == '=' ? 0 : 1; /* its value follows */
+            }
+        if (!is_own)
+            number = XXH3_64bits_withSeed(argv[i], strlen(argv[i]), number);
+    }
+    return number;
+}
+
+stp_status prep_ranks_begin(prep_ranks *out, int argc, char **argv, stp_error *err)
+{
+    prep_ranks r = {.messages = -1, .words = number_of(argc, argv)};
     const stp_status status = stp_meeting_begin(&r.meeting, err);
     if (status != STP_OK)
         return status;
@@ -32,9 +52,10 @@ stp_status prep_ranks_begin(prep_ranks *out, stp_error *err)
     return STP_OK;
 }
 
-stp_status prep_ranks_agree(stp_ranks *ranks, const prep_inputs *in, stp_error *err)
+stp_status prep_ranks_agree(const prep_ranks *r, const prep_inputs *in, stp_error *err)
 {
     stp_status status = STP_OK;
+    stp_ranks *ranks = stp_meeting_ranks(r->meeting);
     char what[512] = "other inputs than";
     if (!ranks)
         return STP_OK;
@@ -48,8 +69,17 @@ stp_status prep_ranks_agree(stp_ranks *ranks, const prep_inputs *in, stp_error *
         STP_TRY(stp_ranks_broadcast(ranks, 0, what, sizeof what, err)); /* all say the same */
         STP_TRY(stp_ranks_agree(ranks, XXH3_64bits(text, strlen(text)), what, err));
     }
+    STP_TRY(stp_ranks_agree(ranks, r->words, "other options than", err));
 done:
     return status;
+}
+
+stp_status prep_ranks_let_first_end(const prep_ranks *r, stp_error *err)
+{
+    stp_ranks *ranks = stp_meeting_ranks(r->meeting);
+    uint8_t never = 0; /* rank 0 sends nothing any more */
+    return stp_ranks_is_first(ranks) ? STP_OK
+                                     : stp_ranks_broadcast(ranks, 0, &never, sizeof never, err);
 }
 
 int prep_ranks_end(prep_ranks *r, const cli_command *command, int code)
