@@ -139,6 +139,7 @@ static stp_project_params params_of(stp_renderer *r, stp_drawing *d, const stp_d
                                 .pyramid = &r->pyramid,
                                 .tiles = &r->tiles,
                                 .first = d->stats.passes == 0,
+                                .keeps = r->keeps,
                                 .waits = d->waits,
                                 .clock = clock_of(r, d)};
 }

@@ -49,6 +49,7 @@ struct stp_project_params {
     const stp_pyramid *pyramid; /* drawn into; its nearest_frame is bound */
     const stp_tiles *tiles;     /* of the picture */
     bool first;                 /* the first pass of the picture */
+    bool keeps;                 /* view, draws and sight are those of the last picture */
     bool waits;                 /* may wait for the GPU, since the frame waits at its end anyway */
     stp_stage_clock *clock;     /* if the frame is timed, else NULL */
 };

@@ -6,6 +6,7 @@
 #include "runtime/gl/gpu_layout.h"
 #include "runtime/gl/shader.h"
 
+#include <stddef.h>
 #include <stdio.h>
 
 /* The same as in shaders/project/runs.glsl and the shaders' bindings. */
@@ -153,21 +154,36 @@ void stp_runs_take(stp_runs *r, const uint32_t *listed, size_t count)
     upload(r->listed, listed, count);
     r->listed_count = count;
     r->quarter_count = r->patch_count = r->run_count = r->most_runs = 0;
+    r->chosen = false;
+}
+
+/* Begins to count dropped samples anew. */
+static void count_again(const stp_runs *r)
+{
+    static const GLuint none[DROP_COUNTERS * DROP_STRIDE] = {0};
+    glNamedBufferSubData(r->runs, offsetof(runs_head, dropped), sizeof none, none);
 }
 
 void stp_runs_choose(stp_runs *r, const stp_project_params *params, const uint32_t *listed,
                      size_t count, bool counts, uint64_t *points)
 {
     const stp_sight_list *quarters = &params->sight->lists[STP_SIGHT_QUARTERS];
+    const bool keeps = params->keeps && r->chosen;
     runs_head head;
-    stp_runs_take(r, listed, count);
+    if (!keeps)
+        stp_runs_take(r, listed, count);
     *points += count;
+    r->chosen = true;
     r->patch_count = params->sight->lists[STP_SIGHT_PATCHES].begin[params->draw_count];
     r->quarter_count = quarters->begin[params->draw_count];
     if (r->patch_count + r->quarter_count == 0)
         return;
-    upload(r->quarters, quarters->items, r->quarter_count);
-    make_runs(r, params);
+    if (keeps) {
+        count_again(r);
+    } else {
+        upload(r->quarters, quarters->items, r->quarter_count);
+        make_runs(r, params);
+    }
     if (counts) {
         glGetNamedBufferSubData(r->runs, 0, sizeof head, &head);
         r->run_count = head.run_count;

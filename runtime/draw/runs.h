@@ -27,6 +27,7 @@ typedef struct stp_runs {
     size_t listed_count, quarter_count, patch_count;
     size_t most_runs; /* that there may be */
     bool software;    /* the driver draws on the CPU */
+    bool chosen;      /* all this is as stp_runs_choose left it */
     size_t run_count; /* samples in runs, if they were counted */
 } stp_runs;
 
@@ -48,7 +49,8 @@ stp_status stp_runs_create(stp_runs *out, const char *folder, const char *define
 void stp_runs_destroy(stp_runs *runs);
 
 /* Chooses the levels of the patches in sight and lists their samples, beside the samples `listed`.
- * counts: waits for the GPU and adds all samples to *points; otherwise adds only `count`. */
+ * counts: waits for the GPU and adds all samples to *points; otherwise adds only `count`. If
+ * params->keeps, takes what the last call found. */
 void stp_runs_choose(stp_runs *runs, const stp_project_params *params, const uint32_t *listed,
                      size_t count, bool counts, uint64_t *points);
 /* Takes only the samples `listed`. */

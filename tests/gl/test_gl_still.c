@@ -1,5 +1,6 @@
-/* Tests that a view at rest takes cut and sight from the frame before, and that whatever may change
- * them is noticed: then, too, the picture is that of a renderer which draws its first. */
+/* Tests that a view at rest takes cut, sight and chosen levels from the frame before, and that
+ * whatever may change them is noticed: then, too, the picture is that of a renderer which draws its
+ * first. */
 #include "tests/fixtures/gl_model.h"
 
 enum { WIDTH = 160, HEIGHT = 120, BYTES = 4 * WIDTH * HEIGHT };
@@ -229,6 +230,39 @@ static void other_models(void **state)
     stp_model_close(&second);
 }
 
+/* Draws, and returns how many invocations of compute shaders that took. */
+static GLuint64 invocations_of(const gl_fixture *f, const stp_view *view, uint8_t *out)
+{
+    const stp_draw_params params = {.lod = STP_LOD_COMPUTE, .threshold_px = 2.0};
+    stp_draw_stats stats = {0};
+    GLuint64 count = 0;
+    GLuint query = 0;
+    glGenQueries(1, &query);
+    glBeginQuery(GL_COMPUTE_SHADER_INVOCATIONS, query);
+    draw(f, view, &params, &stats, out);
+    glEndQuery(GL_COMPUTE_SHADER_INVOCATIONS);
+    glGetQueryObjectui64v(query, GL_QUERY_RESULT, &count);
+    glDeleteQueries(1, &query);
+    return count;
+}
+
+/* Compute shaders choose levels once, and again if shaders are loaded anew. */
+static void chooses_once(void **state)
+{
+    const gl_fixture *f = *state;
+    const stp_view view = view_of(f->model, front), other = view_of(f->model, side);
+    static pictures p;
+    if (!epoxy_has_gl_extension("GL_ARB_pipeline_statistics_query"))
+        skip();
+    invocations_of(f, &other, p.first);
+    for (int k = 0; k < 2; k++) {
+        const GLuint64 first = invocations_of(f, &view, p.first);
+        assert_true(invocations_of(f, &view, p.next) < first);
+        assert_memory_equal(p.first, p.next, BYTES);
+        check_ok(stp_renderer_reload_shaders(f->renderer, err));
+    }
+}
+
 static int enter(void **state)
 {
     return gl_model_enter(state, &(model_recipe){.shape = GEN_STATUE, .point_count = 60000});
@@ -237,7 +271,8 @@ static int enter(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(at_rest), cmocka_unit_test(changes), cmocka_unit_test(other_models),
+        cmocka_unit_test(at_rest),       cmocka_unit_test(changes),
+        cmocka_unit_test(other_models),  cmocka_unit_test(chooses_once),
         cmocka_unit_test(little_memory), cmocka_unit_test(occlusion)};
     stp_gl_context *context = gl_fixture_context();
     int failed = cmocka_run_group_tests(tests, enter, gl_model_leave);
