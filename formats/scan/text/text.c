@@ -44,12 +44,13 @@ stp_status stp_text_open(stp_text *text, const char *path, stp_error *err)
     const unsigned char *bytes;
     size_t available;
     STP_TRY(stp_source_open(&text->source, path, err));
-    STP_TRY(stp_source_peek(&text->source, 3, &bytes, &available, err));
-    const uint8_t wide = available > 1 ? stp_wide_mark(bytes) : 0;
+    size_t mark;
+    STP_TRY(stp_source_peek(&text->source, STP_WIDE_BYTES, &bytes, &available, err));
+    const uint8_t wide = stp_source_is_wide(bytes, available, &mark);
     if (wide > 0) {
         stp_source_widen(&text->source, wide);
-        stp_source_seek(&text->source, 1, 0);
-    } else if (available == 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0) {
+        stp_source_seek(&text->source, mark, 0);
+    } else if (available >= 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0) {
         stp_source_consume(&text->source, 3);
     }
     text->first_offset = text->source.offset;
@@ -393,6 +394,10 @@ void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_sc
     if (text->degrees)
         text->notes[info->note_count++] = (stp_scan_note){
             "degrees", text->columns.angles ? "the columns' names say so" : "the numbers say so"};
+    if (text->columns.northing_first)
+        text->notes[info->note_count++] = (stp_scan_note){
+            "order", "lines are taken as number, northing, easting, elevation, description, as "
+                     "surveyors write them: if the easting comes first, give --columns _,x,y,z"};
     info->notes = text->notes;
 }
 

@@ -55,7 +55,7 @@ typedef struct stp_text {
     double no_height; /* the z of points that were not measured; NaN: none */
     stp_name_list left_out;
     char order[STP_COLUMNS_MAX * STP_ATTRIBUTE_NAME_BYTES + 64]; /* all names and their origin */
-    stp_scan_note notes[3];
+    stp_scan_note notes[4];
 } stp_text;
 
 /* path must outlive it. Errors: as stp_source_open, UNSUPPORTED (lines without \n). */
