@@ -229,7 +229,7 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
         *format = STP_SCAN_PCD;
     else if (stp_ept_is_named(p->name))
         *format = STP_SCAN_EPT;
-    else if (stp_raster_is_named(p->path))
+    else if (stp_raster_is_named(p->path) || stp_raster_is_raw(p->path, p->file_size))
         *format = STP_SCAN_GRID;
     else if (stp_path_ends_in(p->name, ".bin") && is_named_bin(p, format))
         return true;
@@ -251,8 +251,9 @@ static stp_status read_prefix(prefix *p, stp_error *err)
     STP_TRY(stp_file_read_at(descriptor, p->path, 0, p->bytes, p->length, err));
     unsigned char *bytes = (unsigned char *)p->bytes;
     size_t mark = 0;
-    /* heights of 32 to 126 m in an HGT look the same */
-    p->wide = stp_raster_is_named(p->path) ? 0 : stp_source_is_wide(bytes, p->length, &mark);
+    /* low heights of 16 bits look the same */
+    const bool named = stp_raster_is_named(p->path) || stp_raster_is_raw(p->path, p->file_size);
+    p->wide = named ? 0 : stp_source_is_wide(bytes, p->length, &mark);
     if (p->wide > 0) {
         p->length = p->length / 2 - mark;
         stp_source_narrow(bytes, bytes + 2 * mark, p->length, p->wide);

@@ -84,12 +84,44 @@ static void what_is_said_stays(void **state)
     expect("whole.pgm", &(stp_grid_params){.scale = 0.001}, 1.0, false);
 }
 
+/* Squares of numbers without a header, in both byte orders, and as floats. */
+static void raw_squares(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"low.r16", "high.raw", "floats.r32"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        FILE *file = fopen(names[k], "wb");
+        assert_non_null(file);
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            const double height = hill(i % SIDE, i / SIDE);
+            const int number = (int)lround(60000.0 * height);
+            const float share = (float)height;
+            if (k == 2)
+                assert_int_equal(fwrite(&share, sizeof share, 1, file), 1);
+            else
+                fprintf(file, "%c%c", k == 0 ? number & 255 : number >> 8,
+                        k == 0 ? number >> 8 : number & 255);
+        }
+        fclose(file);
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read(names[k], NULL, &info);
+        assert_int_equal(info.raster.columns, SIDE);
+        assert_int_equal(info.raster.rows, SIDE);
+        const double high = hill(5, 0), z = points[5].position.z;
+        assert_true(k == 2 ? fabs(z - high) < 1e-6 : z == (double)lround(60000.0 * high));
+        free(points);
+    }
+    scan_fixture_bytes("other.raw", "\1\2\3\4\5", 5);
+    scan_fixture_fails("other.raw", NULL, STP_FORMAT, "no known format");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(needles_become_landscapes),
         cmocka_unit_test(flat_floats_become_landscapes),
         cmocka_unit_test(what_is_said_stays),
+        cmocka_unit_test(raw_squares),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }
