@@ -21,7 +21,7 @@ static void headers(void **state)
          "binary_middle_endian"},
         {"keyword.ply", ASCII "elemnet vertex 0\n", STP_CORRUPT, "elemnet"},
         {"type.ply", ASCII "element vertex 0\nproperty float128 x\n", STP_CORRUPT, "float128"},
-        {"no-vertex.ply", ASCII "element point 1\n" XYZ "end_header\n0 0 0\n", STP_CORRUPT,
+        {"no-vertex.ply", ASCII "element dot 1\n" XYZ "end_header\n0 0 0\n", STP_CORRUPT,
          "no element `vertex`"},
         {"no-z.ply",
          ASCII "element vertex 1\nproperty float x\nproperty float y\nend_header\n0 0\n",

@@ -82,6 +82,51 @@ static void well_known_text(void **state)
     }
 }
 
+/* Names of columns in other languages and of other programs. */
+static void names(void **state)
+{
+    (void)state;
+    static const char *const headers[] = {
+        "XYZ[0][m],XYZ[1][m],XYZ[2][m]",
+        "Local X,Local Y,Local Z",
+        "Este,Norte,Cota",
+        "Est,Nord,Quota",
+        "utm_x,utm_y,utm_z",
+        "World X;World Y;World Z",
+    };
+    char text[256];
+    for (size_t i = 0; i < sizeof headers / sizeof *headers; i++) {
+        snprintf(text, sizeof text, "%s\n1.5,2.5,3.5\n4.5,5.5,6.5\n", headers[i]);
+        expect_first("names.csv", text, 1.5, 2.5, 3.5);
+    }
+    stp_scan_info info;
+    stp_point *points = scan_fixture_points(
+        "cc.txt", "//X Y Z Rf Gf Bf\n1.5 2.5 3.5 0 1 0\n4.5 5.5 6.5 1 0 0.5\n", &info);
+    scan_fixture_rgb(&points[0], 0, 65535, 0);
+    free(points);
+}
+
+/* Depths point downwards, unless they are written below zero. */
+static void depths(void **state)
+{
+    (void)state;
+    expect_first("deep.csv", "X,Y,Depth (m)\n1.5,2.5,3.5\n4.5,5.5,6.5\n", 1.5, 2.5, -3.5);
+    expect_first("below.csv", "X,Y,depth\n1.5,2.5,-3.5\n4.5,5.5,-6.5\n", 1.5, 2.5, -3.5);
+    expect_first("both.csv", "X,Y,Z,depth\n1.5,2.5,3.5,7\n4.5,5.5,6.5,8\n", 1.5, 2.5, 3.5);
+}
+
+/* The content alone tells, whatever the name. */
+static void unknown_endings(void **state)
+{
+    (void)state;
+    expect_first("job.neu",
+                 "1,5000.25,6100.5,101.125,GP\n2,5001.5,6102.25,101.5,EP\n"
+                 "3,5002.5,6103.25,101.75,EP\n",
+                 6100.5, 5000.25, 101.125);
+    scan_fixture_text("log.dat", "1 2 3 a\n4 5 6 b\nand so on\n");
+    scan_fixture_fails("log.dat", NULL, STP_FORMAT, "no known format");
+}
+
 /* UTF-16 by its characters alone, in both orders of bytes. */
 static void wide_without_mark(void **state)
 {
@@ -146,9 +191,15 @@ static void matrices(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(northing_comes_first), cmocka_unit_test(easting_comes_first),
-        cmocka_unit_test(well_known_text),      cmocka_unit_test(wide_without_mark),
-        cmocka_unit_test(one_row_of_heights),   cmocka_unit_test(matrices),
+        cmocka_unit_test(northing_comes_first),
+        cmocka_unit_test(easting_comes_first),
+        cmocka_unit_test(names),
+        cmocka_unit_test(depths),
+        cmocka_unit_test(unknown_endings),
+        cmocka_unit_test(well_known_text),
+        cmocka_unit_test(wide_without_mark),
+        cmocka_unit_test(one_row_of_heights),
+        cmocka_unit_test(matrices),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

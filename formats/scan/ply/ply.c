@@ -20,7 +20,7 @@ static bool has_targets(const stp_ply *ply, stp_ply_target first, int count)
 static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
 {
     const char *path = ply->source.path;
-    ply->vertex = stp_ply_header_find(&ply->header, "vertex");
+    ply->vertex = stp_ply_header_find_vertices(&ply->header);
     if (!ply->vertex)
         return stp_error_set(
             err, STP_CORRUPT,

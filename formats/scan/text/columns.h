@@ -62,6 +62,7 @@ typedef struct stp_columns {
     bool open_end;                    /* lines may have more fields */
     bool hex;                         /* colours in one piece are hexadecimal without a sign */
     bool angles;                      /* x and y are named longitude and latitude */
+    bool depths;                      /* z is named a depth: see text.h */
     bool northing_first;              /* y before x, by a surveyor's custom alone */
     uint8_t targets[STP_COLUMNS_MAX]; /* stp_column of each */
     uint8_t extras[STP_COLUMNS_MAX];  /* 1 + index of its attribute (text_numbers.h); 0: none */

@@ -329,6 +329,8 @@ static double find_no_height(const stp_text *text, const stp_columns_sample *sam
 
 void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 {
+    const uint32_t z = stp_columns_find(&text->columns, STP_COLUMN_Z);
+    text->z_down = text->columns.depths && z < sample->count && sample->ranges[z].max > 0.0;
     find_degrees(text, sample);
     text->no_height = find_no_height(text, sample);
     find_packed(text, sample);
@@ -514,8 +516,9 @@ static stp_status read_values(const stp_text *text, const char *begin, const cha
 
 void stp_text_take(const stp_text *text, const double v[STP_COLUMN_PACKED + 1], stp_point *out)
 {
-    *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], v[STP_COLUMN_Z]}};
-    if (v[STP_COLUMN_Z] == text->no_height)
+    const double z = v[STP_COLUMN_Z];
+    *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], text->z_down ? -z : z}};
+    if (z == text->no_height)
         out->reject = STP_REJECT_INVALID;
     if (text->attributes & STP_POINT_HAS_NORMAL)
         out->normal =
