@@ -160,6 +160,7 @@ static const struct {
     {"gray", STP_COLUMN_INTENSITY},
     {"grey", STP_COLUMN_INTENSITY},
     {"luminance", STP_COLUMN_INTENSITY},
+    {"texture32", STP_COLUMN_INTENSITY}, /* of Photoneo */
     {"intensitaet", STP_COLUMN_INTENSITY},
     {"intensit\xc3\xa4"
      "t",

@@ -1,6 +1,8 @@
 /* Tests lines as surveyors and their programs write them, and rows of heights alone. */
 #include "tests/fixtures/scan/scan_fixture.h"
 
+#include <png.h>
+
 static void expect_first(const char *path, const char *text, double x, double y, double z)
 {
     stp_scan_info info;
@@ -52,6 +54,10 @@ static void easting_comes_first(void **state)
                  "1,32412349.5,5412346.25,315.5,GP\n2,32412350.5,5412347.25,315.75,GP\n"
                  "3,32412351.5,5412348.25,315.25,GP\n",
                  32412349.5, 5412346.25, 315.5);
+    expect_first("swiss.txt",
+                 "1 2600349.5 1200346.25 515.5 GP\n2 2600350.5 1200347.25 515.75 GP\n"
+                 "3 2600351.5 1200348.25 515.25 GP\n",
+                 2600349.5, 1200346.25, 515.5);
     /* no surveyor's: names of objects, and what they do */
     expect_first("names.txt",
                  "car 1.5 2.5 0.5 moving\nman 2.5 3.5 0.25 moving\ntree 3.5 4.5 0.75 still\n", 1.5,
@@ -102,6 +108,13 @@ static void names(void **state)
     stp_scan_info info;
     stp_point *points = scan_fixture_points(
         "cc.txt", "//X Y Z Rf Gf Bf\n1.5 2.5 3.5 0 1 0\n4.5 5.5 6.5 1 0 0.5\n", &info);
+    scan_fixture_rgb(&points[0], 0, 65535, 0);
+    free(points);
+    points =
+        scan_fixture_points("riscan.csv",
+                            "XYZ[0][m],XYZ[1][m],XYZ[2][m],Reflectance[dB],Deviation[],Red,"
+                            "Green,Blue\n1.5,2.5,3.5,-9.5,2,0,255,0\n4.5,5.5,6.5,-7.5,3,255,0,9\n",
+                            &info);
     scan_fixture_rgb(&points[0], 0, 65535, 0);
     free(points);
 }
@@ -162,6 +175,30 @@ static void one_row_of_heights(void **state)
     }
 }
 
+/* Heights that were saved as a picture of colours; one pixel of another colour makes it one. */
+static void grey_colours(void **state)
+{
+    (void)state;
+    for (int coloured = 0; coloured < 2; coloured++) {
+        unsigned char pixels[4 * 3 * 3] = {0};
+        for (int i = 0; i < 36; i++)
+            pixels[i] = (unsigned char)(10 * (i / 3));
+        pixels[34] = (unsigned char)(pixels[34] + coloured);
+        png_image png = {
+            .version = PNG_IMAGE_VERSION, .width = 4, .height = 3, .format = PNG_FORMAT_RGB};
+        assert_true(png_image_write_to_file(&png, "grey.png", 0, pixels, 0, NULL));
+        if (coloured) {
+            scan_fixture_fails("grey.png", NULL, STP_UNSUPPORTED, "a picture of colours");
+            continue;
+        }
+        stp_scan_info info;
+        stp_point *points = scan_fixture_read("grey.png", NULL, &info);
+        assert_int_equal(info.point_count, 12);
+        scan_fixture_position(&points[5], 1.0, 1.0, 50.0);
+        free(points);
+    }
+}
+
 static void write_matrix(int columns, bool smooth)
 {
     FILE *file = fopen("matrix.txt", "w");
@@ -200,6 +237,7 @@ int main(void)
         cmocka_unit_test(wide_without_mark),
         cmocka_unit_test(one_row_of_heights),
         cmocka_unit_test(matrices),
+        cmocka_unit_test(grey_colours),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

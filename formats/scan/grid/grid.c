@@ -52,15 +52,44 @@ static bool is_pinhole(const grid_reader *g)
 
 /* ---- opening ---- */
 
+/* Whether all colours of an image are grey, so that its first channel has heights. */
+static stp_status look_for_grey(bool *out, const char *path, const stp_raster_info *info,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_raster_file *raster = NULL;
+    double *row = NULL;
+    bool grey = info->channels - info->alpha == 3;
+    STP_TRY(stp_raster_open(&raster, path, STP_RASTER_HEIGHTS, 1, err));
+    info = stp_raster_get_info(raster);
+    STP_TRY(stp_alloc(&row, info->width, info->channels * sizeof *row, "a row of heights", err));
+    for (uint32_t r = 0; r < info->height && grey; r++) {
+        STP_TRY(stp_raster_read(raster, r, row, err));
+        for (const double *pixel = row; pixel < row + (size_t)info->width * info->channels;
+             pixel += info->channels)
+            grey = grey && pixel[0] == pixel[1] && pixel[0] == pixel[2];
+    }
+    *out = grey;
+done:
+    stp_raster_close(&raster);
+    free(row);
+    return status;
+}
+
 static stp_status check_heights(const grid_reader *g, const char *path, stp_error *err)
 {
+    stp_status status = STP_OK;
     const stp_raster_info *info = g->info;
-    if (info->channels - info->alpha != 1)
-        return stp_error_set(err, STP_UNSUPPORTED,
-                             "%s is a picture of colours (%u channels), not of heights: give the "
-                             "heights, and this with --colour",
-                             path, info->channels);
-    return STP_OK;
+    bool grey = info->channels - info->alpha == 1;
+    if (!grey)
+        STP_TRY(look_for_grey(&grey, path, info, err));
+    if (!grey)
+        status = stp_error_set(err, STP_UNSUPPORTED,
+                               "%s is a picture of colours (%u channels), not of heights: give the "
+                               "heights, and this with --colour",
+                               path, info->channels);
+done:
+    return status;
 }
 
 /* Makes room for a row of an image that lies beside the heights, and checks its size. */

@@ -87,9 +87,8 @@ stp_status stp_relief_guess(stp_grid_params *params, char *note, size_t note_byt
         return STP_OK;
     STP_TRY(stp_raster_open(&raster, path, STP_RASTER_HEIGHTS, 1, err));
     const stp_raster_info *info = stp_raster_get_info(raster);
-    if (info->channels - info->alpha != 1 || (!info->floats && info->full <= 255.0) ||
-        info->spaced || info->placed || info->scale != 0.0 || info->width < SIDE_LEAST ||
-        info->height < SIDE_LEAST)
+    if ((!info->floats && info->full <= 255.0) || info->spaced || info->placed ||
+        info->scale != 0.0 || info->width < SIDE_LEAST || info->height < SIDE_LEAST)
         goto done;
     STP_TRY(measure(&r, raster, params, err));
     const double spacing = spacing_of(info, &r);

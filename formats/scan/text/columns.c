@@ -105,7 +105,7 @@ static void drop_part(stp_columns *columns, stp_column first)
 /* COLMAP's TRACK[]: from here on lines differ in length. */
 static bool is_list(stp_field field)
 {
-    return memmem(field.begin, (size_t)(field.end - field.begin), "[]", 2) != NULL;
+    return field.end - field.begin >= 7 && memcmp(field.begin, "TRACK[]", 7) == 0;
 }
 
 bool stp_columns_from_header(stp_columns *out, stp_separator separator, const char *begin,

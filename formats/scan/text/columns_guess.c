@@ -197,8 +197,8 @@ static bool is_survey(const stp_columns_sample *s, const bool *is_number)
     return fractions >= 2;
 }
 
-/* Whether it names the easting first: as UTM's, with or without the zone's number in front, or as
- * those of Gauss and Krueger, which lie within 150 km of a meridian. */
+/* Whether it names the easting first: as UTM's, with or without the zone's number in front, as
+ * those of Gauss and Krueger, which lie within 150 km of a meridian, or as Swiss ones (LV95). */
 static bool is_easting_first(const stp_column_range *easting, const stp_column_range *northing)
 {
     const double zone = 1e6 * floor(easting->min / 1e6);
@@ -207,7 +207,8 @@ static bool is_easting_first(const stp_column_range *easting, const stp_column_r
     const bool meridian = zone >= 2e6 && zone <= 5e6 &&
                           is_between(easting, zone + 3.5e5, zone + 6.5e5) &&
                           is_between(northing, 5.2e6, 6.15e6);
-    return utm || prefixed || meridian;
+    const bool swiss = is_between(easting, 2.48e6, 2.84e6) && is_between(northing, 1.07e6, 1.3e6);
+    return utm || prefixed || meridian || swiss;
 }
 
 /* The columns that have no meaning yet. */
