@@ -24,11 +24,20 @@ static const struct {
     {"points:0", STP_COLUMN_X},
     {"points0", STP_COLUMN_X},
     {"pointsmxyz:0", STP_COLUMN_X},
+    {"xyz0", STP_COLUMN_X},
+    {"localx", STP_COLUMN_X},
+    {"worldx", STP_COLUMN_X},
+    {"globalx", STP_COLUMN_X},
+    {"utmx", STP_COLUMN_X},
     {"easting", STP_COLUMN_X},
     {"east", STP_COLUMN_X},
     {"e", STP_COLUMN_X},
     {"rechtswert", STP_COLUMN_X},
     {"ostwert", STP_COLUMN_X},
+    {"ost", STP_COLUMN_X},
+    {"este", STP_COLUMN_X},
+    {"est", STP_COLUMN_X},
+    {"leste", STP_COLUMN_X},
     {"longitude", STP_COLUMN_X},
     {"long", STP_COLUMN_X},
     {"lon", STP_COLUMN_X},
@@ -47,11 +56,18 @@ static const struct {
     {"points:1", STP_COLUMN_Y},
     {"points1", STP_COLUMN_Y},
     {"pointsmxyz:1", STP_COLUMN_Y},
+    {"xyz1", STP_COLUMN_Y},
+    {"localy", STP_COLUMN_Y},
+    {"worldy", STP_COLUMN_Y},
+    {"globaly", STP_COLUMN_Y},
+    {"utmy", STP_COLUMN_Y},
     {"northing", STP_COLUMN_Y},
     {"north", STP_COLUMN_Y},
     {"n", STP_COLUMN_Y},
     {"hochwert", STP_COLUMN_Y},
     {"nordwert", STP_COLUMN_Y},
+    {"nord", STP_COLUMN_Y},
+    {"norte", STP_COLUMN_Y},
     {"latitude", STP_COLUMN_Y},
     {"lat", STP_COLUMN_Y},
     {"z", STP_COLUMN_Z},
@@ -68,6 +84,11 @@ static const struct {
     {"points:2", STP_COLUMN_Z},
     {"points2", STP_COLUMN_Z},
     {"pointsmxyz:2", STP_COLUMN_Z},
+    {"xyz2", STP_COLUMN_Z},
+    {"localz", STP_COLUMN_Z},
+    {"worldz", STP_COLUMN_Z},
+    {"globalz", STP_COLUMN_Z},
+    {"utmz", STP_COLUMN_Z},
     {"elevation", STP_COLUMN_Z},
     {"elev", STP_COLUMN_Z},
     {"altitude", STP_COLUMN_Z},
@@ -75,6 +96,9 @@ static const struct {
     {"height", STP_COLUMN_Z},
     {"h", STP_COLUMN_Z},
     {"hoehe", STP_COLUMN_Z},
+    {"cota", STP_COLUMN_Z},
+    {"quota", STP_COLUMN_Z},
+    {"altura", STP_COLUMN_Z},
     {"h\xc3\xb6he", STP_COLUMN_Z}, /* UTF-8, Latin 1 */
     {"h\xf6he", STP_COLUMN_Z},
     {"red", STP_COLUMN_RED},
@@ -82,6 +106,7 @@ static const struct {
     {"diffusered", STP_COLUMN_RED},
     {"colorred", STP_COLUMN_RED},
     {"colorr", STP_COLUMN_RED},
+    {"rf", STP_COLUMN_RED},
     {"rgb:0", STP_COLUMN_RED},
     {"rgb0", STP_COLUMN_RED},
     {"rot", STP_COLUMN_RED},
@@ -93,6 +118,7 @@ static const struct {
     {"diffusegreen", STP_COLUMN_GREEN},
     {"colorgreen", STP_COLUMN_GREEN},
     {"colorg", STP_COLUMN_GREEN},
+    {"gf", STP_COLUMN_GREEN},
     {"rgb:1", STP_COLUMN_GREEN},
     {"rgb1", STP_COLUMN_GREEN},
     {"gruen", STP_COLUMN_GREEN},
@@ -109,6 +135,7 @@ static const struct {
     {"diffuseblue", STP_COLUMN_BLUE},
     {"colorblue", STP_COLUMN_BLUE},
     {"colorb", STP_COLUMN_BLUE},
+    {"bf", STP_COLUMN_BLUE},
     {"rgb:2", STP_COLUMN_BLUE},
     {"rgb2", STP_COLUMN_BLUE},
     {"blau", STP_COLUMN_BLUE},
@@ -133,6 +160,7 @@ static const struct {
     {"gray", STP_COLUMN_INTENSITY},
     {"grey", STP_COLUMN_INTENSITY},
     {"luminance", STP_COLUMN_INTENSITY},
+    {"texture32", STP_COLUMN_INTENSITY}, /* of Photoneo */
     {"intensitaet", STP_COLUMN_INTENSITY},
     {"intensit\xc3\xa4"
      "t",
@@ -158,7 +186,14 @@ static const struct {
 static bool simplify(const char *begin, const char *end, char name[STP_NAME_CHARS_MAX + 1])
 {
     size_t length = 0;
-    for (const char *at = begin; at < end && *at != '(' && *at != '['; at++) {
+    for (const char *at = begin; at < end && *at != '('; at++) {
+        if (*at == '[') { /* an index, or a unit */
+            if (end - at < 3 || at[1] < '0' || at[1] > '9' || at[2] != ']')
+                break;
+            at++;
+        }
+        if (*at == ']')
+            break;
         if (*at == '_' || *at == '-' || *at == '.' || *at == ' ')
             continue;
         if (length == STP_NAME_CHARS_MAX)

@@ -30,7 +30,7 @@ typedef struct prefix {
     char *bytes;
     size_t length;
     uint64_t file_size;
-    uint8_t wide; /* bytes were UTF-16 (source.h), with a mark */
+    uint8_t wide; /* bytes were UTF-16 (source.h) */
 } prefix;
 
 static bool starts_with(const prefix *p, const char *magic, size_t length)
@@ -186,23 +186,6 @@ static bool detect_by_content(const prefix *p, stp_scan_format *format)
     return false;
 }
 
-/* Whether every other byte is 0, and the rest are characters: UTF-16 without a mark. Heights of 32
- * to 126 m in an HGT look the same. */
-static bool is_wide_text(const prefix *p)
-{
-    enum { BYTES = 32 };
-    size_t zeros[2] = {0, 0}, characters = 0;
-    if (stp_raster_is_named(p->path))
-        return false;
-    for (size_t i = 0; i < BYTES && i < p->length; i++) {
-        zeros[i % 2] += p->bytes[i] == '\0';
-        characters += (p->bytes[i] >= ' ' && p->bytes[i] <= '~') || p->bytes[i] == '\t' ||
-                      p->bytes[i] == '\r' || p->bytes[i] == '\n';
-    }
-    return p->length >= BYTES && characters >= BYTES / 2 &&
-           (zeros[0] == BYTES / 2) != (zeros[1] == BYTES / 2) && zeros[0] + zeros[1] == BYTES / 2;
-}
-
 /* Whether narrow text has lines of numbers, as its content or its name tell. */
 static bool has_numbers(const prefix *p)
 {
@@ -213,7 +196,7 @@ static bool has_numbers(const prefix *p)
 
 static const char *known_but_unsupported(const prefix *p, const char **advice)
 {
-    if (p->wide > 0 ? !has_numbers(p) : is_wide_text(p)) {
+    if (p->wide > 0 && !has_numbers(p)) {
         *advice = "save it as UTF-8";
         return "text in UTF-16";
     }
@@ -246,7 +229,7 @@ static bool detect_by_name(const prefix *p, stp_scan_format *format)
         *format = STP_SCAN_PCD;
     else if (stp_ept_is_named(p->name))
         *format = STP_SCAN_EPT;
-    else if (stp_raster_is_named(p->path))
+    else if (stp_raster_is_named(p->path) || stp_raster_is_raw(p->path, p->file_size))
         *format = STP_SCAN_GRID;
     else if (stp_path_ends_in(p->name, ".bin") && is_named_bin(p, format))
         return true;
@@ -267,10 +250,13 @@ static stp_status read_prefix(prefix *p, stp_error *err)
     STP_TRY(stp_alloc(&p->bytes, p->length, 1, "bytes of a file", err));
     STP_TRY(stp_file_read_at(descriptor, p->path, 0, p->bytes, p->length, err));
     unsigned char *bytes = (unsigned char *)p->bytes;
-    p->wide = p->length >= 2 && !stp_raster_is_named(p->path) ? stp_wide_mark(bytes) : 0;
+    size_t mark = 0;
+    /* low heights of 16 bits look the same */
+    const bool named = stp_raster_is_named(p->path) || stp_raster_is_raw(p->path, p->file_size);
+    p->wide = named ? 0 : stp_source_is_wide(bytes, p->length, &mark);
     if (p->wide > 0) {
-        p->length = p->length / 2 - 1;
-        stp_source_narrow(bytes, bytes + 2, p->length, p->wide);
+        p->length = p->length / 2 - mark;
+        stp_source_narrow(bytes, bytes + 2 * mark, p->length, p->wide);
     }
 done:
     if (descriptor >= 0)

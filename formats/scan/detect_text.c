@@ -87,6 +87,17 @@ static bool is_header(const first_lines *f)
     return false;
 }
 
+/* Whether lines have the same number of fields, all but one or two of them numbers: names of points
+ * and what they are. */
+static bool are_named_rows(const first_lines *f)
+{
+    for (size_t i = 0; i < f->count; i++)
+        if (!is_row(f, i) || f->counts[i].fields != f->counts[0].fields ||
+            f->counts[i].fields - f->counts[i].numbers > 2)
+            return false;
+    return f->count >= 3;
+}
+
 bool stp_detect_text(const char *bytes, size_t length, stp_scan_format *format)
 {
     if (!is_text(bytes, length))
@@ -98,7 +109,8 @@ bool stp_detect_text(const char *bytes, size_t length, stp_scan_format *format)
     else if (is_count(&f, 0) && is_row(&f, 1))
         *format = f.named ? STP_SCAN_XYZ : STP_SCAN_PTS;
     else if (one_line || (is_header(&f) && is_row(&f, 1)) ||
-             (is_numbers(&f, 0) && is_numbers(&f, 1) && f.counts[0].fields == f.counts[1].fields))
+             (is_numbers(&f, 0) && is_numbers(&f, 1) && f.counts[0].fields == f.counts[1].fields) ||
+             are_named_rows(&f))
         *format = STP_SCAN_XYZ;
     else
         return false;

@@ -41,6 +41,32 @@ void stp_source_seek(stp_source *source, uint64_t offset, uint64_t line)
     source->begin = source->end = 0;
 }
 
+/* Whether bytes are plain characters and zeros in turns. */
+static uint8_t wide_without_mark(const unsigned char *bytes)
+{
+    size_t zeros[2] = {0, 0}, characters = 0;
+    for (size_t i = 0; i < STP_WIDE_BYTES; i++) {
+        zeros[i % 2] += bytes[i] == 0;
+        characters += (bytes[i] >= ' ' && bytes[i] <= '~') || bytes[i] == '\t' ||
+                      bytes[i] == '\r' || bytes[i] == '\n';
+    }
+    const size_t half = STP_WIDE_BYTES / 2;
+    if (characters < half || zeros[0] + zeros[1] != half)
+        return 0;
+    return zeros[0] == half ? 1 : zeros[1] == half ? 2 : 0;
+}
+
+uint8_t stp_source_is_wide(const unsigned char *bytes, size_t length, size_t *begin)
+{
+    *begin = 1;
+    if (length >= 2 && bytes[0] == 0xfe && bytes[1] == 0xff)
+        return 1;
+    if (length >= 2 && bytes[0] == 0xff && bytes[1] == 0xfe)
+        return 2;
+    *begin = 0;
+    return length >= STP_WIDE_BYTES ? wide_without_mark(bytes) : 0;
+}
+
 void stp_source_narrow(unsigned char *out, const unsigned char *characters, size_t count,
                        uint8_t wide)
 {

@@ -35,12 +35,10 @@ typedef struct stp_source {
 /* path must outlive the source. Errors: NOT_FOUND, IO, OUT_OF_MEMORY. */
 stp_status stp_source_open(stp_source *source, const char *path, stp_error *err);
 void stp_source_close(stp_source *source);
-/* Whether bytes begin with the mark of UTF-16: as stp_source.wide. */
-static inline uint8_t stp_wide_mark(const unsigned char bytes[2])
-{
-    const bool first = bytes[0] == 0xfe && bytes[1] == 0xff;
-    return first ? 1 : bytes[0] == 0xff && bytes[1] == 0xfe ? 2 : 0;
-}
+/* Whether bytes begin UTF-16, by its mark or as plain characters: as stp_source.wide. *begin: the
+ * mark's length in characters. Needs STP_WIDE_BYTES to know it without a mark. */
+#define STP_WIDE_BYTES 32u
+uint8_t stp_source_is_wide(const unsigned char *bytes, size_t length, size_t *begin);
 /* Takes one byte of each character of UTF-16 and so makes Latin 1; what that lacks becomes `?`.
  * The result may lie where the characters lay. */
 void stp_source_narrow(unsigned char *out, const unsigned char *characters, size_t count,

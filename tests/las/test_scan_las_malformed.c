@@ -116,8 +116,8 @@ static void transforms(void **state)
         double value;
         const char *text;
     } cases[] = {
-        {131, 0.0, "byte 131 of the LAS header gives x a scale of 0"},
-        {139, -0.01, "gives y a scale of -0.01"},
+        {131, -INFINITY, "byte 131 of the LAS header gives x a scale of -inf"},
+        {139, -1e300, "gives y an offset"},
         {147, NAN, "gives z a scale of"},
         {131, INFINITY, "gives x a scale of inf"},
         {131, 1e300, "with which (scale 1e+300) coordinates are not finite"},

@@ -194,6 +194,31 @@ static void geokeys_of_nothing(void **state)
     las_expect_note("short.las", "geokeys", "");
 }
 
+/* A scale of 0 would make one point of all; one below 0 is read as it stands. */
+static void scales(void **state)
+{
+    (void)state;
+    las_file f;
+    stp_scan_info info;
+    las_begin(&f, 2, 0, 20);
+    las_put_double(&f, 131, 0.0);
+    las_put_double(&f, 139, -0.5);
+    las_put_double(&f, 147, 0.25);
+    las_put_double(&f, 155, 7.0);
+    las_put_double(&f, 163, 8.0);
+    las_put_double(&f, 171, 9.0);
+    las_set_count(&f, 1);
+    las_add_point(&f, 2000, 3, 4);
+    las_save(&f, "scales.las");
+    stp_point *points = scan_fixture_read("scales.las", NULL, &info);
+    scan_fixture_position(points, 9.0, 6.5, 10.0);
+    assert_true(info.coordinate_step == 0.001);
+    free(points);
+    las_expect_note("scales.las", "scales",
+                    "the header gives x a scale of 0: 0.001 is assumed; the header gives y a scale "
+                    "of -0.5: read as it says, which may mirror the scan");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -204,6 +229,7 @@ int main(void)
         cmocka_unit_test(texts_are_utf8),
         cmocka_unit_test(geokeys),
         cmocka_unit_test(geokeys_of_nothing),
+        cmocka_unit_test(scales),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -448,7 +448,6 @@ static void refusals(void **state)
         {"b.asc", "ncols 3\nnrows 2\ncellsize x\n", STP_CORRUPT, "line 3: cellsize needs a number"},
         {"c.asc", "ncols 3\nnrows 2\ncellsize 1\n1 2 3\n4 5\n", STP_CORRUPT, "ends in row 2"},
         {"d.asc", "ncols 3\nnrows 2\ncellsize 1\n1 2 3\n4 five 6\n", STP_CORRUPT, "five"},
-        {"e.asc", "ncols 3\nnrows 1\ncellsize 1\n1 2 3\n", STP_UNSUPPORTED, "3 x 1"},
         {"f.asc", "ncols 3\nnrows 2\n", STP_CORRUPT, "within its header"},
         {"g.asc", "ncols 99999999\nnrows 2\ncellsize 1\n1\n", STP_CORRUPT, "ncols"},
         {"a.pgm", "P5\n3 2\n255\nabc", STP_CORRUPT, "ends early"},

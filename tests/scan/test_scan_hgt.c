@@ -74,7 +74,7 @@ static void low_land_is_no_text(void **state)
     free(points);
 }
 
-/* Another name tells no place: columns and rows are 1 apart. */
+/* Another name tells no place: columns and rows are as far apart as suits their heights. */
 static void other_names_tell_no_place(void **state)
 {
     (void)state;
@@ -83,8 +83,9 @@ static void other_names_tell_no_place(void **state)
         stp_scan_info info;
         write_tile(names[k], 2ull * COUNT);
         free(scan_fixture_read(names[k], NULL, &info));
-        assert_true(info.raster.x == 0.0 && info.raster.y == SIDE - 1.0 && info.raster.dx == 1.0);
-        assert_int_equal(info.note_count, 0);
+        assert_true(info.raster.x == 0.0 && info.raster.y == 16.0 * (SIDE - 1.0));
+        assert_true(info.raster.dx == 16.0 && info.raster.dy == 16.0);
+        assert_int_equal(info.note_count, 1);
     }
 }
 

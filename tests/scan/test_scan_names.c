@@ -102,12 +102,32 @@ static void negative_intensities(void **state)
     }
 }
 
+/* Some programs name the element of vertices otherwise. */
+static void elements_of_vertices(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"vertices", "point", "points"};
+    char text[256];
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        stp_scan_info info;
+        snprintf(text, sizeof text,
+                 "ply\nformat ascii 1.0\nelement %s 1\nproperty float x\nproperty float y\n"
+                 "property float z\nend_header\n1 2 3\n",
+                 names[i]);
+        stp_point *points = scan_fixture_points("named.ply", text, &info);
+        assert_int_equal(info.point_count, 1);
+        scan_fixture_position(&points[0], 1.0, 2.0, 3.0);
+        free(points);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(names_of_intensity),
         cmocka_unit_test(preferred_names),
         cmocka_unit_test(negative_intensities),
+        cmocka_unit_test(elements_of_vertices),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

@@ -479,9 +479,6 @@ static void malformed(void **state)
         {"hello.dat", "hello\n", STP_FORMAT, "no known format"},
     };
     scan_fixture_malformed(cases, sizeof cases / sizeof *cases);
-    const char wide[] = "\0001\0 \0002\0 \0003\0\n\0004\0 \0005\0 \0006\0\n\0007\0 \0008\0 \0009";
-    scan_fixture_bytes("wide.xyz", wide, sizeof wide - 1);
-    scan_fixture_fails("wide.xyz", NULL, STP_UNSUPPORTED, "UTF-16");
     const char binary[] = "1 2 3\n4 5 6\n\0\0\0\0";
     scan_fixture_bytes("binary.xyz", binary, sizeof binary);
     scan_fixture_fails("binary.xyz", NULL, STP_FORMAT, "no known format");

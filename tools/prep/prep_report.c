@@ -485,15 +485,15 @@ static void print_odd_heights(const stp_prep_stats *s, const char *path)
                     "file's number; if this is a depth camera's image, --pinhole fx,fy,cx,cy\n");
 }
 
-/* Says where a header counts other points than there are (las_notes.c), and which images are taken
- * as a depth camera's (grid/depth_guess.h). */
+/* Says what a reader had to assume: las_notes.c, grid/depth_guess.h, grid/relief_guess.h. */
 static void print_notes(const prep_inputs *inputs)
 {
+    static const char *const names[] = {"counts", "scales", "camera", "spacing", "order"};
     for (size_t i = 0; inputs->files && i < inputs->count; i++)
         for (uint32_t k = 0; k < inputs->files[i].note_count; k++)
-            if (strcmp(inputs->files[i].notes[k].name, "counts") == 0 ||
-                strcmp(inputs->files[i].notes[k].name, "camera") == 0)
-                fprintf(stderr, "%s: %s\n", inputs->paths[i], inputs->files[i].notes[k].text);
+            for (size_t n = 0; n < sizeof names / sizeof *names; n++)
+                if (strcmp(inputs->files[i].notes[k].name, names[n]) == 0)
+                    fprintf(stderr, "%s: %s\n", inputs->paths[i], inputs->files[i].notes[k].text);
 }
 
 void prep_report_doubts(const stp_prep_stats *s, const prep_inputs *inputs)

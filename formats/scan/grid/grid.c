@@ -5,6 +5,7 @@
 #include "base/wide.h"
 #include "formats/scan/grid/depth_guess.h"
 #include "formats/scan/grid/raster.h"
+#include "formats/scan/grid/relief_guess.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -33,10 +34,16 @@ typedef struct grid_reader {
     bool normals;
     stp_dvec3 camera; /* the origin, a station */
     char format[64];
-    char keys[128];        /* GeoTIFF's keys, as text */
-    char camera_note[256]; /* of a pinhole that is guessed; else "" */
+    char keys[128];    /* GeoTIFF's keys, as text */
+    char guessed[256]; /* a note of a pinhole or a spacing that is guessed; else "" */
     stp_scan_note note;
 } grid_reader;
+
+/* One row or column alone is a line of points. */
+static bool is_plane(const grid_reader *g)
+{
+    return g->columns > 1 && g->rows > 1;
+}
 
 static bool is_pinhole(const grid_reader *g)
 {
@@ -45,19 +52,44 @@ static bool is_pinhole(const grid_reader *g)
 
 /* ---- opening ---- */
 
+/* Whether all colours of an image are grey, so that its first channel has heights. */
+static stp_status look_for_grey(bool *out, const char *path, const stp_raster_info *info,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    stp_raster_file *raster = NULL;
+    double *row = NULL;
+    bool grey = info->channels - info->alpha == 3;
+    STP_TRY(stp_raster_open(&raster, path, STP_RASTER_HEIGHTS, 1, err));
+    info = stp_raster_get_info(raster);
+    STP_TRY(stp_alloc(&row, info->width, info->channels * sizeof *row, "a row of heights", err));
+    for (uint32_t r = 0; r < info->height && grey; r++) {
+        STP_TRY(stp_raster_read(raster, r, row, err));
+        for (const double *pixel = row; pixel < row + (size_t)info->width * info->channels;
+             pixel += info->channels)
+            grey = grey && pixel[0] == pixel[1] && pixel[0] == pixel[2];
+    }
+    *out = grey;
+done:
+    stp_raster_close(&raster);
+    free(row);
+    return status;
+}
+
 static stp_status check_heights(const grid_reader *g, const char *path, stp_error *err)
 {
+    stp_status status = STP_OK;
     const stp_raster_info *info = g->info;
-    if (info->channels - info->alpha != 1)
-        return stp_error_set(err, STP_UNSUPPORTED,
-                             "%s is a picture of colours (%u channels), not of heights: give the "
-                             "heights, and this with --colour",
-                             path, info->channels);
-    if (info->width < 2 || info->height < 2)
-        return stp_error_set(err, STP_UNSUPPORTED,
-                             "%s is %u x %u: a grid has two columns and two rows at least", path,
-                             info->width, info->height);
-    return STP_OK;
+    bool grey = info->channels - info->alpha == 1;
+    if (!grey)
+        STP_TRY(look_for_grey(&grey, path, info, err));
+    if (!grey)
+        status = stp_error_set(err, STP_UNSUPPORTED,
+                               "%s is a picture of colours (%u channels), not of heights: give the "
+                               "heights, and this with --colour",
+                               path, info->channels);
+done:
+    return status;
 }
 
 /* Makes room for a row of an image that lies beside the heights, and checks its size. */
@@ -110,7 +142,8 @@ static void choose_step(grid_reader *g, uint32_t step)
 {
     const uint32_t width = g->info->width, height = g->info->height;
     const uint32_t most = (width < height ? width : height) - 1, own = step / g->info->reduced;
-    g->step = own > most ? most : own > 1 ? own : 1;
+    const uint32_t wanted = own > most ? most : own;
+    g->step = wanted > 1 ? wanted : 1;
     g->columns = (width - 1) / g->step + 1;
     g->rows = (height - 1) / g->step + 1;
 }
@@ -199,8 +232,14 @@ static void describe(grid_reader *g, stp_scan_info *info)
                        (pinhole ? STP_POINT_HAS_STATION : 0u);
     info->heights = !pinhole;
     describe_system(g, info);
+    if (g->guessed[0] != '\0') { /* then there is no system */
+        g->note = (stp_scan_note){pinhole ? "camera" : "spacing", g->guessed};
+        info->notes = &g->note;
+        info->note_count = 1;
+    }
     if (!pinhole) {
-        info->raster = g->place;
+        if (is_plane(g))
+            info->raster = g->place;
         info->seek_points = g->columns;
         return;
     }
@@ -208,11 +247,6 @@ static void describe(grid_reader *g, stp_scan_info *info)
     info->stations = &g->camera;
     info->station_count = 1;
     info->station_word = STP_STATION_TOLD;
-    if (g->camera_note[0] == '\0')
-        return;
-    g->note = (stp_scan_note){"camera", g->camera_note};
-    info->notes = &g->note;
-    info->note_count = 1;
 }
 
 static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
@@ -222,7 +256,8 @@ static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
     stp_status status = STP_OK;
     if (params->grid != NULL)
         g->params = *params->grid;
-    STP_TRY(stp_depth_guess(&g->params, g->camera_note, sizeof g->camera_note, path, err));
+    STP_TRY(stp_depth_guess(&g->params, g->guessed, sizeof g->guessed, path, err));
+    STP_TRY(stp_relief_guess(&g->params, g->guessed, sizeof g->guessed, path, err));
     /* images beside the heights have their size, and a pinhole is told for the whole image */
     const bool whole = is_pinhole(g) || g->params.colour != NULL || g->params.mask != NULL;
     const uint32_t step = params->grid_step > 1 ? params->grid_step : 1;
@@ -239,7 +274,7 @@ static stp_status open_grid(void *state, stp_scan_info *info, const char *path,
     STP_TRY(open_colours(g, path, err));
     STP_TRY(open_mask(g, path, err));
     const bool degrees = g->info->degrees && !(g->params.dx > 0.0);
-    g->normals = !is_pinhole(g) && !degrees && !params->recompute_normals;
+    g->normals = !is_pinhole(g) && !degrees && !params->recompute_normals && is_plane(g);
     choose_place(g);
     describe(g, info);
 done:

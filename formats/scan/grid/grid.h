@@ -11,6 +11,10 @@
  * downwards, as depth cameras have it. Numbers <= 0 are no samples. The camera stands at the
  * origin. Without it, depth_guess.h may know the camera; the note "camera" says so.
  *
+ * An image of colours that are all grey has heights in its first channel.
+ *
+ * One row or one column is a line of points: no grid, and without normals.
+ *
  * If columns and rows are degrees, there are no normals: whoever projects the samples finds them.
  * The note "geokeys" names the system.
  *

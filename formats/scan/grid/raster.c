@@ -114,9 +114,10 @@ stp_status stp_raster_open(stp_raster_file **out, const char *path, stp_raster_u
     r->path = path;
     r->info.full = 1.0;
     const size_t kind = find_kind(begin, length);
-    r->reader = kind < KIND_COUNT           ? kinds[kind].reader
-                : stp_raster_is_named(path) ? &stp_raster_hgt
-                                            : &stp_raster_image;
+    r->reader = kind < KIND_COUNT               ? kinds[kind].reader
+                : stp_raster_is_named(path)     ? &stp_raster_hgt
+                : stp_raster_is_raw(path, size) ? &stp_raster_raw
+                                                : &stp_raster_image;
     if (r->reader == NULL)
         STP_TRY(load_tiff(&r->reader, err));
     STP_TRY(stp_alloc(&r->state, 1, r->reader->state_bytes, "an image", err));

@@ -3,10 +3,10 @@
  * TIFF and BigTIFF by libtiff, in a module that is loaded with the first (integers of 1, 8, 16 and
  * 32 bits, floats of 32 and 64; strips or tiles; GeoTIFF's place, GDAL's no-data and scale; a mask
  * of heights inside the file becomes alpha), PNG by libpng, PFM and PGM (raster_pnm.c), ESRI ASCII
- * grids (raster_esri.c), Surfer (raster_surfer.c), HGT (raster_hgt.c), Alicona AL3D
- * (raster_al3d.c), EXR by OpenImageIO, and as colours whatever OpenImageIO reads. Numbers are the
- * file's own: nothing is scaled. Memory: a band of rows; JPEG, interlaced PNG are held whole.
- * Threads: one at a time per raster. */
+ * grids (raster_esri.c), Surfer (raster_surfer.c), HGT (raster_hgt.c), raw squares (raster_raw.c),
+ * Alicona AL3D (raster_al3d.c), EXR by OpenImageIO, and as colours whatever OpenImageIO reads.
+ * Numbers are the file's own: nothing is scaled. Memory: a band of rows; JPEG, interlaced PNG are
+ * held whole. Threads: one at a time per raster. */
 #ifndef STP_FORMATS_SCAN_GRID_RASTER_H
 #define STP_FORMATS_SCAN_GRID_RASTER_H
 
@@ -50,6 +50,8 @@ typedef struct stp_raster_file stp_raster_file;
 bool stp_raster_may_hold_heights(const char *bytes, size_t length);
 /* Whether the name tells that a file holds heights. Only HGT begins with nothing that would. */
 bool stp_raster_is_named(const char *path);
+/* Whether name and size tell that a file is a height map without a header (raster_raw.c). */
+bool stp_raster_is_raw(const char *path, uint64_t size);
 /* step: only every so manieth column and row is of interest, so that a smaller copy of the image,
  * which the file may have for overviews, will do; info tells of that copy. 1: each is. path must
  * outlive the raster. Errors: NOT_FOUND, IO, FORMAT (no raster), CORRUPT, UNSUPPORTED (kinds of
@@ -77,6 +79,6 @@ typedef struct stp_raster_reader {
 
 extern const stp_raster_reader stp_raster_tiff; /* in the module libstipple-tiff.so */
 extern const stp_raster_reader stp_raster_png, stp_raster_pnm, stp_raster_esri, stp_raster_hgt,
-    stp_raster_surfer, stp_raster_al3d, stp_raster_image;
+    stp_raster_surfer, stp_raster_al3d, stp_raster_raw, stp_raster_image;
 
 #endif

@@ -38,7 +38,7 @@ static stp_status read_info(stp_octree *octree, stp_octree_node *root, const stp
         good = good && isfinite(centre - half) && isfinite(centre + half);
         octree->min[axis] = centre - half;
         octree->size[axis] = 2.0 * half;
-        octree->slack = fmax(octree->slack, header->scale[axis]);
+        octree->slack = fmax(octree->slack, fabs(header->scale[axis]));
     }
     if (!good)
         return stp_error_set(err, STP_CORRUPT,

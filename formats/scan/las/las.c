@@ -153,7 +153,8 @@ static stp_status open_reader(void *state, stp_scan_info *info, const char *path
         info->octree_spacing = stp_copc_spacing(&las->stream.records);
     info->heights = true;
     info->intensity_full = las->depth.intensity_8 ? 255.0 : 65535.0;
-    info->coordinate_step = fmin(header->scale[0], fmin(header->scale[1], header->scale[2]));
+    info->coordinate_step =
+        fmin(fabs(header->scale[0]), fmin(fabs(header->scale[1]), fabs(header->scale[2])));
     stp_las_numbers_of_file(&las->numbers, header, &las->stream.records, &las->depth,
                             las->keeps_withheld);
     info->extra = &las->numbers.list;

@@ -108,12 +108,16 @@ static stp_status read_transform(stp_las_header *h, const stp_source *s, const u
         const int at[2] = {AT_SCALE + 8 * axis, AT_OFFSET + 8 * axis};
         h->scale[axis] = stp_las_double(b + at[0]);
         h->offset[axis] = stp_las_double(b + at[1]);
-        if (!(h->scale[axis] > 0.0) || !isfinite(h->scale[axis]))
+        if (!isfinite(h->scale[axis]))
             return stp_error_set(err, STP_CORRUPT,
                                  "%s: byte %d of the LAS header gives %c a scale of %g, expected a "
-                                 "positive number: the file is damaged; export it again",
+                                 "finite number: the file is damaged; export it again",
                                  s->path, at[0], "xyz"[axis], h -> scale[axis]);
-        if (!isfinite(ldexp(h->scale[axis], 31) + fabs(h->offset[axis])))
+        if (h->scale[axis] == 0.0) {
+            h->scale[axis] = STP_LAS_SCALE_ASSUMED;
+            h->scales_assumed |= 1u << axis;
+        }
+        if (!isfinite(ldexp(fabs(h->scale[axis]), 31) + fabs(h->offset[axis])))
             return stp_error_set(err, STP_CORRUPT,
                                  "%s: byte %d of the LAS header gives %c an offset of %g, with "
                                  "which (scale %g) coordinates are not finite: the file is "

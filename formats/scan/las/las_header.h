@@ -14,6 +14,8 @@
 #include <stdint.h>
 
 #define STP_LAS_FORMAT_COUNT 11u
+/* Takes the place of a scale of 0, with which all points would be one. */
+#define STP_LAS_SCALE_ASSUMED 0.001
 /* Bytes of the public header up to 1.2, of 1.4, and of 1.5. */
 #define STP_LAS_HEADER_BYTES 227u
 #define STP_LAS_HEADER_BYTES_1_4 375u
@@ -40,7 +42,8 @@ typedef struct stp_las_header {
     uint64_t count_64, count_32; /* as written; 0 if there is none */
     uint32_t vlr_count, evlr_count;
     uint64_t evlr_offset;       /* undefined without EVLRs */
-    double scale[3], offset[3]; /* coordinate = integer * scale + offset */
+    double scale[3], offset[3]; /* coordinate = integer * scale + offset; no scale is 0 */
+    unsigned scales_assumed;    /* bit of each axis whose scale is 0 in the file */
     bool has_time_offset;       /* of 1.5: GPS times begin after time_offset million seconds */
     unsigned time_offset;
 } stp_las_header;

@@ -93,11 +93,27 @@ static stp_status counts(stp_las_text *text, const stp_las_header *h, uint64_t f
     return STP_OK;
 }
 
+static stp_status scales(stp_las_text *text, const stp_las_header *h, stp_error *err)
+{
+    stp_status status = STP_OK;
+    for (unsigned axis = 0; axis < 3; axis++)
+        if (h->scales_assumed & 1u << axis)
+            STP_TRY(stp_las_text_add(text, err, "%sthe header gives %c a scale of 0: %g is assumed",
+                                     text->length > 0 ? "; " : "", "xyz"[axis], h -> scale[axis]));
+        else if (h->scale[axis] < 0.0)
+            STP_TRY(stp_las_text_add(text, err,
+                                     "%sthe header gives %c a scale of %g: read as it says, which "
+                                     "may mirror the scan",
+                                     text->length > 0 ? "; " : "", "xyz"[axis], h -> scale[axis]));
+done:
+    return status;
+}
+
 /* Whether x and y are degrees: nobody gives lengths across finer steps than heights. */
 static bool has_degrees(const stp_las_header *h)
 {
-    const double wide = fmax(h->scale[0], h->scale[1]);
-    return wide <= 1e-6 && h->scale[2] >= 99.0 * wide && fabs(h->offset[0]) <= 360.0 &&
+    const double wide = fmax(fabs(h->scale[0]), fabs(h->scale[1]));
+    return wide <= 1e-6 && fabs(h->scale[2]) >= 99.0 * wide && fabs(h->offset[0]) <= 360.0 &&
            fabs(h->offset[1]) <= 90.0;
 }
 
@@ -128,6 +144,8 @@ stp_status stp_las_notes_make(stp_las_notes *out, const stp_las_header *header,
     take(out, "gps_time_offset");
     STP_TRY(counts(&out->texts[out->count], header, file_bytes, err));
     take(out, "counts");
+    STP_TRY(scales(&out->texts[out->count], header, err));
+    take(out, "scales");
 done:
     return status;
 }

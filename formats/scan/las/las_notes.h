@@ -2,8 +2,9 @@
  * keys, one per line), "left_out" (fields of its points that are not read, by the standard's
  * names), "lattice" (scale x y z, then offset x y z: coordinate = integer * scale + offset),
  * "gps_time_offset" (of LAS 1.5: GPS times begin after so many million seconds), "counts" (if its
- * numbers of points disagree), "degrees" (if it names no system, but its x and y are longitude and
- * latitude: they have steps of a millionth or less, and z has steps 100 times as wide or more). */
+ * numbers of points disagree), "scales" (if some are 0 or negative), "degrees" (if it names no
+ * system, but its x and y are longitude and latitude: they have steps of a millionth or less, and z
+ * has steps 100 times as wide or more). */
 #ifndef STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 #define STP_FORMATS_SCAN_LAS_LAS_NOTES_H
 
@@ -13,7 +14,7 @@
 #include "formats/scan/las/las_text.h"
 #include "formats/scan/scan.h"
 
-#define STP_LAS_NOTES_MAX 7u
+#define STP_LAS_NOTES_MAX 8u
 
 typedef struct stp_las_notes {
     stp_scan_note list[STP_LAS_NOTES_MAX];

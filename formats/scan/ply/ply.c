@@ -3,6 +3,7 @@
 
 #include "base/memory.h"
 #include "formats/scan/ply/ply_grid.h"
+#include "formats/scan/ply/ply_splats.h"
 #include "formats/scan/value_range.h"
 
 #include <stdlib.h>
@@ -19,20 +20,14 @@ static bool has_targets(const stp_ply *ply, stp_ply_target first, int count)
 static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
 {
     const char *path = ply->source.path;
-    ply->vertex = stp_ply_header_find(&ply->header, "vertex");
+    ply->vertex = stp_ply_header_find_vertices(&ply->header);
     if (!ply->vertex)
         return stp_error_set(
             err, STP_CORRUPT,
             "%s: the PLY header (%llu lines) has no element `vertex`: is it a scan?", path,
             (unsigned long long)ply->header.header_lines);
-    if (stp_ply_number_property(&ply->header, ply->vertex, "packed_position"))
-        return stp_error_set(
-            err, STP_UNSUPPORTED,
-            "%s holds packed Gaussian splats, which are not read here: export them "
-            "as a PLY that is not compressed (SuperSplat does)",
-            path);
     static const char *const axes[] = {"x", "y", "z"};
-    for (int i = 0; i < 3; i++)
+    for (int i = stp_ply_splats_find(ply) && has_targets(ply, STP_PLY_X, 1) ? 3 : 0; i < 3; i++)
         if (!has_targets(ply, (stp_ply_target)i, 1))
             return stp_error_set(err, STP_CORRUPT,
                                  "%s: the PLY element `vertex` has no number property `%s` (%llu "
@@ -41,7 +36,7 @@ static stp_status find_vertex_element(stp_ply *ply, stp_error *err)
     if (has_targets(ply, STP_PLY_NX, 3))
         ply->attributes |= STP_POINT_HAS_NORMAL;
     const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
-    if (has_targets(ply, STP_PLY_RED, 3) || (red && stp_ply_is_packed(red)))
+    if (has_targets(ply, STP_PLY_RED, 3) || (red && (ply->packed || stp_ply_is_packed(red))))
         ply->attributes |= STP_POINT_HAS_COLOUR;
     if (has_targets(ply, STP_PLY_INTENSITY, 1))
         ply->attributes |= STP_POINT_HAS_INTENSITY;
@@ -114,11 +109,13 @@ static stp_status open_file(stp_ply *ply, const char *path, bool salvage, stp_er
     find_edge_element(ply);
     ply->cursor = (stp_ply_cursor){.source = &ply->source, .encoding = ply->header.encoding};
     for (const stp_ply_element *e = ply->header.elements; e != ply->vertex; e++)
-        STP_TRY(e->count == 1 && strcmp(e->name, "camera") == 0
-                    ? stp_ply_camera_read(ply, e, err)
+        STP_TRY(e->count == 1 && strcmp(e->name, "camera") == 0 ? stp_ply_camera_read(ply, e, err)
+                : ply->packed && !ply->splats && strcmp(e->name, "chunk") == 0
+                    ? stp_ply_splats_read(ply, e, err)
                     : stp_ply_skip_element(&ply->cursor, &ply->header, e, err));
     find_stations(ply);
     STP_TRY(check_vertex_count(ply, salvage, err));
+    STP_TRY(stp_ply_splats_check(ply, err));
     ply->vertex_offset = ply->source.offset;
     ply->vertex_line = ply->source.line;
     ply->cursor.element = ply->vertex;
@@ -150,6 +147,7 @@ void stp_ply_close(stp_ply **ply)
     stp_source_close(&(*ply)->source);
     stp_ply_header_free(&(*ply)->header);
     free((*ply)->cells);
+    free((*ply)->splats);
     stp_ply_numbers_clear(&(*ply)->numbers);
     free(*ply);
     *ply = NULL;

@@ -1,6 +1,8 @@
 /* Records of a PLY file into columns, one for each target. */
 #include "formats/scan/ply/ply_columns.h"
 
+#include "formats/scan/ply/ply_splats.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -91,7 +93,9 @@ stp_status stp_ply_read_columns(stp_ply *ply, size_t count, stp_error *err)
     else
         for (size_t row = 0; row < count; row++)
             STP_TRY(read_record(ply, row, err));
-    if (red && stp_ply_is_packed(red)) /* as numbers only in ASCII */
+    if (ply->packed)
+        stp_ply_splats_part(ply, ply->cursor.index - count, count);
+    else if (red && stp_ply_is_packed(red)) /* as numbers only in ASCII */
         part_colours(ply, red->type == STP_PLY_FLOAT32, count);
 done:
     return status;

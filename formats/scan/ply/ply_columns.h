@@ -38,7 +38,10 @@ typedef struct stp_ply {
     bool has_camera;                     /* that station comes from an element camera */
     stp_dvec3 camera, camera_up;
     stp_scan_grid grid;
-    stp_grid_cell *cells;                 /* the grid's */
+    stp_grid_cell *cells;          /* the grid's */
+    bool packed;                   /* vertices are packed splats (ply_splats.h) */
+    struct stp_ply_splats *splats; /* their chunks */
+    uint64_t splat_chunks;
     double colour_low, intensity_low;     /* file values that mean 0 */
     double colour_scale, intensity_scale; /* file value to 0..65535 */
     double columns[STP_PLY_TARGET_COUNT][STP_PLY_BLOCK_POINTS];

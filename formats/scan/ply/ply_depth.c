@@ -105,7 +105,7 @@ bool stp_ply_is_harmonic(const stp_ply_property *property)
 bool stp_ply_has_splats(const stp_ply *ply)
 {
     const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
-    return red && stp_ply_is_harmonic(red);
+    return ply->packed || (red && stp_ply_is_harmonic(red));
 }
 
 stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
@@ -114,7 +114,7 @@ stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
     depth_spans spans = {.colour_min = INFINITY};
     const stp_ply_property *red = stp_ply_target_property(ply, STP_PLY_RED);
     const stp_ply_property *intensity = stp_ply_target_property(ply, STP_PLY_INTENSITY);
-    const bool harmonic = stp_ply_has_splats(ply);
+    const bool harmonic = red && stp_ply_is_harmonic(red);
     const bool fixed = stp_ply_has_fixed_records(ply);
     if (ply->vertex->count > 0 &&
         (ply->attributes & STP_POINT_HAS_COLOUR || is_wide(ply, STP_PLY_INTENSITY))) {
@@ -135,6 +135,8 @@ stp_status stp_ply_find_depths(stp_ply *ply, stp_error *err)
     if (harmonic) {
         ply->colour_low = -sqrt(M_PI);
         ply->colour_scale = 65535.0 / (2.0 * sqrt(M_PI));
+    } else if (ply->packed) {
+        ply->colour_scale = 65535.0;
     } else if (red) {
         ply->colour_scale =
             find_colour_scale(stp_ply_is_packed(red) ? STP_PLY_UINT8 : red->type, spans.colour.max);

@@ -182,6 +182,18 @@ done:
     return status;
 }
 
+/* Vertices, as most programs name them, and points, as a few do. */
+static const char *const vertices[] = {"vertex", "vertices", "point", "points"};
+enum { VERTICES = sizeof vertices / sizeof *vertices };
+
+static bool is_vertices(const char *name)
+{
+    size_t i = 0;
+    while (i < VERTICES && strcmp(name, vertices[i]) != 0)
+        i++;
+    return i < VERTICES;
+}
+
 static stp_status parse_property(header_parser *p, stp_error *err)
 {
     stp_status status = STP_OK;
@@ -209,7 +221,7 @@ static stp_status parse_property(header_parser *p, stp_error *err)
     if (!name.text[0])
         return header_corrupt(p, "a property without a name", NULL, "export the file again", err);
     memcpy(property.name, name.text, sizeof property.name);
-    if (!property.is_list && strcmp(element->name, "vertex") == 0)
+    if (!property.is_list && is_vertices(element->name))
         set_target(h, element, &property);
     property.offset = element->stride;
     element->stride += stp_ply_type_size(property.is_list ? property.count_type : property.type);
@@ -343,6 +355,14 @@ const stp_ply_element *stp_ply_header_find(const stp_ply_header *header, const c
         if (strcmp(header->elements[i].name, name) == 0)
             return &header->elements[i];
     return NULL;
+}
+
+const stp_ply_element *stp_ply_header_find_vertices(const stp_ply_header *header)
+{
+    const stp_ply_element *found = NULL;
+    for (size_t i = 0; i < VERTICES && !found; i++)
+        found = stp_ply_header_find(header, vertices[i]);
+    return found;
 }
 
 const stp_ply_property *stp_ply_number_property(const stp_ply_header *header,

@@ -103,6 +103,8 @@ void stp_ply_header_free(stp_ply_header *header);
 
 /* The element of this name, or NULL. */
 const stp_ply_element *stp_ply_header_find(const stp_ply_header *header, const char *name);
+/* The element of vertices: `vertex`, else `vertices`, `point` or `points`; or NULL. */
+const stp_ply_element *stp_ply_header_find_vertices(const stp_ply_header *header);
 /* The scalar property of an element by its name, or NULL. */
 const stp_ply_property *stp_ply_number_property(const stp_ply_header *header,
                                                 const stp_ply_element *element, const char *name);

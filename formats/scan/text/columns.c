@@ -5,6 +5,7 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 void stp_column_copy_name(char *out, size_t capacity, stp_field field)
 {
@@ -84,6 +85,16 @@ static void find_packed(stp_columns *columns, stp_separator separator, const cha
     }
 }
 
+/* Takes depths below the water in place of heights, if there are none. */
+static void find_depths(stp_columns *columns)
+{
+    for (uint32_t i = 0; i < columns->count && !has(columns, STP_COLUMN_Z); i++)
+        if (strncasecmp(columns->names[i], "depth", 5) == 0) {
+            columns->targets[i] = STP_COLUMN_Z;
+            columns->depths = true;
+        }
+}
+
 static void drop_part(stp_columns *columns, stp_column first)
 {
     for (uint32_t i = 0; i < columns->count && !has_three(columns, first); i++)
@@ -94,7 +105,7 @@ static void drop_part(stp_columns *columns, stp_column first)
 /* COLMAP's TRACK[]: from here on lines differ in length. */
 static bool is_list(stp_field field)
 {
-    return memmem(field.begin, (size_t)(field.end - field.begin), "[]", 2) != NULL;
+    return field.end - field.begin >= 7 && memcmp(field.begin, "TRACK[]", 7) == 0;
 }
 
 bool stp_columns_from_header(stp_columns *out, stp_separator separator, const char *begin,
@@ -123,6 +134,8 @@ bool stp_columns_from_header(stp_columns *out, stp_separator separator, const ch
         columns.targets[place] = (uint8_t)column;
         names[column] = name;
     }
+    if (has(&columns, STP_COLUMN_X) && has(&columns, STP_COLUMN_Y))
+        find_depths(&columns);
     if (!has_three(&columns, STP_COLUMN_X))
         return false;
     columns.angles =

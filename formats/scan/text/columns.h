@@ -18,6 +18,8 @@
  * nanoseconds, never falls, and is a hundred times what follows; or if in a hundred lines or more
  * it never falls, and is written with 5 decimals at least, two more than each of the next three,
  * which differ and have fractions.
+ * If a name or a growing whole number comes first and words come after x y z, a surveyor wrote it:
+ * then the northing comes before the easting (PNEZD), unless the numbers speak against it.
  * The others:
  *   - Three in a row that have unit length, or are all zero, are the normal.
  *   - Three in a row that are whole numbers within 0..255 or 0..65535, or fractions within 0..1,
@@ -60,6 +62,8 @@ typedef struct stp_columns {
     bool open_end;                    /* lines may have more fields */
     bool hex;                         /* colours in one piece are hexadecimal without a sign */
     bool angles;                      /* x and y are named longitude and latitude */
+    bool depths;                      /* z is named a depth: see text.h */
+    bool northing_first;              /* y before x, by a surveyor's custom alone */
     uint8_t targets[STP_COLUMNS_MAX]; /* stp_column of each */
     uint8_t extras[STP_COLUMNS_MAX];  /* 1 + index of its attribute (text_numbers.h); 0: none */
     char names[STP_COLUMNS_MAX]

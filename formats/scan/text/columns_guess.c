@@ -170,6 +170,47 @@ static bool begins_with_pixel(const stp_columns_sample *s)
     return s->behind[0] <= few || s->behind[1] <= few;
 }
 
+/* Of coordinates behind a name: the names of other points than surveyors' may be anything. */
+#define SURVEY_LEAST 1000.0
+
+static bool is_between(const stp_column_range *range, double low, double high)
+{
+    return range->min >= low && range->max <= high;
+}
+
+/* Whether lines are a surveyor's: a point's name or number, three coordinates, words that say what
+ * it is. */
+static bool is_survey(const stp_columns_sample *s, const bool *is_number)
+{
+    const stp_column_range *r = s->ranges;
+    unsigned fractions = 0;
+    if (s->count < 5)
+        return false;
+    if (is_number[0] ? !r[0].written_whole || r[0].falls > 0 || s->repeats > 0
+                     : r[1].min < SURVEY_LEAST || r[2].min < SURVEY_LEAST)
+        return false;
+    for (uint32_t i = 1; i < 4; i++)
+        fractions += !r[i].written_whole;
+    for (uint32_t i = 4; i < s->count; i++)
+        if (is_number[i] || 2 * r[i].count > s->rows)
+            return false;
+    return fractions >= 2;
+}
+
+/* Whether it names the easting first: as UTM's, with or without the zone's number in front, as
+ * those of Gauss and Krueger, which lie within 150 km of a meridian, or as Swiss ones (LV95). */
+static bool is_easting_first(const stp_column_range *easting, const stp_column_range *northing)
+{
+    const double zone = 1e6 * floor(easting->min / 1e6);
+    const bool utm = is_between(easting, 1e5, 9e5) && is_between(northing, 1e6, 1e7);
+    const bool prefixed = is_between(easting, 1e7, 61e6) && is_between(northing, 0.0, 1e7);
+    const bool meridian = zone >= 2e6 && zone <= 5e6 &&
+                          is_between(easting, zone + 3.5e5, zone + 6.5e5) &&
+                          is_between(northing, 5.2e6, 6.15e6);
+    const bool swiss = is_between(easting, 2.48e6, 2.84e6) && is_between(northing, 1.07e6, 1.3e6);
+    return utm || prefixed || meridian || swiss;
+}
+
 /* The columns that have no meaning yet. */
 typedef struct guess {
     const stp_columns_sample *sample;
@@ -336,11 +377,14 @@ bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const
     guess g = {.sample = sample, .columns = *out};
     uint32_t axes = 0;
     uint32_t first = 0;
+    bool survey = false;
     g.columns.count = sample->count;
     if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3])
-        first = begins_with_pixel(sample)                                ? 2
-                : begins_with_number(sample) || begins_with_time(sample) ? 1
-                                                                         : 0;
+        survey = is_survey(sample, is_number);
+    if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3])
+        first = begins_with_pixel(sample)                                          ? 2
+                : survey || begins_with_number(sample) || begins_with_time(sample) ? 1
+                                                                                   : 0;
     memset(g.columns.targets, STP_COLUMN_NONE, sizeof g.columns.targets);
     for (uint32_t i = first; i < sample->count; i++) {
         if (is_number[i] && axes < 3)
@@ -350,6 +394,15 @@ bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const
     }
     if (axes < 3)
         return false;
+    if (survey) { /* words may be many or none */
+        g.columns.count = 4;
+        g.columns.open_end = true;
+        g.columns.northing_first = !is_easting_first(&sample->ranges[1], &sample->ranges[2]);
+    }
+    if (g.columns.northing_first) {
+        g.columns.targets[1] = STP_COLUMN_Y;
+        g.columns.targets[2] = STP_COLUMN_X;
+    }
     guess_normal(&g);
     guess_colour(&g, intensity_first);
     guess_class(&g);

@@ -44,12 +44,13 @@ stp_status stp_text_open(stp_text *text, const char *path, stp_error *err)
     const unsigned char *bytes;
     size_t available;
     STP_TRY(stp_source_open(&text->source, path, err));
-    STP_TRY(stp_source_peek(&text->source, 3, &bytes, &available, err));
-    const uint8_t wide = available > 1 ? stp_wide_mark(bytes) : 0;
+    size_t mark;
+    STP_TRY(stp_source_peek(&text->source, STP_WIDE_BYTES, &bytes, &available, err));
+    const uint8_t wide = stp_source_is_wide(bytes, available, &mark);
     if (wide > 0) {
         stp_source_widen(&text->source, wide);
-        stp_source_seek(&text->source, 1, 0);
-    } else if (available == 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0) {
+        stp_source_seek(&text->source, mark, 0);
+    } else if (available >= 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0) {
         stp_source_consume(&text->source, 3);
     }
     text->first_offset = text->source.offset;
@@ -328,6 +329,8 @@ static double find_no_height(const stp_text *text, const stp_columns_sample *sam
 
 void stp_text_decide(stp_text *text, const stp_columns_sample *sample)
 {
+    const uint32_t z = stp_columns_find(&text->columns, STP_COLUMN_Z);
+    text->z_down = text->columns.depths && z < sample->count && sample->ranges[z].max > 0.0;
     find_degrees(text, sample);
     text->no_height = find_no_height(text, sample);
     find_packed(text, sample);
@@ -393,6 +396,10 @@ void stp_text_fill_info(stp_text *text, const stp_columns_sample *sample, stp_sc
     if (text->degrees)
         text->notes[info->note_count++] = (stp_scan_note){
             "degrees", text->columns.angles ? "the columns' names say so" : "the numbers say so"};
+    if (text->columns.northing_first)
+        text->notes[info->note_count++] = (stp_scan_note){
+            "order", "lines are taken as number, northing, easting, elevation, description, as "
+                     "surveyors write them: if the easting comes first, give --columns _,x,y,z"};
     info->notes = text->notes;
 }
 
@@ -509,8 +516,9 @@ static stp_status read_values(const stp_text *text, const char *begin, const cha
 
 void stp_text_take(const stp_text *text, const double v[STP_COLUMN_PACKED + 1], stp_point *out)
 {
-    *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], v[STP_COLUMN_Z]}};
-    if (v[STP_COLUMN_Z] == text->no_height)
+    const double z = v[STP_COLUMN_Z];
+    *out = (stp_point){.position = {v[STP_COLUMN_X], v[STP_COLUMN_Y], text->z_down ? -z : z}};
+    if (z == text->no_height)
         out->reject = STP_REJECT_INVALID;
     if (text->attributes & STP_POINT_HAS_NORMAL)
         out->normal =

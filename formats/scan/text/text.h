@@ -14,6 +14,8 @@
  * their extent. Nobody writes x and y in metres more finely than z. If only the second number can
  * be a longitude, it is x.
  *
+ * If a column is named depth, and none z or a height, the depth is z, downwards if any is above 0.
+ *
  * A least z of -9999, -32767, -32768 or -99999, if all others are more than a tenth higher, is no
  * height: such points are rejected.
  *
@@ -52,10 +54,11 @@ typedef struct stp_text {
     bool given;       /* the user named the columns */
     bool packed;      /* colours are in one piece */
     bool degrees;     /* x and y are longitude and latitude */
+    bool z_down;      /* z is a depth: downwards */
     double no_height; /* the z of points that were not measured; NaN: none */
     stp_name_list left_out;
     char order[STP_COLUMNS_MAX * STP_ATTRIBUTE_NAME_BYTES + 64]; /* all names and their origin */
-    stp_scan_note notes[3];
+    stp_scan_note notes[4];
 } stp_text;
 
 /* path must outlive it. Errors: as stp_source_open, UNSUPPORTED (lines without \n). */

@@ -33,6 +33,16 @@ static bool reopens(const char *at, const char *end)
     return at < end && stp_is_opening(*at);
 }
 
+/* The end of brackets around a field among spaces that a comma or the like follows, perhaps after a
+ * quotation mark: of `(1 2 3)",4`. NULL: there is none. */
+static const char *closed_before(const char *at, const char *end)
+{
+    if (!stp_is_closing(*at++))
+        return NULL;
+    at += at < end && *at == '"';
+    return at < end && (*at == ',' || *at == ';') ? at : NULL;
+}
+
 static const char *find_stop(stp_separator separator, const char *begin, const char *end)
 {
     const char *stop = begin;
@@ -43,10 +53,39 @@ static const char *find_stop(stp_separator separator, const char *begin, const c
     }
     for (; stop < end && !separates(separator, *stop); stop++) {
         opens = opens || stp_is_opening(*stop);
-        if (!opens && reopens(stop, end))
+        if (!opens &&
+            (reopens(stop, end) || (separator == STP_SEPARATOR_SPACE && closed_before(stop, end))))
             break;
     }
     return stop;
+}
+
+static const char *skip_blanks(const char *at, const char *end)
+{
+    while (at < end && stp_is_blank(*at))
+        at++;
+    return at;
+}
+
+/* Skips `POINT Z (` of well-known text, and a quotation mark before it. */
+static const char *skip_point(const char *begin, const char *end)
+{
+    const char *at = begin < end && *begin == '"' ? begin + 1 : begin;
+    if (end - at < 6 || strncasecmp(at, "POINT", 5) != 0)
+        return begin;
+    at = skip_blanks(at + 5, end);
+    at += at < end && (*at | 32) == 'z';
+    at += at < end && (*at | 32) == 'm';
+    at = skip_blanks(at, end);
+    return at < end && *at == '(' ? at + 1 : begin;
+}
+
+bool stp_line_is_point_text(const char *begin, const char *end)
+{
+    for (const char *at = begin; at < end; at++)
+        if ((*at | 32) == 'p' && skip_point(at, end) > at)
+            return true;
+    return false;
 }
 
 /* Leaves out blanks at a field's end, and brackets that do not open within it. */
@@ -55,6 +94,8 @@ static const char *trim_end(const char *begin, const char *stop)
     bool opens = false;
     for (const char *at = begin; at < stop; at++)
         opens = opens || stp_is_opening(*at);
+    if (!opens && stop - begin > 1 && stop[-1] == '"' && stp_is_closing(stop[-2]))
+        stop--;
     while (stop > begin && (stp_is_blank(stop[-1]) || (!opens && stp_is_closing(stop[-1]))))
         stop--;
     return stop;
@@ -80,12 +121,17 @@ bool stp_field_next(stp_separator separator, const char **at, const char *end, s
             return false;
         while (field->begin < end && is_padding(separator, *field->begin))
             field->begin++;
+        if (field->begin < end && spaced && strchr("Pp\"", *field->begin))
+            field->begin = skip_point(field->begin, end);
+        while (field->begin < end && spaced && is_padding(separator, *field->begin))
+            field->begin++;
         if (field->begin == end && spaced) {
             *at = end;
             return false;
         }
         stop = find_stop(separator, field->begin, end);
-        *at = stop < end ? stop + 1 : end;
+        const char *closed = spaced && stop < end ? closed_before(stop, end) : NULL;
+        *at = closed ? closed + 1 : stop < end ? stop + 1 : end;
         stop = stop < end && stp_is_closing(*stop) ? stop + 1 : stop;
         field->end = trim_end(field->begin, stop);
         keep_pair(first, stop, field);

@@ -86,6 +86,10 @@ static inline bool stp_line_is_comment(const char *begin, const char *end)
                            (*begin == '/' && end - begin > 1 && begin[1] == '/'));
 }
 
+/* Whether the line has a point of well-known text, POINT(1 2 3) or POINT Z (1 2 3). Among spaces
+ * its word and its brackets are no fields, and a comma or semicolon behind it separates. */
+bool stp_line_is_point_text(const char *begin, const char *end);
+
 /* How many groups of fields in brackets follow one another. */
 uint32_t stp_bracket_groups(const char *begin, const char *end);
 

@@ -6,6 +6,7 @@
 #include "formats/scan/text/text.h"
 #include "formats/scan/text/text_count.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -158,6 +159,12 @@ static uint32_t row_fields(const stp_text *text, const line_copy *row)
     return count < STP_COLUMNS_MAX ? count : STP_COLUMNS_MAX;
 }
 
+/* Fewer columns or rows are no matrix of heights; the part of all heights by which neighbours in a
+ * row differ on average. */
+#define MATRIX_COLUMNS 16u
+#define MATRIX_ROWS 8u
+#define MATRIX_STEP 0.1
+
 /* Whether a number follows a word and a bracket: in `v=(1, 2, 3)` it would be lost. */
 static bool hides_number(stp_separator separator, const line_copy *row)
 {
@@ -171,11 +178,30 @@ static bool hides_number(stp_separator separator, const line_copy *row)
     return false;
 }
 
+/* Whether so many columns differ so little from one to the next as heights do. */
+static bool is_smooth(const stp_columns_sample *s)
+{
+    double low = INFINITY, high = -INFINITY;
+    if (s->count < MATRIX_COLUMNS || s->rows < MATRIX_ROWS)
+        return false;
+    for (uint32_t i = 0; i < s->count; i++) {
+        low = fmin(low, s->ranges[i].min);
+        high = fmax(high, s->ranges[i].max);
+    }
+    for (uint32_t i = 0; i < s->count; i++)
+        if (s->ranges[i].count < s->rows ||
+            (i + 1 < s->count &&
+             !(s->ranges[i].step < MATRIX_STEP * (high - low) * (double)s->rows)))
+            return false;
+    return true;
+}
+
 /* Rows of so many numbers without names are a matrix: its first three columns are no x y z. */
-static stp_status check_matrix(const stp_text *text, const line_copy *row, stp_error *err)
+static stp_status check_matrix(const stp_text *text, const line_copy *row,
+                               const stp_columns_sample *sample, stp_error *err)
 {
     const uint32_t fields = stp_fields_count(text->columns.separator, row->text, row->end).fields;
-    if (fields <= STP_COLUMNS_MAX)
+    if (fields <= STP_COLUMNS_MAX && !is_smooth(sample))
         return STP_OK;
     return stp_error_set(err, STP_UNSUPPORTED,
                          "%s: line %llu has %u numbers, as a matrix of heights: save heights as "
@@ -214,7 +240,7 @@ static stp_status find_columns(stp_text *text, const beginning *b, const char *l
         STP_TRY(stp_text_use_list(text, list, row->end ? row->text : NULL, row->end, err));
         from = "as given";
     } else if (!header->end || !match_header(&text->columns, &separator, header, row)) {
-        if (b->header.end)
+        if (b->header.end && !(row->end && stp_line_is_point_text(row->text, row->end)))
             return wrong_header(text, b, err);
         if (row->end)
             STP_TRY(stp_text_guess(text, row->text, row->end, false, sample, err));
@@ -228,7 +254,7 @@ static stp_status find_columns(stp_text *text, const beginning *b, const char *l
     }
     if (row->end && from[0] == 'b') {
         STP_TRY(check_brackets(text, row, sample, err));
-        STP_TRY(check_matrix(text, row, err));
+        STP_TRY(check_matrix(text, row, sample, err));
     }
     stp_text_decide(text, sample);
     const bool named = from[0] == 't';
