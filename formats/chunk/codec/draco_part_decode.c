@@ -3,8 +3,8 @@
 
 #include "base/memory.h"
 #include "formats/chunk/codec/odds/tight.h"
+#include "formats/chunk/codec/part.h"
 #include "formats/chunk/codec/predict/predict.h"
-#include "formats/chunk/codec/raw.h"
 #include "formats/chunk/codec/square/square_colours.h"
 #include "formats/chunk/codec/square/square_level.h"
 #include "formats/chunk/codec/table/part_tables.h"

@@ -2,8 +2,8 @@
 #include "formats/chunk/codec/draco_part.h"
 
 #include "formats/chunk/codec/odds/tight.h"
+#include "formats/chunk/codec/part.h"
 #include "formats/chunk/codec/predict/predict.h"
-#include "formats/chunk/codec/raw.h"
 #include "formats/chunk/codec/square/block_squares.h"
 #include "formats/chunk/codec/square/square_colours.h"
 #include "formats/chunk/codec/square/square_level.h"

@@ -2,7 +2,10 @@
 #include "formats/chunk/codec/paper.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/part.h"
 #include "formats/chunk/codec/predict/predict_normal.h"
+#include "formats/chunk/codec/raw.h"
+#include "formats/chunk/codec/square/block_squares.h"
 #include "formats/chunk/codec/square/square_normal.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/sample/normal_grid.h"
@@ -345,24 +348,28 @@ done:
 
 /* ---- parts ---- */
 
-stp_status stp_paper_encode(const stp_chunk *block, int segment, const stp_square *squares,
-                            const stp_square_map *map, stp_bytes *out, stp_error *err)
+stp_status stp_paper_encode(const stp_chunk *block, int segment, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
-    const uint8_t kind = !map                                     ? KIND_RAW
-                         : stp_squares_are_tilted(block, squares) ? KIND_TILTED
-                                                                  : KIND_LEVEL;
+    stp_block_squares squares = {0};
+    STP_TRY(stp_block_squares_find(block, segment, &squares, err));
+    const uint8_t kind = !squares.found                              ? KIND_RAW
+                         : stp_squares_are_tilted(block, squares.of) ? KIND_TILTED
+                                                                     : KIND_LEVEL;
     if (segment == 0)
         STP_TRY(stp_bytes_append(out, &kind, sizeof kind, err));
-    if (!map)
-        return stp_raw_encode(block, segment, out, err);
+    if (kind == KIND_RAW) {
+        status = stp_raw_encode(block, segment, out, err);
+        goto done;
+    }
     if (segment == 0) {
         STP_TRY(stp_raw_patches_encode(block, out, err));
-        STP_TRY(squares_encode(block, squares, out, err));
+        STP_TRY(squares_encode(block, squares.of, out, err));
     }
     for (int l = stp_segment_coarsest(segment); l >= stp_segment_finest(segment); l--)
-        STP_TRY(level_encode(block, l, map, out, err));
+        STP_TRY(level_encode(block, l, &squares.map, out, err));
 done:
+    stp_block_squares_clear(&squares);
     return status;
 }
 

@@ -8,14 +8,12 @@
 #ifndef STP_FORMATS_CHUNK_CODEC_PAPER_H
 #define STP_FORMATS_CHUNK_CODEC_PAPER_H
 
-#include "formats/chunk/codec/raw.h"
-#include "formats/chunk/codec/square/square_map.h"
+#include "formats/chunk/chunk_file.h"
+#include "formats/chunk/codec/shares.h"
+#include "formats/chunk/codec/table/column.h"
 
-/* Appends a block's part of a segment. map: of the block's squares; NULL: it is not of squares.
- * Errors: OUT_OF_MEMORY. */
-stp_status stp_paper_encode(const stp_chunk *block, int segment, const stp_square *squares,
-                            const stp_square_map *map, stp_bytes *out, stp_error *err);
-/* As stp_part_decode. Errors: CORRUPT, OUT_OF_MEMORY. */
+/* The contract is that of part.h. */
+stp_status stp_paper_encode(const stp_chunk *block, int segment, stp_bytes *out, stp_error *err);
 stp_status stp_paper_decode(const uint8_t *bytes, size_t size, int segment, uint32_t child_count,
                             stp_chunk *block, stp_shares *shares, stp_error *err);
 

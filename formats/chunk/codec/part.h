@@ -10,6 +10,16 @@
 #include "formats/chunk/chunk_file.h"
 #include "formats/chunk/codec/table/table.h"
 
+/* Coarsest and finest level of a segment. */
+static inline int stp_segment_coarsest(int segment)
+{
+    return segment == 0 ? STP_LEVEL_COUNT - 1 : 2 - segment;
+}
+static inline int stp_segment_finest(int segment)
+{
+    return 2 - segment;
+}
+
 /* As stp_segment_encode. */
 stp_status stp_part_encode(const stp_chunk *chunk, int segment, stp_codec codec, stp_bytes *out,
                            stp_error *err);

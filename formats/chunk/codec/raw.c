@@ -1,6 +1,7 @@
 /* Reads and writes patches and samples of the raw codec: their fields in order, little-endian. */
 #include "formats/chunk/codec/raw.h"
 
+#include "formats/chunk/codec/part.h"
 #include "formats/chunk/layout.h"
 #include "formats/chunk/sample/patch.h"
 

@@ -7,16 +7,6 @@
 #include "formats/chunk/codec/shares.h"
 #include "formats/chunk/codec/table/column.h"
 
-/* Coarsest and finest level of a segment. */
-static inline int stp_segment_coarsest(int segment)
-{
-    return segment == 0 ? STP_LEVEL_COUNT - 1 : 2 - segment;
-}
-static inline int stp_segment_finest(int segment)
-{
-    return 2 - segment;
-}
-
 /* Appends the patches. Errors: OUT_OF_MEMORY. */
 stp_status stp_raw_patches_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err);
 /* Reads and checks the chunk's patches, and places its levels. Errors: CORRUPT. */

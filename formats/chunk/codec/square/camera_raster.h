@@ -1,5 +1,5 @@
 /* Rasters of cameras that look along an axis: all their numbers follow from where the camera is and
- * from its rays, which takes half the bytes. formats/SPEC.md, "Squares of grids", has the layout.
+ * from its rays, which takes half the bytes. formats/SPEC.md, "Rasters", has the layout.
  * Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_CAMERA_RASTER_H
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_CAMERA_RASTER_H

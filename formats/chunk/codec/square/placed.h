@@ -1,6 +1,6 @@
 /* Codes patches that their squares place. A square tells how many samples its patch has, and, once
  * the height of the patch is known, where its vertex is along the other two axes. So the table has
- * but the height, and what is left of the rest. formats/SPEC.md, "Placed patches", has the
+ * but the height, and what is left of the rest. formats/SPEC.md, "Patches of squares", has the
  * arithmetic. Threads: any. */
 #ifndef STP_FORMATS_CHUNK_CODEC_SQUARE_PLACED_H
 #define STP_FORMATS_CHUNK_CODEC_SQUARE_PLACED_H

@@ -2,6 +2,7 @@
 #include "formats/chunk/codec/zstd/zstd_segment.h"
 
 #include "base/memory.h"
+#include "formats/chunk/codec/part.h"
 #include "formats/chunk/codec/predict/families.h"
 #include "formats/chunk/codec/predict/predict.h"
 #include "formats/chunk/codec/shares.h"
@@ -100,7 +101,7 @@ static size_t head_cells(uint32_t patch_count, bool linked)
     return (size_t)patch_count * (patch_columns(linked) + STP_SAMPLE_COLUMN_COUNT);
 }
 
-stp_status stp_zstd_head_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
+static stp_status head_encode(const stp_chunk *chunk, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t rows = chunk->patch_count;
@@ -163,11 +164,11 @@ size_t stp_zstd_head_scratch_bytes(uint32_t patch_count, bool linked)
     return planes_offset() + 2 * cells + cells * sizeof(int16_t);
 }
 
-size_t stp_zstd_scratch_bytes(const stp_chunk *chunk, int segment)
+static size_t scratch_bytes(const stp_chunk *chunk, int segment)
 {
     size_t head = segment == 0 ? stp_zstd_head_scratch_bytes(chunk->patch_count, chunk->linked) : 0;
-    size_t level =
-        planes_offset() + stp_families_plane_bytes(chunk, 2 - segment) + STP_FAMILY_SLACK;
+    size_t level = planes_offset() + stp_families_plane_bytes(chunk, stp_segment_finest(segment)) +
+                   STP_FAMILY_SLACK;
     return head > level ? head : level;
 }
 
@@ -223,7 +224,7 @@ stp_status stp_zstd_patches_decode(const uint8_t *bytes, size_t size, stp_patch 
     return STP_OK;
 }
 
-void stp_zstd_vertices_decode(stp_chunk *chunk, stp_chunk_scratch *scratch)
+static void vertices_decode(stp_chunk *chunk, stp_chunk_scratch *scratch)
 {
     uint32_t rows = chunk->patch_count;
     size_t cells = head_cells(rows, chunk->linked);
@@ -268,8 +269,8 @@ static bool take_step(unsigned byte, unsigned *step)
     return true;
 }
 
-stp_status stp_zstd_level_decode(const uint8_t *bytes, size_t size, int level, stp_chunk *chunk,
-                                 stp_chunk_scratch *scratch, stp_error *err)
+static stp_status level_decode(const uint8_t *bytes, size_t size, int level, stp_chunk *chunk,
+                               stp_chunk_scratch *scratch, stp_error *err)
 {
     uint32_t families = stp_families_count(chunk, level);
     const uint8_t *parts[PARTS];
@@ -360,7 +361,7 @@ done:
     return status;
 }
 
-stp_status stp_zstd_level_encode(const stp_chunk *chunk, int level, stp_bytes *out, stp_error *err)
+static stp_status level_encode(const stp_chunk *chunk, int level, stp_bytes *out, stp_error *err)
 {
     stp_status status = STP_OK;
     uint32_t families = stp_families_count(chunk, level);
@@ -385,6 +386,35 @@ done:
 }
 
 /* ---- payloads without an entry ---- */
+
+/* ---- parts ---- */
+
+stp_status stp_zstd_part_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)
+{
+    const stp_status status = segment == 0 ? head_encode(chunk, out, err) : STP_OK;
+    return status == STP_OK ? level_encode(chunk, stp_segment_finest(segment), out, err) : status;
+}
+
+stp_status stp_zstd_part_decode(const uint8_t *bytes, size_t size, int segment,
+                                uint32_t child_count, stp_chunk *chunk, stp_chunk_scratch *scratch,
+                                stp_error *err)
+{
+    stp_status status = STP_OK;
+    size_t used = 0;
+    STP_TRY(stp_chunk_scratch_reserve(scratch, scratch_bytes(chunk, segment), err));
+    if (segment == 0) {
+        STP_TRY(stp_zstd_patches_decode(bytes, size, chunk->patches, chunk->patch_count,
+                                        chunk->linked, scratch, &used, err));
+        STP_TRY(stp_patches_take(chunk, child_count, err));
+        vertices_decode(chunk, scratch);
+    }
+    STP_TRY(
+        level_decode(bytes + used, size - used, stp_segment_finest(segment), chunk, scratch, err));
+done:
+    return status;
+}
+
+/* ---- for a payload without its entry ---- */
 
 size_t stp_zstd_level_bytes(const uint8_t *bytes, size_t left, uint32_t families)
 {
