@@ -220,9 +220,12 @@ static void formats_of_others(void **state)
         {"packed.ply", ASCII "element vertex 1\nproperty uint packed_position\nend_header\n7\n",
          STP_CORRUPT, "1 packed Gaussian splats need 1 records"},
         {"chunks.ply",
-         ASCII "element chunk 99\nproperty float min_x\nelement vertex 1\n"
+         ASCII "element chunk 99\n" XYZ "element vertex 1\n"
                "property uint packed_position\nend_header\n7\n",
-         STP_CORRUPT, "after 0 of 99 chunk"},
+         STP_CORRUPT, "lacks one of min_x"},
+        {"nothing.ply",
+         ASCII "element chunk 99\nelement vertex 1\nproperty uint packed_position\nend_header\n7\n",
+         STP_CORRUPT, "lacks one of min_x"},
         {"half.ply", ASCII "element vertex 1\nproperty float packed_position\nend_header\n7\n",
          STP_CORRUPT, "has no number property `x`"},
         {"scan.fls", "\1\2\3", STP_UNSUPPORTED, "a scan (FARO)"},

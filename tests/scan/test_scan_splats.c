@@ -40,6 +40,23 @@ static void positions_and_colours(void **state)
     free(p);
 }
 
+/* The header may lie, and ASCII may have numbers that are no words of 32 bits. */
+static void wrong_numbers(void **state)
+{
+    (void)state;
+    stp_scan_info info;
+    scan_fixture_text("many.ply", "ply\nformat ascii 1.0\nelement chunk 999999999\n" RANGES
+                                  "element vertex 1\n" PACKED "0 0 0 1 1 1 9\n1 0 0 1\n");
+    scan_fixture_fails("many.ply", NULL, STP_CORRUPT, "after 0 of 999999999 chunk");
+    scan_fixture_text("words.ply",
+                      "ply\nformat ascii 1.0\nelement chunk 1\n" RANGES "element vertex 2\n" PACKED
+                      "3 4 5 6 7 8 9\n1e300 0 0 -7\nnan 0 0 nan\n");
+    stp_point *p = scan_fixture_read("words.ply", NULL, &info);
+    for (size_t i = 0; i < 2; i++)
+        scan_fixture_position(&p[i], 3.0, 4.0, 5.0);
+    free(p);
+}
+
 /* 300 splats in two chunks; the colours of the second reach from 1/2 to 1. */
 static void write_chunks(void)
 {
@@ -83,6 +100,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(positions_and_colours),
         cmocka_unit_test(chunks_follow_vertices),
+        cmocka_unit_test(wrong_numbers),
     };
     return cmocka_run_group_tests(tests, scan_fixture_enter, scan_fixture_leave);
 }

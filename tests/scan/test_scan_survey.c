@@ -62,6 +62,9 @@ static void easting_comes_first(void **state)
     expect_first("names.txt",
                  "car 1.5 2.5 0.5 moving\nman 2.5 3.5 0.25 moving\ntree 3.5 4.5 0.75 still\n", 1.5,
                  2.5, 0.5);
+    expect_first("objects.txt",
+                 "1 1.5 2.5 0.5 chair\n2 2.5 3.5 0.25 chair\n3 3.5 -4.5 0.75 table\n", 1.5, 2.5,
+                 0.5);
     expect_first("four.txt", "1,5.25,6.5,1.125\n2,5.5,6.25,1.5\n3,5.75,6.75,1.25\n", 5.25, 6.5,
                  1.125);
 }

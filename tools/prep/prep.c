@@ -326,9 +326,9 @@ static int check_options(const prep_options *o)
     if (o->attributes && strcmp(o->attributes, "none") != 0 && o->format == 0)
         return cli_usage(&cli_prep, "--attributes: files of version 1 have none: leave out "
                                     "--format 1");
-    if (o->append &&
-        (o->outliers != STP_OUTLIERS_KEEP || o->layers == 1 || o->attributes || o->hybrid ||
-         o->lines == 1 || o->codec != 0 || o->format == 0 || o->shade == 1 || o->grid.holes == 1 || o->maps.wanted))
+    if (o->append && (o->outliers != STP_OUTLIERS_KEEP || o->layers == 1 || o->attributes ||
+                      o->hybrid || o->lines == 1 || o->codec != 0 || o->format == 0 ||
+                      o->shade == 1 || o->grid.holes == 1 || o->maps.wanted))
         return cli_usage(&cli_prep, "--append: the model has its form; leave out --outliers, "
                                     "--layers, --attributes, --hybrid, --lines, --codec, "
                                     "--format, --shade, --holes and --maps");

@@ -32,10 +32,11 @@ static unsigned bytes_of(const char *path)
 /* 0: it is no square. */
 static uint32_t side_of(uint64_t size, unsigned bytes)
 {
-    if (bytes == 0 || size % bytes != 0 || size / bytes > UINT64_C(1) << 48)
+    const uint64_t count = bytes > 0 && size % bytes == 0 ? size / bytes : 0;
+    if (count > UINT64_C(1) << 48)
         return 0;
-    const uint64_t side = (uint64_t)llround(sqrt((double)(size / bytes)));
-    return side >= SIDE_LEAST && side * side == size / bytes ? (uint32_t)side : 0;
+    const uint64_t side = (uint64_t)llround(sqrt((double)count));
+    return side >= SIDE_LEAST && side * side == count ? (uint32_t)side : 0;
 }
 
 bool stp_raster_is_raw(const char *path, uint64_t size)

@@ -170,13 +170,15 @@ static bool begins_with_pixel(const stp_columns_sample *s)
     return s->behind[0] <= few || s->behind[1] <= few;
 }
 
-/* Of coordinates behind a name: the names of other points than surveyors' may be anything. */
-#define SURVEY_LEAST 1000.0
-
 static bool is_between(const stp_column_range *range, double low, double high)
 {
     return range->min >= low && range->max <= high;
 }
+
+/* Least coordinates: surveyors put the origin far outside. Names and numbers of other things, as of
+ * objects around a robot, are followed by any. */
+#define LEAST_OF_NUMBERED 50.0
+#define LEAST_OF_NAMED 1000.0
 
 /* Whether lines are a surveyor's: a point's name or number, three coordinates, words that say what
  * it is. */
@@ -186,8 +188,9 @@ static bool is_survey(const stp_columns_sample *s, const bool *is_number)
     unsigned fractions = 0;
     if (s->count < 5)
         return false;
-    if (is_number[0] ? !r[0].written_whole || r[0].falls > 0 || s->repeats > 0
-                     : r[1].min < SURVEY_LEAST || r[2].min < SURVEY_LEAST)
+    const double least = is_number[0] ? LEAST_OF_NUMBERED : LEAST_OF_NAMED;
+    if ((is_number[0] && (!r[0].written_whole || r[0].falls > 0 || s->repeats > 0)) ||
+        r[1].min < least || r[2].min < least)
         return false;
     for (uint32_t i = 1; i < 4; i++)
         fractions += !r[i].written_whole;
