@@ -22,7 +22,7 @@
 #define STP_SUPPORTED                                                                              \
     "supported are PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS "   \
     "(Expe's, too), PTX, NPY, .bin of KITTI and COLMAP, and heights as TIFF, PNG, EXR, PFM, PGM, " \
-    "ESRI ASCII, Surfer, HGT or AL3D"
+    "ESRI ASCII, Surfer, HGT, AL3D or raw squares (.r16, .raw, .r32)"
 
 /* The file's begin. */
 typedef struct prefix {

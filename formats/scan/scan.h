@@ -27,6 +27,13 @@
  * it. No coordinate is so large. */
 #define STP_SCAN_NONE_FROM 1e30
 
+/* Whether programs write a number where a grid has no sample, often without telling so. No branch.
+ */
+static inline bool stp_is_usual_none(double number)
+{
+    return (number == -9999.0) | (number == -32767.0) | (number == -32768.0) | (number == -99999.0);
+}
+
 /* Whether a coordinate is NaN, infinite or STP_SCAN_NONE_FROM and more. */
 static inline bool stp_scan_is_nowhere(stp_dvec3 p)
 {

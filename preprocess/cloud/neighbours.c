@@ -61,7 +61,6 @@ typedef struct search {
     const stp_cloud *cloud;
     stp_locale *locale;
     unsigned k;
-    double last; /* as the locale's */
     const uint64_t *places;
     uint64_t *lists;
     stp_cloud_point *points;
@@ -115,7 +114,7 @@ static void finish_point(search *s, uint32_t i, stp_dvec3 p, stp_nearest_list *l
         s->lists[(size_t)i * s->k + n] = n < list->count ? list->place[n] : STP_PLACE_NONE;
     double last = list->count ? list->squared[list->count - 1] : 0.0;
     s->points[i].spacing = list->count ? (float)sqrt(last * M_PI / (double)list->count) : 0.0f;
-    s->last = stp_nearest_list_full(list) ? sqrt(last) : 0.0;
+    s->locale->spread = stp_nearest_list_full(list) ? sqrt(last) : 0.0;
 }
 
 /* Measures candidates in double and keeps the nearest. */
@@ -367,7 +366,7 @@ static bool list_choose(stp_nearest_list *list, const search *s, const surroundi
 {
     const stp_locale *l = s->locale;
     const stp_dvec3 p = position_of(l, at);
-    const double likely = stp_min(LIKELY_REACH * s->last, around->reach);
+    const double likely = stp_min(LIKELY_REACH * s->locale->spread, around->reach);
     return list_choose_within(list, s, around, p, likely) ||
            list_choose_within(list, s, around, p, around->reach);
 }
@@ -388,9 +387,9 @@ static uint32_t group_gather(group *g, const search *s, const uint32_t *ats, uin
     for (; i < count && g->count < GROUP; i++) {
         if (ats[i] == STP_LOCALE_NONE || ats[i] == AT_REPEATED)
             continue;
-        if (g->count > 0 &&
-            (double)glms_vec3_distance(stp_locale_point(l, g->ats[0]),
-                                       stp_locale_point(l, ats[i])) > GROUP_SIZE * s->last)
+        if (g->count > 0 && (double)glms_vec3_distance(stp_locale_point(l, g->ats[0]),
+                                                       stp_locale_point(l, ats[i])) >
+                                GROUP_SIZE * s->locale->spread)
             break;
         g->members[g->count] = i;
         g->ats[g->count++] = ats[i];
@@ -401,7 +400,7 @@ static uint32_t group_gather(group *g, const search *s, const uint32_t *ats, uin
 /* Makes the list of a point that its group does not answer: looks farther, then asks FLANN. */
 static stp_status find_alone(stp_nearest_list *list, const search *s, uint32_t at, stp_error *err)
 {
-    double reach = s->last;
+    double reach = s->locale->spread;
     for (int i = 0; i < TRIES; i++) {
         surroundings around;
         reach *= FARTHER;
@@ -422,7 +421,7 @@ static stp_status find_group(search *s, const group *g, stp_error *err)
         stp_ask_ahead(s->locale->axes[a], sizeof *s->locale->axes[a], g->ats[0]);
         stp_ask_ahead(s->locale->axes[a], sizeof *s->locale->axes[a], g->ats[0] + STP_RUN_POINTS);
     }
-    surroundings_find(&around, s, g->ats, g->count, GROUP_REACH * s->last);
+    surroundings_find(&around, s, g->ats, g->count, GROUP_REACH * s->locale->spread);
     for (unsigned i = 0; i < g->count; i++) {
         if (!list_choose(&list, s, &around, g->ats[i]))
             STP_TRY(find_alone(&list, s, g->ats[i], err));
@@ -465,7 +464,6 @@ stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint64_t *p
     search s = {
         .cloud = locale->cloud, .locale = locale, .k = k, .places = places, .points = points};
     s.lists = lists;
-    s.last = locale->spread;
     picks_fill(&s.picks);
     STP_TRY(stp_alloc_unset(&ats, count, sizeof *ats, "neighbours", err));
     for (uint32_t i = 0; i < count; i++) {
@@ -477,12 +475,11 @@ stp_status stp_neighbours_find(stp_locale *locale, unsigned k, const uint64_t *p
     for (uint32_t i = 0; i < count;) {
         group g;
         i = group_gather(&g, &s, ats, i, count);
-        if (g.count == 1 && s.last == 0.0)
+        if (g.count == 1 && locale->spread == 0.0)
             find_first(&s, &g);
         else if (g.count > 0)
             STP_TRY(find_group(&s, &g, err));
     }
-    locale->spread = s.last;
     find_others(&s, ats, count);
 done:
     free(ats);

@@ -231,7 +231,7 @@ const cli_command cli_prep = {
     .details =
         "Reads PLY, LAS, LAZ, COPC, EPT, PCD, E57, OBJ, OFF, STL, glTF, XYZ, TXT, CSV, PTS, PTX,\n"
         "NPY, .bin of KITTI and COLMAP, and heights as TIFF, PNG, EXR, PFM, PGM, ESRI ASCII,\n"
-        "Surfer, HGT or AL3D.\n"
+        "Surfer, HGT, AL3D or raw squares (.r16, .raw, .r32).\n"
         "Several inputs become one model.\n"
         "An input is a file, a folder (all scans in it and below, but no images; one EPT, if it\n"
         "holds ept.json), a pattern in quotes, an address (https://...), or @list.txt with one\n"

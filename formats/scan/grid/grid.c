@@ -307,12 +307,6 @@ static void find_values(const grid_reader *g, double *restrict z)
         z[i] = p->disparity_focal > 0.0 ? focal / z[i] : own * z[i];
 }
 
-/* Numbers that programs write for no sample, often without telling so. */
-static inline bool is_usual_none(double number)
-{
-    return (number == -9999.0) | (number == -32767.0) | (number == -32768.0) | (number == -99999.0);
-}
-
 /* Makes holes of such numbers if what lies before and behind them in the row is far off: a trench
  * in the sea has slopes. */
 static void leave_out_usual_none(const grid_reader *g, double *z)
@@ -326,7 +320,7 @@ static void leave_out_usual_none(const grid_reader *g, double *z)
             end++;
         const double after = end < n ? g->row[(size_t)end * g->step * channels] : NAN;
         const double far = FAR_PART * fabs(number);
-        if (is_usual_none(number) && !(fabs(before - number) < far) &&
+        if (stp_is_usual_none(number) && !(fabs(before - number) < far) &&
             !(fabs(after - number) < far))
             for (uint32_t k = i; k < end; k++)
                 z[k] = NAN;
@@ -341,7 +335,7 @@ static bool has_usual_none(const double *row, size_t count)
 {
     int any = 0;
     for (size_t i = 0; i < count; i++)
-        any |= is_usual_none(row[i]);
+        any |= stp_is_usual_none(row[i]);
     return any != 0;
 }
 

@@ -29,9 +29,8 @@ static bool is_sample(const stp_raster_info *info, const stp_grid_params *params
                       const double *pixel)
 {
     const double n = pixel[0];
-    const bool usual_none = n == -9999.0 || n == -32767.0 || n == -32768.0 || n == -99999.0;
-    return fabs(n) < STP_SCAN_NONE_FROM && !usual_none && !(info->has_none && n == info->none) &&
-           !(params->has_invalid && n == params->invalid) &&
+    return fabs(n) < STP_SCAN_NONE_FROM && !stp_is_usual_none(n) &&
+           !(info->has_none && n == info->none) && !(params->has_invalid && n == params->invalid) &&
            !(info->alpha && pixel[info->channels - 1] == 0.0);
 }
 

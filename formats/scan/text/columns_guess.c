@@ -382,12 +382,12 @@ bool stp_columns_guess(stp_columns *out, const stp_columns_sample *sample, const
     uint32_t first = 0;
     bool survey = false;
     g.columns.count = sample->count;
-    if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3])
+    if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3]) {
         survey = is_survey(sample, is_number);
-    if (sample->count > 3 && sample->rows > 2 && is_number[1] && is_number[2] && is_number[3])
         first = begins_with_pixel(sample)                                          ? 2
                 : survey || begins_with_number(sample) || begins_with_time(sample) ? 1
                                                                                    : 0;
+    }
     memset(g.columns.targets, STP_COLUMN_NONE, sizeof g.columns.targets);
     for (uint32_t i = first; i < sample->count; i++) {
         if (is_number[i] && axes < 3)

@@ -318,13 +318,11 @@ static void find_degrees(stp_text *text, const stp_columns_sample *sample)
 /* What programs write where a grid of heights has no sample; NaN: the numbers have none. */
 static double find_no_height(const stp_text *text, const stp_columns_sample *sample)
 {
-    static const double numbers[] = {-9999.0, -32767.0, -32768.0, -99999.0};
     const uint32_t place = stp_columns_find(&text->columns, STP_COLUMN_Z);
     const stp_column_range *z = &sample->ranges[place];
-    for (size_t i = 0; place < sample->count && i < sizeof numbers / sizeof *numbers; i++)
-        if (z->min == numbers[i] && z->second > 0.9 * numbers[i])
-            return numbers[i];
-    return (double)NAN;
+    return place < sample->count && stp_is_usual_none(z->min) && z->second > 0.9 * z->min
+               ? z->min
+               : (double)NAN;
 }
 
 void stp_text_decide(stp_text *text, const stp_columns_sample *sample)

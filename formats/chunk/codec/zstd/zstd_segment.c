@@ -385,8 +385,6 @@ done:
     return status;
 }
 
-/* ---- payloads without an entry ---- */
-
 /* ---- parts ---- */
 
 stp_status stp_zstd_part_encode(const stp_chunk *chunk, int segment, stp_bytes *out, stp_error *err)

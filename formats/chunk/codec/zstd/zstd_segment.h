@@ -24,8 +24,8 @@ size_t stp_zstd_head_scratch_bytes(uint32_t patch_count, bool linked);
 stp_status stp_zstd_patches_decode(const uint8_t *bytes, size_t size, stp_patch *patches,
                                    uint32_t patch_count, bool linked, stp_chunk_scratch *scratch,
                                    size_t *used, stp_error *err);
-/* The bytes of a level of this many families,
- * derived from the bytes there; 0 if there is no level. */
+/* The bytes of a level of this many families, derived from the bytes there; 0 if there is no level.
+ */
 size_t stp_zstd_level_bytes(const uint8_t *bytes, size_t left, uint32_t families);
 
 #endif
