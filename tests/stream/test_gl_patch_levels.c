@@ -225,7 +225,7 @@ static void levels_are_given_back(void **state)
     uint64_t used[2], pinned[2];
     (void)state;
     assert_int_equal(turn(UINT64_C(1) << 30, &roomy, &used[0], &pinned[0]), 1);
-    assert_int_equal(turn(UINT64_C(2640) << 10, &tight, &used[1], &pinned[1]), 1);
+    assert_int_equal(turn(UINT64_C(2520) << 10, &tight, &used[1], &pinned[1]), 1);
     print_message("%.1f bytes a sample, with room %.1f; %.1f are pinned\n",
                   (double)used[1] / (double)tight.points, (double)used[0] / (double)roomy.points,
                   (double)pinned[1] / (double)tight.points);
